@@ -29,7 +29,7 @@ type Failure = Box<dyn Error>;
 const KINDS: [&str; 2] = ["geodesic", "biharmonic"];
 
 // Distances are per kind, one number per vertex; not finite where unreachable.
-struct Measured {
+struct MeshDistances {
     name: &'static str,
     mesh: TriMesh,
     distances: [Vec<f64>; 2],
@@ -46,8 +46,8 @@ fn main() -> Result<(), Failure> {
     let errors: Vec<[f64; 2]> = results.iter().map(|(_, mesh)| errors(&judge, mesh)).collect::<Result<_, _>>()?;
     let place = original.positions()[source as usize];
     let meshes = [("original", original)].into_iter().chain(results);
-    let meshes = meshes.map(|(name, mesh)| measured(name, mesh, place)).collect::<Result<Vec<_>, _>>()?;
-    let picture = stacked(&row(&meshes, &errors, 0), &row(&meshes, &errors, 1));
+    let meshes = meshes.map(|(name, mesh)| measure_distances(name, mesh, place)).collect::<Result<Vec<_>, _>>()?;
+    let picture = stack_images(&row(&meshes, &errors, 0), &row(&meshes, &errors, 1));
     std::fs::write(out, encode_png(&picture))?;
     print_errors(&meshes, &errors);
     Ok(())
@@ -60,14 +60,14 @@ fn upright(mesh: &TriMesh) -> Result<TriMesh, Failure> {
 }
 
 fn results(mesh: &TriMesh, weights: &Weights) -> Result<Vec<(&'static str, TriMesh)>, Failure> {
-    let ours = simplified(mesh, Assembly::Closed, None)?;
-    let paper = simplified(mesh, Assembly::Paper, Some(weights))?;
+    let ours = simplify_with(mesh, Assembly::Closed, None)?;
+    let paper = simplify_with(mesh, Assembly::Paper, Some(weights))?;
     let size = Size { vertices: ours.positions().len(), faces: ours.faces().len() };
     let qem = simplify_by(Baseline::Qem, mesh, size, 0)?;
     Ok(vec![("closed", ours), ("paper", paper), ("qem", qem)])
 }
 
-fn simplified(mesh: &TriMesh, assembly: Assembly, weights: Option<&Weights>) -> Result<TriMesh, Failure> {
+fn simplify_with(mesh: &TriMesh, assembly: Assembly, weights: Option<&Weights>) -> Result<TriMesh, Failure> {
     let mut options = Options::new(Target::Ratio(RATIO));
     options.assembly = assembly;
     Ok(simplify(mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?.mesh)
@@ -93,7 +93,7 @@ fn end_of(mesh: &TriMesh) -> u32 {
     end.unwrap_or_default() as u32
 }
 
-fn measured(name: &'static str, mesh: TriMesh, place: [f32; 3]) -> Result<Measured, Failure> {
+fn measure_distances(name: &'static str, mesh: TriMesh, place: [f32; 3]) -> Result<MeshDistances, Failure> {
     let laplacian = Laplacian::new(&mesh).ok_or("the mesh has no area")?;
     let to_place = |&at: &usize| {
         let vertex = laplacian.vertices[at] as usize;
@@ -114,10 +114,10 @@ fn measured(name: &'static str, mesh: TriMesh, place: [f32; 3]) -> Result<Measur
         laplacian.vertices.iter().zip(at_places).for_each(|(&v, value)| values[v as usize] = value);
         values
     };
-    Ok(Measured { name, distances: [geodesic, biharmonic].map(at_vertices), mesh })
+    Ok(MeshDistances { name, distances: [geodesic, biharmonic].map(at_vertices), mesh })
 }
 
-fn row(meshes: &[Measured], errors: &[[f64; 2]], kind: usize) -> Image {
+fn row(meshes: &[MeshDistances], errors: &[[f64; 2]], kind: usize) -> Image {
     // Colours end at the original's largest distance.
     let on_original = meshes[0].distances[kind].iter().copied();
     let end = on_original.filter(|distance| distance.is_finite()).fold(f64::MIN_POSITIVE, f64::max);
@@ -125,7 +125,7 @@ fn row(meshes: &[Measured], errors: &[[f64; 2]], kind: usize) -> Image {
         0 => KINDS[kind].to_owned(),
         _ => format!("{}, error {:.2} %", KINDS[kind], errors[at - 1][kind]),
     };
-    let caption = |(at, Measured { name, mesh, .. }): (usize, &Measured)| {
+    let caption = |(at, MeshDistances { name, mesh, .. }): (usize, &MeshDistances)| {
         format!("{name}\n{} vertices\n{}", mesh.positions().len(), error(at))
     };
     let captions = meshes.iter().enumerate().map(caption).collect();
@@ -136,14 +136,14 @@ fn row(meshes: &[Measured], errors: &[[f64; 2]], kind: usize) -> Image {
     render_painted(&painted, &Scale { end, lines: LINES }, &options)
 }
 
-fn stacked(upper: &Image, lower: &Image) -> Image {
+fn stack_images(upper: &Image, lower: &Image) -> Image {
     let rgba = [upper.rgba.as_slice(), &lower.rgba].concat();
     Image { width: upper.width, height: upper.height + lower.height, rgba }
 }
 
-fn print_errors(meshes: &[Measured], errors: &[[f64; 2]]) {
+fn print_errors(meshes: &[MeshDistances], errors: &[[f64; 2]]) {
     println!("| mesh | vertices | faces | geodesic error, % | biharmonic error, % |\n|---|---|---|---|---|");
-    for (Measured { name, mesh, .. }, [geodesic, biharmonic]) in meshes[1..].iter().zip(errors) {
+    for (MeshDistances { name, mesh, .. }, [geodesic, biharmonic]) in meshes[1..].iter().zip(errors) {
         let [vertices, faces] = [mesh.positions().len(), mesh.faces().len()];
         println!("| {name} | {vertices} | {faces} | {geodesic:.3} | {biharmonic:.3} |");
     }

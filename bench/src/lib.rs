@@ -3,6 +3,7 @@
 pub mod along_surface;
 #[cfg(test)]
 mod autodiff;
+mod axis_range;
 pub mod baselines;
 #[cfg(test)]
 #[path = "../../cli/tests/common/page_check.rs"]

@@ -7,7 +7,7 @@ use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 use serde_json::Value;
 
-fn prepared(meshes: &[(&str, TriMesh)]) -> tempfile::TempDir {
+fn data_folder(meshes: &[(&str, TriMesh)]) -> tempfile::TempDir {
     let folder = folder();
     std::fs::create_dir(folder.path().join("data")).unwrap();
     for (name, mesh) in meshes {
@@ -41,12 +41,12 @@ fn timeless(folder: &Path, run: &str) -> Vec<Vec<String>> {
 
 #[test]
 fn every_case_has_its_row_with_sensible_figures() {
-    let folder = prepared(&[("wave.ply", shapes::wavy_sphere(4, 0.5)), ball()]);
+    let folder = data_folder(&[("wave.ply", shapes::wavy_sphere(4, 0.5)), ball()]);
     std::fs::write(folder.path().join("data/bad.ply"), "ply\nno mesh\n").unwrap();
     let more = ["--methods", "closed,qem,clustering,paper", "--ratios", "0.1,0.3"];
     let done = run(folder.path(), &evaluation("run", &more));
-    assert_eq!((done.code, done.words.as_str()), (Some(0), ""));
-    let said = String::from_utf8(done.out).unwrap();
+    assert_eq!((done.code, done.stderr.as_str()), (Some(0), ""));
+    let said = String::from_utf8(done.stdout).unwrap();
     assert!(said.contains("failed    bad.ply") && said.contains("tables.md"), "{said}");
     let rows = rows(folder.path(), "run");
     assert_eq!(rows.len(), 3 * 2 * 4);
@@ -76,7 +76,7 @@ fn every_case_has_its_row_with_sensible_figures() {
 
 #[test]
 fn a_method_that_crashes_is_a_row_with_its_error() {
-    let folder = prepared(&[ball()]);
+    let folder = data_folder(&[ball()]);
     let tools = [
         "--tool",
         "crashes=sh -c 'test {ratio} = 0.5 && exec cp $0 $1; echo alas >&2; kill -SEGV $$' {in} {out}",
@@ -87,7 +87,7 @@ fn a_method_that_crashes_is_a_row_with_its_error() {
     ];
     let more = [&["--methods", "qem", "--ratios", "0.4"], &tools[..]].concat();
     let done = run(folder.path(), &evaluation("run", &more));
-    assert_eq!(done.code, Some(0), "{}", done.words);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
     let rows = rows(folder.path(), "run");
     let error = |method: &str| {
         let row = rows.iter().find(|row| row["method"] == method).unwrap();
@@ -101,7 +101,7 @@ fn a_method_that_crashes_is_a_row_with_its_error() {
 
 #[test]
 fn a_method_that_takes_too_long_is_stopped() {
-    let folder = prepared(&[ball()]);
+    let folder = data_folder(&[ball()]);
     let began = std::time::Instant::now();
     let stopped = |run: &str, limit: &str, methods: &[&str]| {
         let more = [&["--ratios", "0.4", "--time-limit", limit], methods].concat();
@@ -119,7 +119,7 @@ fn a_method_that_takes_too_long_is_stopped() {
 
 #[test]
 fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
-    let folder = prepared(&[
+    let folder = data_folder(&[
         ball(),
         ("box.ply", shapes::cuboid([1.0, 2.0, 3.0], 6)),
         ("ring.ply", shapes::torus(24, 12, 2.0, 0.5)),
@@ -127,7 +127,7 @@ fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
     let tool = "counts=sh -c 'echo {ratio} >> log; cp $0 $1' {in} {out}";
     let more = ["--methods", "geometry,qem,counts", "--ratios", "0.2,0.4", "--seeds", "0,1", "--tool", tool];
     let whole = run(folder.path(), &evaluation("whole", &more));
-    assert_eq!(whole.code, Some(0), "{}", whole.words);
+    assert_eq!(whole.code, Some(0), "{}", whole.stderr);
     let log = folder.path().join("log");
     // Each evaluation with work to do first tries the tool at 0.5.
     let n_runs = || std::fs::read_to_string(&log).unwrap().lines().filter(|ratio| *ratio != "0.5").count();
@@ -143,7 +143,7 @@ fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
     }
     assert!(n_killed >= 2, "killed only {n_killed} times");
     let finished = run(folder.path(), &resuming);
-    assert_eq!(finished.code, Some(0), "{}", finished.words);
+    assert_eq!(finished.code, Some(0), "{}", finished.stderr);
     assert_eq!(timeless(folder.path(), "killed"), timeless(folder.path(), "whole"));
     let worst = |run: &str| {
         let kept = folder.path().join(run).join("worst");
@@ -159,7 +159,7 @@ fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
 
 #[test]
 fn a_tool_ends_when_the_evaluation_is_killed() {
-    let folder = prepared(&[ball()]);
+    let folder = data_folder(&[ball()]);
     let tool = "stays=sh -c 'test {ratio} = 0.5 && exec cp $0 $1; sleep 6000 & echo $$ $! > ids; wait' {in} {out}";
     let more = ["--methods", "stays", "--ratios", "0.4", "--tool", tool];
     let mut child = program(folder.path(), &evaluation("run", &more)).spawn().unwrap();
@@ -180,11 +180,11 @@ fn runs(id: &str) -> bool {
 
 #[test]
 fn what_a_tool_does_to_its_files_does_nothing_to_the_others() {
-    let folder = prepared(&[ball()]);
+    let folder = data_folder(&[ball()]);
     let tool = "spoils=sh -c 'echo $OMP_NUM_THREADS >> threads; cp $0 $1; echo rubbish > $0' {in} {out}";
     let more = ["--methods", "spoils,qem", "--ratios", "0.2,0.5", "--tool", tool];
     let done = run(folder.path(), &evaluation("run", &more));
-    assert_eq!(done.code, Some(0), "{}", done.words);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
     let rows = rows(folder.path(), "run");
     assert!(rows.len() == 4 && rows.iter().all(|row| row["error"] == ""), "{rows:?}");
     assert_eq!(std::fs::read_to_string(folder.path().join("threads")).unwrap(), "1\n".repeat(3));
@@ -192,20 +192,20 @@ fn what_a_tool_does_to_its_files_does_nothing_to_the_others() {
 
 #[test]
 fn ctrl_c_keeps_what_is_done() {
-    let folder = prepared(&[ball()]);
+    let folder = data_folder(&[ball()]);
     let tool = "stays=sh -c 'test {ratio} != 0.4 || sleep 6000; cp $0 $1' {in} {out}";
     let more = ["--methods", "qem", "--ratios", "0.2,0.4", "--tool", tool];
     let child = program(folder.path(), &evaluation("run", &more)).spawn().unwrap();
     let table = folder.path().join("run/rows.csv");
     let stopped = interrupt_once(child, || n_lines(&table) >= 3);
-    assert_eq!(stopped.code, Some(130), "{}", stopped.words);
-    assert!(the_line(&stopped).contains("--resume"));
+    assert_eq!(stopped.code, Some(130), "{}", stopped.stderr);
+    assert!(error_line(&stopped).contains("--resume"));
     assert_eq!(rows(folder.path(), "run").len(), 2);
 }
 
 #[test]
 fn what_it_leaves_is_what_the_help_says() {
-    let folder = prepared(&[ball()]);
+    let folder = data_folder(&[ball()]);
     assert_eq!(run(folder.path(), &evaluation("run", &["--methods", "qem,meshopt", "--ratios", "0.5"])).code, Some(0));
     let expected = [
         "error-size.svg",
@@ -219,21 +219,21 @@ fn what_it_leaves_is_what_the_help_says() {
         "worst",
     ];
     assert_eq!(files(&folder.path().join("run")), expected);
-    let help = String::from_utf8(run(folder.path(), &["evaluate", "--help"]).out).unwrap();
+    let help = String::from_utf8(run(folder.path(), &["evaluate", "--help"]).stdout).unwrap();
     assert!(expected.iter().all(|name| help.contains(name)), "{help}");
     let tables = std::fs::read_to_string(folder.path().join("run/tables.md")).unwrap();
     expected.iter().filter(|name| !["rows.csv", "settings.json", "worst"].contains(name)).for_each(|name| {
         std::fs::remove_file(folder.path().join("run").join(name)).unwrap();
     });
     let report = run(folder.path(), &["evaluate", "--report", "run", "--relative-to", "qem", "-q"]);
-    assert_eq!((report.code, report.out, report.words.as_str()), (Some(0), vec![], ""));
+    assert_eq!((report.code, report.stdout, report.stderr.as_str()), (Some(0), vec![], ""));
     assert_eq!(std::fs::read_to_string(folder.path().join("run/tables.md")).unwrap(), tables);
     assert_eq!(files(&folder.path().join("run")), expected);
 }
 
 #[test]
 fn a_wrong_tool_is_said_before_anything_runs() {
-    let folder = prepared(&[ball()]);
+    let folder = data_folder(&[ball()]);
     std::fs::create_dir(folder.path().join("empty")).unwrap();
     let good = "log=sh -c 'echo run >> log; cp $0 $1' {in} {out}";
     let cases = [
@@ -246,7 +246,7 @@ fn a_wrong_tool_is_said_before_anything_runs() {
         for run_folder in ["new", "empty"] {
             let more = ["--methods", "qem", "--ratios", "0.5", "--tool", good, "--tool", tool];
             let refusal = run(folder.path(), &evaluation(run_folder, &more));
-            let line = the_line(&refusal);
+            let line = error_line(&refusal);
             assert_eq!(refusal.code, Some(1), "{line}");
             assert!(
                 line.contains("tool wrong: ") && line.contains(words) && line.ends_with("correct its command"),
@@ -261,7 +261,7 @@ fn a_wrong_tool_is_said_before_anything_runs() {
 
 #[test]
 fn a_corrected_tool_is_measured_again_and_nothing_else() {
-    let folder = prepared(&[ball(), ("box.ply", shapes::cuboid([1.0, 2.0, 3.0], 6))]);
+    let folder = data_folder(&[ball(), ("box.ply", shapes::cuboid([1.0, 2.0, 3.0], 6))]);
     std::fs::write(folder.path().join("data/bad.ply"), "ply\nno mesh\n").unwrap();
     let tools = |command: &str| {
         let other = "other=sh -c 'echo run >> log; cp $0 $1' {in} {out}".to_string();
@@ -282,7 +282,7 @@ fn a_corrected_tool_is_measured_again_and_nothing_else() {
     assert_eq!(evaluated("sh -c 'exit 5' {in} {out}", &["--resume"]).code, Some(1));
     assert_eq!(std::fs::read_to_string(folder.path().join("run/rows.csv")).unwrap(), before);
     let done = evaluated("cp {in} {out}", &["--resume"]);
-    assert_eq!(done.code, Some(0), "{}", done.words);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
     let after = std::fs::read_to_string(folder.path().join("run/rows.csv")).unwrap();
     let stays = |line: &&str| !line.contains("exit code 4");
     let kept: Vec<&str> = before.lines().filter(stays).collect();
@@ -293,7 +293,7 @@ fn a_corrected_tool_is_measured_again_and_nothing_else() {
     assert_eq!(std::fs::read_to_string(folder.path().join("log")).unwrap(), log, "the other tool had nothing to do");
     // Now the tool has results of its command.
     let refused = evaluated(fails, &["--resume"]);
-    let line = the_line(&refused);
+    let line = error_line(&refused);
     assert!(
         refused.code == Some(1) && line.contains("the tool mine has results of the command `cp {in} {out}`"),
         "{line}"
@@ -303,14 +303,14 @@ fn a_corrected_tool_is_measured_again_and_nothing_else() {
 
 #[test]
 fn refusals_say_what_to_do() {
-    let folder = prepared(&[ball()]);
+    let folder = data_folder(&[ball()]);
     std::fs::create_dir(folder.path().join("empty")).unwrap();
     let quick = |more: &[&'static str]| evaluation("run", &[&["--methods", "qem", "--ratios", "0.5"], more].concat());
     assert_eq!(run(folder.path(), &quick(&[])).code, Some(0));
     let refused = |code: i32, arguments: &[&str], words: &str| {
         let refusal = run(folder.path(), arguments);
-        assert_eq!(refusal.code, Some(code), "{}", refusal.words);
-        let line = the_line(&refusal);
+        assert_eq!(refusal.code, Some(code), "{}", refusal.stderr);
+        let line = error_line(&refusal);
         assert!(line.contains(words), "{line}");
     };
     refused(1, &quick(&[]), "--resume");
@@ -346,7 +346,7 @@ fn numbers_are_told_what_is_taken() {
         ("--threads", "0", "from 1 to 1024"),
     ] {
         let refused = run(folder.path(), &["evaluate", "--data", "missing", "--out", "run", option, value]);
-        let line = the_line(&refused);
+        let line = error_line(&refused);
         assert!(refused.code == Some(2) && line.contains(option) && line.contains(words), "{line}");
     }
 }

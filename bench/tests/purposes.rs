@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{shipped, welded};
+use crate::common::{read_welded, test_mesh_path};
 use neural_mesh::metrics::CompareOptions;
 use neural_mesh::simplify::{Options, Purpose, Target, simplify};
 use neural_mesh_bench::along_surface::{IntrinsicOptions, Judge};
 
 #[test]
 fn the_spectrum_stays() {
-    let mesh = welded(&shipped("spot.ply"));
+    let mesh = read_welded(&test_mesh_path("spot.ply"));
     let along = IntrinsicOptions { eigenpairs: 60, ..IntrinsicOptions::NONE };
     let judge = Judge::new(&mesh, &CompareOptions::default(), &along);
     let [shape, spectrum] = [Purpose::Shape, Purpose::Spectrum].map(|purpose| {

@@ -6,7 +6,7 @@ use neural_mesh::mesh::{Frame, shapes};
 
 const SETTINGS: &str = "validation = []\nratio_min = 0.1\nratio_max = 0.2\nmax_samples = 100\nlearning_rate = 0.001\n";
 
-fn prepared() -> tempfile::TempDir {
+fn data_folder() -> tempfile::TempDir {
     let folder = folder();
     std::fs::create_dir(folder.path().join("data")).unwrap();
     for (name, mesh) in [("ball.ply", shapes::icosphere(3)), ("ring.ply", shapes::torus(36, 18, 2.0, 0.6))] {
@@ -24,10 +24,10 @@ fn training<'a>(method: &'a str, run: &'a str, more: &[&'a str]) -> Vec<&'a str>
 
 #[test]
 fn weights_are_those_of_the_method_and_the_same_after_a_stop() {
-    let folder = prepared();
+    let folder = data_folder();
     let done = |arguments: &[&str]| {
         let done = run(folder.path(), arguments);
-        assert_eq!((done.code, done.words.as_str()), (Some(0), ""));
+        assert_eq!((done.code, done.stderr.as_str()), (Some(0), ""));
     };
     done(&training("potamias", "whole", &["--epochs", "2"]));
     done(&training("potamias", "parts", &["--epochs", "1"]));
@@ -44,10 +44,10 @@ fn weights_are_those_of_the_method_and_the_same_after_a_stop() {
 
 #[test]
 fn what_cannot_be_trained_is_one_line() {
-    let folder = prepared();
+    let folder = data_folder();
     let refused = |code: i32, arguments: &[&str], words: &str| {
         let refusal = run(folder.path(), arguments);
-        let line = the_line(&refusal);
+        let line = error_line(&refusal);
         assert!(refusal.code == Some(code) && line.contains(words), "{line}");
     };
     refused(2, &training("magic", "run", &[]), "dse, potamias, pointtrinet");

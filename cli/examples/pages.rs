@@ -32,14 +32,14 @@ fn write(folder: &Path, date: &str) -> Result<()> {
     std::fs::create_dir_all(&completions)?;
     std::fs::create_dir_all(&man)?;
     for shell in SHELLS {
-        let path = generate_to(shell, &mut shown(), NAME, &completions)?;
+        let path = generate_to(shell, &mut shown_commands(), NAME, &completions)?;
         if shell == Shell::Bash {
             // Some labels have the hyphen of the name as a step to a subcommand, and nothing would be completed.
             let script = std::fs::read_to_string(&path)?;
             std::fs::write(&path, script.replace("neural__subcmd__mesh__", "neural__mesh__"))?;
         }
     }
-    let mut program = shown().disable_help_subcommand(true);
+    let mut program = shown_commands().disable_help_subcommand(true);
     program.build();
     for command in program.get_subcommands() {
         page(command, &man, date)?;
@@ -63,7 +63,7 @@ fn without_double_breaks(page: &str) -> String {
     (0..lines.len()).filter(|&i| is_kept(i)).map(|i| format!("{}\n", lines[i])).collect()
 }
 
-fn shown() -> Command {
+fn shown_commands() -> Command {
     let all = neural_mesh_cli::command_line();
     let commands: Vec<_> = all.get_subcommands().filter(|command| !command.is_hide_set()).cloned().collect();
     let shown = Command::new(NAME).version(env!("CARGO_PKG_VERSION")).subcommand_required(true);

@@ -118,7 +118,13 @@ pub fn resolve_destination(paths: &MeshPaths) -> Result<Destination, Failure> {
         return Ok(Destination { path: output.to_path_buf(), format, takes_input_format });
     }
     let path = if output.is_dir() { path_in_folder(output, input, given)? } else { output.to_path_buf() };
-    Ok(Destination { format: output_format(&path, given)?, path, takes_input_format: false })
+    // Next to an output name with a known ending, `--format` may describe an input without one.
+    let describes_input = |given: Format| {
+        format_from_path(&path).is_some_and(|named| binary_variant(named) != binary_variant(given))
+            && format_from_path(input).is_none_or(|named| binary_variant(named) == binary_variant(given))
+    };
+    let format = output_format(&path, given.filter(|given| !describes_input(*given)))?;
+    Ok(Destination { format, path, takes_input_format: false })
 }
 
 /// Returns the format by the name, or GLB for a glTF's content.
@@ -169,7 +175,19 @@ pub fn result_format(read: Format) -> Format {
 pub fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Failure> {
     let format = format_from_path(output).or(given).ok_or_else(|| unknown_format(output))?;
     // `--format ply-ascii -o x.ply` means the text variant of the format in the name.
-    check_writable(given.filter(|given| binary_variant(*given) == binary_variant(format)).unwrap_or(format))
+    match given {
+        Some(given) if binary_variant(given) != binary_variant(format) => Err(format_conflict(output, given)),
+        given => check_writable(given.unwrap_or(format)),
+    }
+}
+
+fn format_conflict(output: &Path, given: Format) -> Failure {
+    let what = format!(
+        "--format {0}: the name ends in another format: leave --format out, or end the name in .{1}",
+        given.name(),
+        file_ending(given)
+    );
+    Failure::Usage(format!("{}: {what}", output.display()))
 }
 
 pub fn check_writable(format: Format) -> Result<Format, Failure> {

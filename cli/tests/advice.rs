@@ -21,17 +21,17 @@ fn charts(n: usize) -> String {
     obj
 }
 
-fn free(run: &Run) -> Vec<String> {
-    let words = String::from_utf8(run.out.clone()).unwrap();
+fn list_advice(run: &Run) -> Vec<String> {
+    let words = String::from_utf8(run.stdout.clone()).unwrap();
     words.lines().filter_map(|line| line.strip_prefix("try       ")).map(String::from).collect()
 }
 
-fn advised(line: &str, option: &str) -> String {
+fn advised_value(line: &str, option: &str) -> String {
     let (_, rest) = line.split_once(option).unwrap_or_else(|| panic!("{line}"));
     rest.trim_start().split([' ', ',', ';']).next().unwrap().to_string()
 }
 
-fn ignored(line: &str) -> String {
+fn advised_attributes(line: &str) -> String {
     line.split_once("--ignore ").unwrap().1.split(' ').next().unwrap().trim_end_matches(',').to_string()
 }
 
@@ -39,21 +39,21 @@ fn vertices(folder: &Path, words: &[&str]) -> (Run, u64) {
     let all =
         [&["simplify"], words, &["--vertices", "60", "--seam-error", "0", "--force", "--report", "r.json"]].concat();
     let run = run(folder, &all);
-    assert_eq!(run.code, Some(0), "{words:?}: {}", run.words);
+    assert_eq!(run.code, Some(0), "{words:?}: {}", run.stderr);
     (run, json(&folder.join("r.json"))["output"]["vertices"].as_u64().unwrap())
 }
 
 #[test]
-fn what_frees_a_result_is_accepted_and_frees_it() {
+fn advised_options_are_accepted_and_allow_smaller_results() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), charts(12)).unwrap();
     vertices(folder.path(), &["a.obj", "-o", "a.glb", "--ignore", "colors"]);
     run(folder.path(), &["simplify", "a.obj", "-o", "a.glb", "--ratio", "1", "--force"]);
     for (input, output) in [("a.obj", "b.obj"), ("a.obj", "b.ply"), ("a.glb", "b.glb"), ("a.glb", "b.obj")] {
-        let (held, n_held) = vertices(folder.path(), &[input, "-o", output]);
-        let lines = free(&held);
-        assert!(n_held > 100 && !lines.is_empty(), "{input} {output}: {n_held} {lines:?}");
-        let (_, n_freed) = vertices(folder.path(), &[input, "-o", output, "--ignore", &ignored(&lines[0])]);
+        let (limited, n_limited) = vertices(folder.path(), &[input, "-o", output]);
+        let lines = list_advice(&limited);
+        assert!(n_limited > 100 && !lines.is_empty(), "{input} {output}: {n_limited} {lines:?}");
+        let (_, n_freed) = vertices(folder.path(), &[input, "-o", output, "--ignore", &advised_attributes(&lines[0])]);
         let is_scene = output == "b.glb";
         assert_eq!(lines.len(), if is_scene { 2 } else { 1 }, "{lines:?}");
         // The primitives of a scene stay separate, and the next line says what to do about it.
@@ -65,11 +65,11 @@ fn what_frees_a_result_is_accepted_and_frees_it() {
 }
 
 #[test]
-fn what_is_ignored_already_is_not_advised_alone() {
+fn ignored_attributes_stay_in_the_advice() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), charts(12)).unwrap();
-    let (held, _) = vertices(folder.path(), &["a.obj", "-o", "b.obj", "--ignore", "materials"]);
-    assert_eq!(ignored(&free(&held)[0]), "materials,uv");
+    let (limited, _) = vertices(folder.path(), &["a.obj", "-o", "b.obj", "--ignore", "materials"]);
+    assert_eq!(advised_attributes(&list_advice(&limited)[0]), "materials,uv");
 }
 
 #[test]
@@ -78,31 +78,31 @@ fn a_size_that_images_exceed_is_refused_before_anything_is_written() {
     fs::write(folder.path().join("a.glb"), Avatar::new(256).glb()).unwrap();
     let words = ["simplify", "a.glb", "-o", "b.glb", "--size", "100kB"];
     let refused = run(folder.path(), &words);
-    assert_eq!((refused.code, files(folder.path())), (Some(1), vec!["a.glb".to_string()]), "{}", refused.words);
-    let line = the_line(&refused);
+    assert_eq!((refused.code, files(folder.path())), (Some(1), vec!["a.glb".to_string()]), "{}", refused.stderr);
+    let line = error_line(&refused);
     assert!(
         line.contains("--size 100000: one face for each material already takes ")
             && line.contains(" of them for images: "),
         "{line}"
     );
-    let side = advised(&line, "--textures ");
+    let side = advised_value(&line, "--textures ");
     let smaller = run(folder.path(), &[&words[..], &["--textures", &side]].concat());
-    assert_eq!(smaller.code, Some(0), "{side}: {}", smaller.words);
+    assert_eq!(smaller.code, Some(0), "{side}: {}", smaller.stderr);
     let n_bytes = fs::metadata(folder.path().join("b.glb")).unwrap().len();
     assert!((50_000..=100_000).contains(&n_bytes), "{side}: {n_bytes}");
     let hopeless = run(folder.path(), &["simplify", "a.glb", "-o", "c.glb", "--size", "900"]);
-    assert!(hopeless.code == Some(1) && the_line(&hopeless).ends_with(": allow more bytes"), "{}", hopeless.words);
+    assert!(hopeless.code == Some(1) && error_line(&hopeless).ends_with(": allow more bytes"), "{}", hopeless.stderr);
 }
 
 #[test]
-fn a_size_of_a_gltf_counts_the_buffer_beside_it() {
+fn the_size_of_a_gltf_counts_its_buffer_file() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), sphere(1, 30, [0.0; 3], 1.0)).unwrap();
     let run = run(folder.path(), &["simplify", "a.obj", "-o", "a.glb", "--ratio", "1"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     for input in ["a.obj", "a.glb"] {
         let run = crate::common::run(folder.path(), &["simplify", input, "-o", "b.gltf", "--size", "20kB", "--force"]);
-        assert_eq!(run.code, Some(0), "{}", run.words);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
         let bytes = |name: &str| fs::metadata(folder.path().join(name)).map_or(0, |found| found.len());
         let n_bytes = bytes("b.gltf") + bytes("b.bin");
         assert!((15_000..=20_000).contains(&n_bytes), "{input}: {n_bytes}");
@@ -111,15 +111,15 @@ fn a_size_of_a_gltf_counts_the_buffer_beside_it() {
 }
 
 #[test]
-fn a_name_without_an_ending_is_told_formats_that_this_build_writes() {
+fn a_name_without_an_ending_gets_the_formats_that_this_build_writes() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     let refused = run(folder.path(), &["simplify", "a.obj", "-o", "b", "--ratio", "1"]);
     assert_eq!(refused.code, Some(2));
-    let line = the_line(&refused);
+    let line = error_line(&refused);
     for format in line.rsplit("one of ").next().unwrap().split(", ") {
         let run = run(folder.path(), &["simplify", "a.obj", "-o", "b", "--ratio", "1", "--format", format, "--force"]);
-        assert_eq!(run.code, Some(0), "{format}: {}", run.words);
+        assert_eq!(run.code, Some(0), "{format}: {}", run.stderr);
     }
 }
 
@@ -179,12 +179,12 @@ fn refusals_say_what_is_accepted() {
         let is_about_files = refused[0] == refused[2];
         let refused = [refused, if is_about_files { &[] } else { &["--force"] }].concat();
         let run = |words: &[&str]| run(folder.path(), &[&["simplify", "--ratio", "1"], words].concat());
-        let line = the_line(&run(&refused));
+        let line = error_line(&run(&refused));
         assert!(line.ends_with(advice), "{line}");
         for accepted in accepted {
             let accepted = [*accepted, if is_about_files { &[] } else { &["--force"] }].concat();
             let run = run(&accepted);
-            assert_eq!(run.code, Some(0), "{accepted:?}: {}", run.words);
+            assert_eq!(run.code, Some(0), "{accepted:?}: {}", run.stderr);
         }
     }
 }

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::common::{Run, folder, json, run, run_with_input, shipped};
+use crate::common::{Run, folder, json, run, run_with_input, test_mesh_path};
 use neural_mesh::io::{self, Asset, Format};
 use neural_mesh::picture::{Image, decode_image, encode_png};
 
-fn textured(folder: &Path) {
+fn write_textured_plate(folder: &Path) {
     let n = 20;
     let mut text = String::from("mtllib skin.mtl\n");
     let all = || (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
@@ -26,13 +26,13 @@ fn textured(folder: &Path) {
     std::fs::write(folder.join("maps/skin.png"), b"not looked into").unwrap();
 }
 
-fn said(run: &Run) -> String {
-    String::from_utf8(run.out.clone()).unwrap()
+fn read_stdout(run: &Run) -> String {
+    String::from_utf8(run.stdout.clone()).unwrap()
 }
 
-fn simplified(folder: &Path, more: &[&str]) -> Run {
+fn simplify_plate(folder: &Path, more: &[&str]) -> Run {
     let run = run(folder, &[&["simplify", "plate.obj"], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     run
 }
 
@@ -61,13 +61,13 @@ fn grid_of_charts(n: usize) -> String {
 }
 
 #[test]
-fn what_the_result_does_not_need_holds_nothing_back() {
+fn ignored_attributes_do_not_limit_the_result() {
     let folder = folder();
     let mesh = grid_of_charts(12);
     let outcome = |arguments: &[&str]| {
         let arguments = [&["simplify", "-", "--vertices", "60", "--force", "--report", "r.json"], arguments].concat();
         let run = run_with_input(folder.path(), &arguments, mesh.as_bytes());
-        assert_eq!(run.code, Some(0), "{}", run.words);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
         let report = json(&folder.path().join("r.json"));
         (report["outcome"] == "reached", report["output"]["kept_edges"].as_u64().unwrap())
     };
@@ -94,7 +94,7 @@ fn texels_are_those_of_the_texture() {
     let positions = |mesh: &str, more: &[&str]| {
         let out = ["simplify", mesh, "-o", "out/a.obj", "--ratio", "0.4", "--force"];
         let run = run(folder.path(), &[&out, more].concat());
-        assert_eq!(run.code, Some(0), "{}", run.words);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
         io::read_attributed_path(&folder.path().join("out/a.obj"), None).unwrap().mesh.positions
     };
     std::fs::create_dir(folder.path().join("out")).unwrap();
@@ -106,17 +106,17 @@ fn texels_are_those_of_the_texture() {
     assert_eq!(positions("b.obj", &["--seam-error", "256"]), far);
     for wrong in ["-1", "nan"] {
         let run = run(folder.path(), &["simplify", "a.obj", "-o", "c.obj", "--ratio", "0.4", "--seam-error", wrong]);
-        assert!(run.code == Some(2) && run.words.contains("give texels, 0 or more"), "{}", run.words);
+        assert!(run.code == Some(2) && run.stderr.contains("give texels, 0 or more"), "{}", run.stderr);
     }
 }
 
 #[test]
 fn a_picture_shows_textures_and_materials_before_and_after() {
     let folder = folder();
-    textured(folder.path());
+    write_textured_plate(folder.path());
     let green = Image { width: 2, height: 2, rgba: [20, 200, 20, 255].repeat(4) };
     std::fs::write(folder.path().join("maps/skin.png"), encode_png(&green)).unwrap();
-    simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
+    simplify_plate(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
     let picture = decode_image(&std::fs::read(folder.path().join("out.png")).unwrap()).unwrap();
     let [green, red] = [1, 0].map(|channel| shares(&picture, channel));
     assert!(green.iter().chain(&red).all(|&share| share > 0.1), "{green:?} {red:?}");
@@ -124,19 +124,19 @@ fn a_picture_shows_textures_and_materials_before_and_after() {
 }
 
 #[test]
-fn a_texture_that_cannot_be_drawn_is_said() {
+fn a_texture_that_cannot_be_drawn_is_noted() {
     let folder = folder();
-    textured(folder.path());
-    let run = simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
-    assert!(said(&run).contains("a texture is left out: it is not PNG, JPEG or WebP"), "{}", said(&run));
+    write_textured_plate(folder.path());
+    let run = simplify_plate(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
+    assert!(read_stdout(&run).contains("a texture is left out: it is not PNG, JPEG or WebP"), "{}", read_stdout(&run));
 }
 
 #[test]
 fn an_obj_keeps_its_materials_and_texture() {
     let folder = folder();
-    textured(folder.path());
+    write_textured_plate(folder.path());
     std::fs::create_dir(folder.path().join("out")).unwrap();
-    simplified(folder.path(), &["-o", "out/plate.obj", "--vertices", "60"]);
+    simplify_plate(folder.path(), &["-o", "out/plate.obj", "--vertices", "60"]);
     let out = folder.path().join("out");
     assert_eq!(std::fs::read(out.join("maps/skin.png")).unwrap(), b"not looked into");
     let read = io::read_attributed_path(&out.join("plate.obj"), None).unwrap();
@@ -155,20 +155,24 @@ fn an_obj_keeps_its_materials_and_texture() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_said() {
+fn attributes_that_a_format_cannot_hold_are_noted() {
     let folder = folder();
-    textured(folder.path());
-    let run = simplified(folder.path(), &["-o", "plate.stl", "--ratio", "0.5"]);
-    assert!(said(&run).contains("note") && said(&run).contains("geometry alone"), "{}", said(&run));
+    write_textured_plate(folder.path());
+    let run = simplify_plate(folder.path(), &["-o", "plate.stl", "--ratio", "0.5"]);
+    assert!(
+        read_stdout(&run).contains("note") && read_stdout(&run).contains("geometry alone"),
+        "{}",
+        read_stdout(&run)
+    );
 }
 
 #[test]
 fn a_scene_stays_a_scene() {
     let folder = folder();
-    textured(folder.path());
-    simplified(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
+    write_textured_plate(folder.path());
+    simplify_plate(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
     let run = run(folder.path(), &["simplify", "plate.glb", "-o", "lighter.glb", "--faces", "200"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let asset = Asset::read_path(&folder.path().join("lighter.glb")).unwrap();
     let mesh = &asset.parts()[0].mesh;
     assert!((190..=200).contains(&mesh.faces.len()));
@@ -179,8 +183,8 @@ fn a_scene_stays_a_scene() {
 #[test]
 fn a_picture_of_a_scene_shows_its_meshes_where_nodes_place_them() {
     let folder = folder();
-    textured(folder.path());
-    simplified(folder.path(), &["-o", "plate.gltf", "--ratio", "1"]);
+    write_textured_plate(folder.path());
+    simplify_plate(folder.path(), &["-o", "plate.gltf", "--ratio", "1"]);
     let path = folder.path().join("plate.gltf");
     let text = std::fs::read_to_string(&path).unwrap();
     // A second plate to the right of the first one, with a gap between them.
@@ -190,7 +194,7 @@ fn a_picture_of_a_scene_shows_its_meshes_where_nodes_place_them() {
     std::fs::write(&path, two).unwrap();
     let run =
         run(folder.path(), &["simplify", "plate.gltf", "-o", "out.gltf", "--faces", "200", "--picture", "out.png"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let picture = decode_image(&std::fs::read(folder.path().join("out.png")).unwrap()).unwrap();
     // Two plates before and two after: four runs of colour along the middle row, with background between them.
     let row = picture.height / 2 * picture.width;
@@ -203,10 +207,10 @@ fn a_picture_of_a_scene_shows_its_meshes_where_nodes_place_them() {
 #[test]
 fn the_levels_of_a_scene_are_one_file() {
     let folder = folder();
-    textured(folder.path());
-    simplified(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
+    write_textured_plate(folder.path());
+    simplify_plate(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
     let levels = run(folder.path(), &["simplify", "plate.glb", "-o", "levels.glb", "--lods", "0.5,0.2"]);
-    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    assert_eq!(levels.code, Some(0), "{}", levels.stderr);
     let asset = Asset::read_path(&folder.path().join("levels.glb")).unwrap();
     let sizes: Vec<usize> = asset.parts().iter().map(|part| part.mesh.faces.len()).collect();
     assert!(sizes.len() == 2 && sizes[1] < sizes[0], "{sizes:?}");
@@ -217,10 +221,10 @@ fn the_levels_of_a_scene_are_one_file() {
 #[test]
 fn the_levels_of_a_scene_are_files_of_their_own_where_the_name_says_so() {
     let folder = folder();
-    textured(folder.path());
-    simplified(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
+    write_textured_plate(folder.path());
+    simplify_plate(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
     let levels = run(folder.path(), &["simplify", "plate.glb", "-o", "{level}-of-it.glb", "--lods", "50%,20%"]);
-    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    assert_eq!(levels.code, Some(0), "{}", levels.stderr);
     let asset = |name: &str| Asset::read_path(&folder.path().join(name)).unwrap();
     let [first, second] = ["0-of-it.glb", "1-of-it.glb"].map(asset);
     let n_faces = |asset: &Asset| asset.parts().iter().map(|part| part.mesh.faces.len()).collect::<Vec<_>>();
@@ -230,16 +234,16 @@ fn the_levels_of_a_scene_are_files_of_their_own_where_the_name_says_so() {
     assert!(second_size < first_size, "{first_size} {second_size}");
     assert!(!folder.path().join("{level}-of-it.glb").exists());
     let refused = run(folder.path(), &["simplify", "plate.glb", "-o", "{level}.glb", "--ratio", "50%"]);
-    assert!(refused.code == Some(2) && refused.words.contains("--lods"), "{}", refused.words);
+    assert!(refused.code == Some(2) && refused.stderr.contains("--lods"), "{}", refused.stderr);
 }
 
 #[test]
 fn levels_map_proof_and_size() {
     let folder = folder();
-    let spot = shipped("spot.ply");
+    let spot = test_mesh_path("spot.ply");
     let spot = spot.to_str().unwrap();
     let levels = run(folder.path(), &["simplify", spot, "-o", "a.obj", "--lods", "0.5,0.1", "--report", "a.json"]);
-    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    assert_eq!(levels.code, Some(0), "{}", levels.stderr);
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.path().join("a.json")).unwrap()).unwrap();
     assert_eq!(report["levels"][1]["vertices"], 293);
@@ -250,12 +254,12 @@ fn levels_map_proof_and_size() {
     let second = io::read_path(&folder.path().join("a-lod1.obj"), Some(Format::Obj)).unwrap();
     assert_eq!(second.positions.len(), 293);
     let mapped = run(folder.path(), &["simplify", spot, "-o", "b.ply", "--ratio", "0.1", "--map", "b.json"]);
-    assert_eq!(mapped.code, Some(0), "{}", mapped.words);
+    assert_eq!(mapped.code, Some(0), "{}", mapped.stderr);
     let map: serde_json::Value = serde_json::from_slice(&std::fs::read(folder.path().join("b.json")).unwrap()).unwrap();
     assert_eq!(map["output_vertices"].as_array().unwrap().len(), 2930);
     assert_eq!(map["corner_weights"].as_array().unwrap().len(), 582);
     let proved = run(folder.path(), &["simplify", spot, "-o", "c.ply", "--error", "2%", "--no-check"]);
-    assert!(proved.code == Some(0) && said(&proved).contains("proved "), "{}", proved.words);
+    assert!(proved.code == Some(0) && read_stdout(&proved).contains("proved "), "{}", proved.stderr);
     let fits = run(folder.path(), &["simplify", spot, "-o", "d.ply", "--size", "20kB", "--no-check"]);
     let n_bytes = std::fs::metadata(folder.path().join("d.ply")).unwrap().len();
     assert!(fits.code == Some(0) && (19_000..=20_000).contains(&n_bytes), "{n_bytes}");
@@ -287,54 +291,54 @@ fn importance_is_taken_from_an_attribute() {
     std::fs::write(folder.path().join("a.ply"), text).unwrap();
     let arguments = ["simplify", "a.ply", "-o", "b.ply", "--vertices", "100", "--importance", "wear"];
     let weighed = run(folder.path(), &arguments);
-    assert_eq!(weighed.code, Some(0), "{}", weighed.words);
+    assert_eq!(weighed.code, Some(0), "{}", weighed.stderr);
     let mesh = io::read_path(&folder.path().join("b.ply"), None).unwrap();
     assert!(mesh.positions.iter().filter(|p| p[0] < 10.0).count() > 60);
     let unknown = run(folder.path(), &["simplify", "a.ply", "-o", "c.ply", "--ratio", "0.5", "--importance", "tear"]);
-    assert!(unknown.code == Some(2) && unknown.words.contains("it has: wear"), "{}", unknown.words);
+    assert!(unknown.code == Some(2) && unknown.stderr.contains("it has: wear"), "{}", unknown.stderr);
 }
 
 #[test]
 fn a_material_can_count_more_than_others() {
     let folder = folder();
-    textured(folder.path());
+    write_textured_plate(folder.path());
     let on_the_left = |name: &str| {
         let mesh = io::read_path(&folder.path().join(name), None).unwrap();
         mesh.positions.iter().filter(|p| p[0] < 10.0).count()
     };
-    simplified(folder.path(), &["-o", "even.obj", "--vertices", "120"]);
-    simplified(folder.path(), &["-o", "left.obj", "--vertices", "120", "--importance", "left=20"]);
-    simplified(folder.path(), &["-o", "right.obj", "--vertices", "120", "--importance", "right=20"]);
+    simplify_plate(folder.path(), &["-o", "even.obj", "--vertices", "120"]);
+    simplify_plate(folder.path(), &["-o", "left.obj", "--vertices", "120", "--importance", "left=20"]);
+    simplify_plate(folder.path(), &["-o", "right.obj", "--vertices", "120", "--importance", "right=20"]);
     let [even, left, right] = ["even.obj", "left.obj", "right.obj"].map(on_the_left);
     assert!(left > even + 10 && even > right + 10, "{left} {even} {right}");
     // The same as a scene, whose groups are primitives.
     let glb = run(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
-    assert_eq!(glb.code, Some(0), "{}", glb.words);
+    assert_eq!(glb.code, Some(0), "{}", glb.stderr);
     let weighed = ["simplify", "plate.glb", "-o", "left.glb", "--vertices", "120", "--importance", "left=20"];
     assert_eq!(run(folder.path(), &weighed).code, Some(0));
     assert!(on_the_left("left.glb") > even + 10);
     for (wish, why) in [("top=2", "it has: left, right"), ("left=0", "above 0"), ("left=x", "above 0")] {
         let refused =
             run(folder.path(), &["simplify", "plate.obj", "-o", "c.obj", "--ratio", "0.5", "--importance", wish]);
-        assert!(refused.code == Some(2) && refused.words.contains(why), "{}", refused.words);
+        assert!(refused.code == Some(2) && refused.stderr.contains(why), "{}", refused.stderr);
     }
 }
 
 #[test]
 fn a_mirrored_result_is_one_in_its_file_too() {
     let folder = folder();
-    textured(folder.path());
+    write_textured_plate(folder.path());
     let run =
-        simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--symmetric=y", "--report", "out.json"]);
-    assert!(said(&run).contains("mirrored  about y = 10, exactly"), "{}", said(&run));
+        simplify_plate(folder.path(), &["-o", "out.obj", "--vertices", "60", "--symmetric=y", "--report", "out.json"]);
+    assert!(read_stdout(&run).contains("mirrored  about y = 10, exactly"), "{}", read_stdout(&run));
     assert_eq!(json(&folder.path().join("out.json"))["mirror"], "y = 10");
     let glb = crate::common::run(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
-    assert_eq!(glb.code, Some(0), "{}", glb.words);
+    assert_eq!(glb.code, Some(0), "{}", glb.stderr);
     let scene = crate::common::run(
         folder.path(),
         &["simplify", "plate.glb", "-o", "out.glb", "--vertices", "60", "--symmetric=y=10"],
     );
-    assert_eq!(scene.code, Some(0), "{}", scene.words);
+    assert_eq!(scene.code, Some(0), "{}", scene.stderr);
     for name in ["out.obj", "out.glb"] {
         let mesh = io::read_path(&folder.path().join(name), None).unwrap();
         // Text has the shortest digits of single precision.
@@ -347,5 +351,5 @@ fn a_mirrored_result_is_one_in_its_file_too() {
     let lopsided =
         crate::common::run(folder.path(), &["simplify", "plate.obj", "-o", "x.obj", "--ratio", "0.5", "--symmetric=x"]);
     assert_eq!(lopsided.code, Some(1));
-    assert!(crate::common::the_line(&lopsided).contains("not symmetric about x = "), "{}", lopsided.words);
+    assert!(crate::common::error_line(&lopsided).contains("not symmetric about x = "), "{}", lopsided.stderr);
 }

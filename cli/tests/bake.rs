@@ -11,7 +11,7 @@ use neural_mesh::metrics::psnr;
 use neural_mesh::picture::{DecodedMaterials, Image, ShadedMesh, decode_image, encode_png, encode_webp, view_shaded};
 use serde_json::json;
 
-use crate::common::{OCTAHEDRON, files, folder, json, run, the_line};
+use crate::common::{OCTAHEDRON, error_line, files, folder, json, run};
 
 fn ball() -> String {
     let mesh = shapes::wavy_sphere(5, 12.0);
@@ -55,13 +55,13 @@ fn sheet(folder: &Path) {
     std::fs::write(folder.join("b.png"), image(|x, _| [4 * x as u8; 3])).unwrap();
 }
 
-struct Dressed {
+struct TexturedMesh {
     mesh: TriMesh,
     attributes: Attributes,
     looks: Looks,
 }
 
-fn dressed(path: &Path) -> Dressed {
+fn read_textured(path: &Path) -> TexturedMesh {
     let read = io::read_attributed_path(path, None).unwrap();
     let (looks, notes) = io::read_looks(&read.extra, false);
     assert_eq!(notes, Vec::<String>::new());
@@ -70,10 +70,10 @@ fn dressed(path: &Path) -> Dressed {
     let place = |&p: &[f32; 3]| cleaned.frame.to_file(p).map(|x| x as f32);
     let positions = cleaned.mesh.positions().iter().map(place).collect();
     let mesh = TriMesh::new(positions, cleaned.mesh.faces().to_vec()).unwrap();
-    Dressed { mesh, attributes: cleaned.attributes, looks }
+    TexturedMesh { mesh, attributes: cleaned.attributes, looks }
 }
 
-fn likeness(before: &Dressed, after: &Dressed) -> f64 {
+fn likeness(before: &TexturedMesh, after: &TexturedMesh) -> f64 {
     let coats = [before, after].map(|it| DecodedMaterials::new(&it.attributes, &it.looks).0.unwrap());
     let shaded = [(&before.mesh, &coats[0]), (&after.mesh, &coats[1])].map(|(mesh, materials)| {
         let mut shaded = ShadedMesh::bare(mesh);
@@ -88,10 +88,10 @@ fn likeness(before: &Dressed, after: &Dressed) -> f64 {
     psnr(&pixels[0], &pixels[1]).unwrap()
 }
 
-fn simplified(folder: &Path, input: &str, output: &str, more: &[&str]) -> String {
+fn simplify(folder: &Path, input: &str, output: &str, more: &[&str]) -> String {
     let done = run(folder, &[&["simplify", input, "-o", output, "-f"], more].concat());
-    assert_eq!(done.code, Some(0), "{}", done.words);
-    String::from_utf8(done.out).unwrap()
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    String::from_utf8(done.stdout).unwrap()
 }
 
 #[test]
@@ -99,18 +99,18 @@ fn a_twentieth_of_the_faces_looks_like_the_original_in_every_format() {
     let folder = folder();
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("ball.obj"), ball()).unwrap();
-    let original = dressed(&at("ball.obj"));
+    let original = read_textured(&at("ball.obj"));
     let asked = ["--ratio", "0.05", "--bake", "512", "--report", "r.json"];
-    simplified(folder.path(), "ball.obj", "plain.obj", &["--ratio", "0.05"]);
-    let plain = likeness(&original, &dressed(&at("plain.obj")));
+    simplify(folder.path(), "ball.obj", "plain.obj", &["--ratio", "0.05"]);
+    let plain = likeness(&original, &read_textured(&at("plain.obj")));
     for output in ["baked.glb", "baked.obj", "baked.gltf"] {
-        let said = simplified(folder.path(), "ball.obj", output, &asked);
+        let said = simplify(folder.path(), "ball.obj", output, &asked);
         let line = said.lines().find(|line| line.starts_with("baked     512 x 512, ")).unwrap();
         assert!(line.contains(" charts, ") && line.ends_with(" % of the texels"), "{line}");
         let report = &json(&at("r.json"))["baked"];
         assert_eq!(report["size"], 512);
         assert!(report["covered"].as_f64().unwrap() > 0.4 && report["charts"].as_u64().unwrap() > 1, "{report}");
-        let baked = dressed(&at(output));
+        let baked = read_textured(&at(output));
         assert!(baked.mesh.faces().len() < original.mesh.faces().len() / 18);
         let found = likeness(&original, &baked);
         assert!(found > plain + 3.0 && found > 24.0, "{output}: {found} dB, {plain} dB without");
@@ -143,7 +143,7 @@ fn a_twentieth_of_the_faces_looks_like_the_original_in_every_format() {
 fn normals_tangents_and_coordinates_are_written_with_the_normal_map() {
     let folder = folder();
     std::fs::write(folder.path().join("ball.obj"), ball()).unwrap();
-    simplified(folder.path(), "ball.obj", "a.glb", &["--faces", "1000", "--bake", "128"]);
+    simplify(folder.path(), "ball.obj", "a.glb", &["--faces", "1000", "--bake", "128"]);
     let asset = Asset::read_path(&folder.path().join("a.glb")).unwrap();
     let attributes = &asset.parts()[0].mesh.attributes;
     let mut roles: Vec<String> = attributes.channels.iter().map(|channel| format!("{:?}", channel.role)).collect();
@@ -162,13 +162,13 @@ fn normals_tangents_and_coordinates_are_written_with_the_normal_map() {
 }
 
 #[test]
-fn what_materials_do_with_light_comes_back() {
+fn emission_roughness_and_metal_are_baked() {
     let folder = folder();
     sheet(folder.path());
-    let original = dressed(&folder.path().join("sheet.obj"));
+    let original = read_textured(&folder.path().join("sheet.obj"));
     for output in ["baked.glb", "baked.obj"] {
-        simplified(folder.path(), "sheet.obj", output, &["--ratio", "0.05", "--bake", "256"]);
-        let baked = dressed(&folder.path().join(output));
+        simplify(folder.path(), "sheet.obj", output, &["--ratio", "0.05", "--bake", "256"]);
+        let baked = read_textured(&folder.path().join(output));
         assert!(likeness(&original, &baked) > 24.0, "{output}: {}", likeness(&original, &baked));
         let finish = &baked.looks.of_groups[0].finish;
         assert!(finish.emission_texture.is_some() && finish.emission == [1.0; 3], "{output}");
@@ -188,7 +188,7 @@ fn the_bytes_are_the_same_on_any_number_of_threads() {
     std::fs::write(folder.path().join("ball.obj"), ball()).unwrap();
     let written = |threads: &str| {
         let asked = ["--ratio", "0.03", "--bake", "200", "--threads", threads, "-q"];
-        simplified(folder.path(), "ball.obj", "a.glb", &asked);
+        simplify(folder.path(), "ball.obj", "a.glb", &asked);
         std::fs::read(folder.path().join("a.glb")).unwrap()
     };
     let one = written("1");
@@ -234,7 +234,7 @@ fn scene(targets: bool) -> String {
 fn the_meshes_of_a_scene_become_one_with_the_looks_of_all() {
     let folder = folder();
     std::fs::write(folder.path().join("scene.gltf"), scene(false)).unwrap();
-    simplified(folder.path(), "scene.gltf", "one.glb", &["--ratio", "1", "--bake", "64"]);
+    simplify(folder.path(), "scene.gltf", "one.glb", &["--ratio", "1", "--bake", "64"]);
     let asset = Asset::read_path(&folder.path().join("one.glb")).unwrap();
     assert_eq!(asset.parts().len(), 1);
     let look = &asset.looks().0[0][0];
@@ -247,7 +247,7 @@ fn the_meshes_of_a_scene_become_one_with_the_looks_of_all() {
 }
 
 #[test]
-fn what_cannot_be_baked_is_refused_in_one_line() {
+fn unbakeable_requests_are_refused_in_one_line() {
     let folder = folder();
     std::fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     std::fs::write(folder.path().join("bent.gltf"), scene(true)).unwrap();
@@ -260,14 +260,14 @@ fn what_cannot_be_baked_is_refused_in_one_line() {
         ("bent.gltf", "b.glb", "64", 2, "--bake: a mesh with a skin or morph targets has more than one shape"),
     ] {
         let refused = run(folder.path(), &["simplify", input, "-o", output, "--ratio", "0.5", "--bake", size]);
-        assert_eq!(refused.code, Some(code), "{}", refused.words);
-        assert!(the_line(&refused).contains(words), "{}", refused.words);
+        assert_eq!(refused.code, Some(code), "{}", refused.stderr);
+        assert!(error_line(&refused).contains(words), "{}", refused.stderr);
     }
     for other in [&["--lods", "0.5,0.2"][..], &["--size", "2MB"], &["--ratio", "0.5", "--ignore", "uv"]] {
         let asked = [&["simplify", "a.obj", "-o", "b.glb", "--bake", "64"], other].concat();
         let refused = run(folder.path(), &asked);
         assert_eq!(refused.code, Some(2), "{other:?}");
-        assert!(refused.words.contains("cannot be used with"), "{}", refused.words);
+        assert!(refused.stderr.contains("cannot be used with"), "{}", refused.stderr);
     }
     let parts: String =
         (0..300).map(|i| crate::common::sphere(1 + 14 * i, 3, [3.0 * i as f64, 0.0, 0.0], 1.0)).collect();
@@ -275,7 +275,7 @@ fn what_cannot_be_baked_is_refused_in_one_line() {
     let asked = ["simplify", "parts.obj", "-o", "b.glb", "--ratio", "1", "--bake", "16", "-q"];
     let refused = run(folder.path(), &asked);
     assert_eq!(refused.code, Some(1));
-    assert!(the_line(&refused).contains("--bake 16: the charts do not fit on 16 x 16 texels"), "{}", refused.words);
+    assert!(error_line(&refused).contains("--bake 16: the charts do not fit on 16 x 16 texels"), "{}", refused.stderr);
     std::fs::remove_file(folder.path().join("parts.obj")).unwrap();
     assert_eq!(files(folder.path()), before);
 }
@@ -291,7 +291,7 @@ fn a_batch_bakes_each_mesh_and_says_which_format_holds_none() {
     let out = folder.path().join("out");
     let rows = std::fs::read_to_string(out.join("manifest.csv")).unwrap();
     assert!(rows.contains("--bake 64") && rows.contains("off cannot store textures"), "{rows}");
-    assert!(dressed(&out.join("sheet.obj")).looks.of_groups[0].texture.is_some());
+    assert!(read_textured(&out.join("sheet.obj")).looks.of_groups[0].texture.is_some());
     let bad = ["simplify", "in", "-o", "out2", "--ratio", "0.1", "--bake", "9"];
     assert_eq!(run(folder.path(), &bad).code, Some(2));
 }
@@ -319,14 +319,14 @@ fn a_webp_is_baked_and_what_cannot_be_decoded_is_refused() {
     ] {
         std::fs::write(folder.path().join("a.webp"), image).unwrap();
         let run = run(folder.path(), &words);
-        assert_eq!(run.code, Some(1), "{}", run.words);
+        assert_eq!(run.code, Some(1), "{}", run.stderr);
         let line = format!("neural-mesh: a.obj: --bake 64: an image of the material \"cloth\" {why}");
-        assert_eq!(the_line(&run), line);
+        assert_eq!(error_line(&run), line);
         assert!(!folder.path().join("b.glb").exists());
     }
     std::fs::write(folder.path().join("a.webp"), &webp).unwrap();
     let run = run(folder.path(), &words);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let (looks, _) = Asset::read_path(&folder.path().join("b.glb")).unwrap().looks();
     let look = &looks[0][0];
     let seen = look.texture.as_ref().map(|texture| decode_image(&texture.image).unwrap());
@@ -345,7 +345,7 @@ fn a_ktx2_is_baked() {
     std::fs::write(folder.path().join("a.ktx2"), include_bytes!("../../tests/images/uastc_zstd.ktx2")).unwrap();
     let words = ["simplify", "a.obj", "-o", "b.glb", "--ratio", "1", "--bake", "64", "--force"];
     let run = run(folder.path(), &words);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let (looks, _) = Asset::read_path(&folder.path().join("b.glb")).unwrap().looks();
     let image = decode_image(&looks[0][0].texture.as_ref().unwrap().image).unwrap();
     // Red and green rise from zero to full, one along each side.

@@ -21,27 +21,27 @@ fn outcome(folder: &Path, mesh: &str) -> String {
     manifest(folder)[mesh]["outcome"].clone()
 }
 
-fn put(path: &Path, mesh: &TriMesh, format: Format) {
+fn write_mesh(path: &Path, mesh: &TriMesh, format: Format) {
     fs::create_dir_all(path.parent().unwrap()).unwrap();
     fs::write(path, write(mesh, &Frame::default(), format).unwrap()).unwrap();
 }
 
-fn prepared() -> tempfile::TempDir {
+fn folder_of_meshes() -> tempfile::TempDir {
     let folder = folder();
     let input = folder.path().join("in");
-    put(&input.join("a.obj"), &shapes::icosphere(3), Format::Obj);
-    put(&input.join("a.ply"), &shapes::torus(24, 16, 1.0, 0.3), Format::Ply);
-    put(&input.join("deep/er/b.stl"), &shapes::bolt(16), Format::Stl);
-    put(&input.join("c.off"), &shapes::grid(12, 9), Format::Off);
+    write_mesh(&input.join("a.obj"), &shapes::icosphere(3), Format::Obj);
+    write_mesh(&input.join("a.ply"), &shapes::torus(24, 16, 1.0, 0.3), Format::Ply);
+    write_mesh(&input.join("deep/er/b.stl"), &shapes::bolt(16), Format::Stl);
+    write_mesh(&input.join("c.off"), &shapes::grid(12, 9), Format::Off);
     fs::write(input.join("words.txt"), "no mesh").unwrap();
     folder
 }
 
 #[test]
 fn a_folder_becomes_a_folder_with_a_manifest() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.2"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let out = folder.path().join("out");
     assert_eq!(files(&out), ["a.obj", "a.ply", "c.off", "deep", "manifest.csv"]);
     assert_eq!(files(&out.join("deep/er")), ["b.stl"]);
@@ -60,7 +60,7 @@ fn a_folder_becomes_a_folder_with_a_manifest() {
 
 #[test]
 fn a_size_in_other_words_is_the_same_batch() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     let batch = |out: &str, size: [&str; 2], more: &[&str]| {
         run(folder.path(), &[&["simplify", "in", "-o", out], &size[..], more].concat())
     };
@@ -73,9 +73,9 @@ fn a_size_in_other_words_is_the_same_batch() {
         assert_eq!(batch(out, same, &["--resume"]).code, Some(0));
         let refused = batch(out, other, &["--resume"]);
         assert!(
-            refused.code == Some(1) && the_line(&refused).contains("belongs to a batch with other options"),
+            refused.code == Some(1) && error_line(&refused).contains("belongs to a batch with other options"),
             "{}",
-            refused.words
+            refused.stderr
         );
     }
     let rows = manifest(&folder.path().join("c"));
@@ -88,7 +88,7 @@ fn a_size_in_other_words_is_the_same_batch() {
 
 #[test]
 fn each_result_is_that_of_the_mesh_alone() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.3"]).code, Some(0));
     assert_eq!(run(folder.path(), &["simplify", "in/a.ply", "-o", "alone.ply", "--ratio", "0.3"]).code, Some(0));
     assert_eq!(fs::read(folder.path().join("out/a.ply")).unwrap(), fs::read(folder.path().join("alone.ply")).unwrap());
@@ -96,10 +96,10 @@ fn each_result_is_that_of_the_mesh_alone() {
 
 #[test]
 fn levels_of_detail_are_files_of_their_own_in_a_row_of_their_mesh() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     let arguments = ["simplify", "in", "-o", "out", "--lods", "50%,20%"];
     let levels = run(folder.path(), &arguments);
-    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    assert_eq!(levels.code, Some(0), "{}", levels.stderr);
     let rows = manifest(&folder.path().join("out"));
     let n_files = rows.values().map(|row| {
         let faces: Vec<usize> = row["output_faces"].split(';').map(|n| n.parse().unwrap()).collect();
@@ -107,7 +107,7 @@ fn levels_of_detail_are_files_of_their_own_in_a_row_of_their_mesh() {
         assert_eq!(row["mean_percent"].split(';').count(), 2);
         for (level, n_faces) in faces.iter().enumerate() {
             let path = folder.path().join("out").join(row["output"].replace("{level}", &level.to_string()));
-            assert_eq!(welded(&path).faces().len(), *n_faces);
+            assert_eq!(read_welded(&path).faces().len(), *n_faces);
             std::fs::remove_file(path).unwrap();
         }
         faces.len()
@@ -115,17 +115,17 @@ fn levels_of_detail_are_files_of_their_own_in_a_row_of_their_mesh() {
     assert_eq!(n_files.sum::<usize>(), 2 * rows.len());
     // A level is missing, so the mesh is not done.
     let resumed = run(folder.path(), &[&arguments[..], &["--resume"]].concat());
-    assert_eq!(resumed.code, Some(0), "{}", resumed.words);
+    assert_eq!(resumed.code, Some(0), "{}", resumed.stderr);
     assert!(rows.values().all(|row| folder.path().join("out").join(row["output"].replace("{level}", "1")).is_file()));
 }
 
 #[test]
 fn each_mesh_gets_its_report_and_its_picture() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     let told = ["--report", "told", "--picture", "drawn"];
     let arguments = [&["simplify", "in", "-o", "out", "--ratio", "0.2"], &told[..]].concat();
     let first = run(folder.path(), &arguments);
-    assert_eq!(first.code, Some(0), "{}", first.words);
+    assert_eq!(first.code, Some(0), "{}", first.stderr);
     let rows = manifest(&folder.path().join("out"));
     assert!(rows.len() == 4 && folder.path().join("told/deep/er/b.stl.json").is_file());
     for (name, row) in &rows {
@@ -137,17 +137,17 @@ fn each_mesh_gets_its_report_and_its_picture() {
     // A mesh is done when all requested files exist.
     fs::remove_file(folder.path().join("drawn/c.off.png")).unwrap();
     let resumed = run(folder.path(), &[&arguments[..], &["--resume"]].concat());
-    assert_eq!(resumed.code, Some(0), "{}", resumed.words);
+    assert_eq!(resumed.code, Some(0), "{}", resumed.stderr);
     assert!(folder.path().join("drawn/c.off.png").is_file());
     let refused = run(folder.path(), &["simplify", "in", "-o", "other", "--ratio", "0.2", "--report", "told"]);
-    assert!(refused.code == Some(1) && the_line(&refused).contains("exists already"), "{}", refused.words);
+    assert!(refused.code == Some(1) && error_line(&refused).contains("exists already"), "{}", refused.stderr);
 }
 
 #[test]
 fn meshes_that_would_share_a_name_keep_their_endings() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     let run = run(folder.path(), &["simplify", "in", "-o", "out", "--vertices", "60", "--format", "ply"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let out = folder.path().join("out");
     assert_eq!(files(&out), ["a.obj.ply", "a.ply.ply", "c.ply", "deep", "manifest.csv"]);
     assert_eq!(info(&out, "a.obj.ply")["genus"], 0);
@@ -156,7 +156,7 @@ fn meshes_that_would_share_a_name_keep_their_endings() {
 
 #[test]
 fn a_failing_mesh_is_a_row_and_not_the_end() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     let bad: [(&str, &[u8]); 5] = [
         ("empty.ply", b""),
         ("cut.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\n"),
@@ -172,21 +172,21 @@ fn a_failing_mesh_is_a_row_and_not_the_end() {
     let out = folder.path().join("out");
     for (name, _) in bad {
         assert!(outcome(&out, name).starts_with("failed: "), "{}", outcome(&out, name));
-        assert!(run.words.contains(name), "{}", run.words);
+        assert!(run.stderr.contains(name), "{}", run.stderr);
         assert!(!out.join(name).exists());
     }
     for name in ["a.obj", "a.ply", "c.off", "deep/er/b.stl"] {
         assert_eq!(outcome(&out, name), "reached");
     }
-    assert!(run.words.contains("5 meshes failed"), "{}", run.words);
+    assert!(run.stderr.contains("5 meshes failed"), "{}", run.stderr);
 }
 
 #[test]
 fn a_mesh_that_stops_short_is_no_failure() {
     let folder = folder();
-    put(&folder.path().join("in/chain.ply"), &shapes::chain_of_tori(5), Format::Ply);
+    write_mesh(&folder.path().join("in/chain.ply"), &shapes::chain_of_tori(5), Format::Ply);
     let run = run(folder.path(), &["simplify", "in", "-o", "out", "--vertices", "4"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let outcome = outcome(&folder.path().join("out"), "chain.ply");
     assert!(outcome != "reached" && !outcome.starts_with("failed"), "{outcome}");
 }
@@ -196,7 +196,7 @@ fn killed_and_resumed_it_has_the_same_files_and_rows() {
     let folder = folder();
     for i in 0..12 {
         let mesh = shapes::wavy_sphere(4, 2.0 + f64::from(i));
-        put(&folder.path().join(format!("in/{i}.ply")), &mesh, Format::Ply);
+        write_mesh(&folder.path().join(format!("in/{i}.ply")), &mesh, Format::Ply);
     }
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "whole", "--ratio", "0.1"]).code, Some(0));
     let n_results = || {
@@ -211,7 +211,7 @@ fn killed_and_resumed_it_has_the_same_files_and_rows() {
     }
     assert!(n_killed >= 2, "killed only {n_killed} times");
     let resumed = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.1", "--resume"]);
-    assert_eq!(resumed.code, Some(0), "{}", resumed.words);
+    assert_eq!(resumed.code, Some(0), "{}", resumed.stderr);
     let [whole, out] = ["whole", "out"].map(|name| folder.path().join(name));
     let without_time = |folder: &Path| {
         let mut rows = manifest(folder);
@@ -226,8 +226,8 @@ fn killed_and_resumed_it_has_the_same_files_and_rows() {
 }
 
 #[test]
-fn what_is_done_is_not_done_again() {
-    let folder = prepared();
+fn finished_meshes_are_not_repeated() {
+    let folder = folder_of_meshes();
     fs::write(folder.path().join("in/bad.ply"), "ply").unwrap();
     let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2", "--resume"];
     assert_eq!(run(folder.path(), &arguments).code, Some(1));
@@ -235,9 +235,9 @@ fn what_is_done_is_not_done_again() {
     // Existing results stay unchanged; deleted and failed ones are made.
     fs::write(out.join("a.obj"), "mine").unwrap();
     fs::remove_file(out.join("c.off")).unwrap();
-    put(&folder.path().join("in/bad.ply"), &shapes::icosphere(2), Format::Ply);
+    write_mesh(&folder.path().join("in/bad.ply"), &shapes::icosphere(2), Format::Ply);
     let resumed = run(folder.path(), &arguments);
-    assert_eq!(resumed.code, Some(0), "{}", resumed.words);
+    assert_eq!(resumed.code, Some(0), "{}", resumed.stderr);
     assert_eq!(fs::read(out.join("a.obj")).unwrap(), b"mine");
     assert!(out.join("c.off").exists());
     assert_eq!(outcome(&out, "bad.ply"), "reached");
@@ -245,17 +245,17 @@ fn what_is_done_is_not_done_again() {
 
 #[test]
 fn a_resumed_batch_is_the_same_batch() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.2"]).code, Some(0));
     let again = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.2"]);
     assert_eq!(again.code, Some(1));
-    assert!(the_line(&again).contains("--resume"));
+    assert!(error_line(&again).contains("--resume"));
     let other = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.3", "--resume"]);
     assert_eq!(other.code, Some(1));
-    assert!(the_line(&other).contains("--ratio 0.2"));
+    assert!(error_line(&other).contains("--ratio 0.2"));
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.3", "--force"]).code, Some(0));
     // A file that the batch did not make stays.
-    put(&folder.path().join("in/new.ply"), &shapes::icosphere(2), Format::Ply);
+    write_mesh(&folder.path().join("in/new.ply"), &shapes::icosphere(2), Format::Ply);
     fs::write(folder.path().join("out/new.ply"), "mine").unwrap();
     let resumed = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.3", "--resume"]);
     assert_eq!(resumed.code, Some(1));
@@ -264,20 +264,20 @@ fn a_resumed_batch_is_the_same_batch() {
 
 #[test]
 fn lists_patterns_and_names() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     fs::create_dir(folder.path().join("work")).unwrap();
     let work = folder.path().join("work");
     let list = "../in/a.ply\n\n../in/deep/er/b.stl\n../in/gone.ply\n";
     let listed = run_with_input(&work, &["simplify", "--list", "-", "-o", "listed", "--ratio", "0.5"], list.as_bytes());
-    assert_eq!(listed.code, Some(1), "{}", listed.words);
+    assert_eq!(listed.code, Some(1), "{}", listed.stderr);
     assert_eq!(files(&work), ["listed"]);
     assert_eq!(files(&work.join("listed")), ["a.ply", "deep", "manifest.csv"]);
     assert!(outcome(&work.join("listed"), "gone.ply").starts_with("failed"));
     let matched = run(folder.path(), &["simplify", "in/**/*.[ps]*", "-o", "matched", "--ratio", "0.5"]);
-    assert_eq!(matched.code, Some(0), "{}", matched.words);
+    assert_eq!(matched.code, Some(0), "{}", matched.stderr);
     assert_eq!(files(&folder.path().join("matched")), ["a.ply", "deep", "manifest.csv"]);
     let named = run(folder.path(), &["simplify", "in/a.ply", "in/c.off", "-o", "named", "--ratio", "0.5"]);
-    assert_eq!(named.code, Some(0), "{}", named.words);
+    assert_eq!(named.code, Some(0), "{}", named.stderr);
     assert_eq!(files(&folder.path().join("named")), ["a.ply", "c.off", "manifest.csv"]);
     let nothing = run(folder.path(), &["simplify", "in/*.glb", "-o", "none", "--ratio", "0.5"]);
     assert_eq!((nothing.code, folder.path().join("none").exists()), (Some(1), false));
@@ -285,7 +285,7 @@ fn lists_patterns_and_names() {
 
 #[test]
 fn results_within_the_searched_folder_are_no_meshes_of_it() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     let arguments = ["simplify", "in", "-o", "in/out", "--ratio", "0.5", "--resume"];
     assert_eq!(run(folder.path(), &arguments).code, Some(0));
     assert_eq!(run(folder.path(), &arguments).code, Some(0));
@@ -295,7 +295,7 @@ fn results_within_the_searched_folder_are_no_meshes_of_it() {
 #[cfg(unix)]
 #[test]
 fn nothing_is_written_outside_the_folder() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     for name in ["out", "elsewhere"] {
         fs::create_dir(folder.path().join(name)).unwrap();
     }
@@ -313,7 +313,7 @@ fn nothing_is_written_outside_the_folder() {
 #[cfg(unix)]
 #[test]
 fn a_manifest_that_is_a_link_is_refused() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     fs::create_dir(folder.path().join("out")).unwrap();
     fs::write(folder.path().join("mine.csv"), "mine").unwrap();
     for to in ["../mine.csv", "../new.csv"] {
@@ -322,7 +322,7 @@ fn a_manifest_that_is_a_link_is_refused() {
         for more in ["--force", "--resume"] {
             let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.5", more]);
             assert_eq!(run.code, Some(1));
-            assert!(the_line(&run).contains("is a link"), "{}", run.words);
+            assert!(error_line(&run).contains("is a link"), "{}", run.stderr);
         }
         fs::remove_file(link).unwrap();
     }
@@ -335,14 +335,14 @@ fn a_manifest_that_is_a_link_is_refused() {
 fn ctrl_c_leaves_a_batch_that_goes_on() {
     let folder = folder();
     for i in 0..40 {
-        put(&folder.path().join(format!("in/{i}.ply")), &shapes::wavy_sphere(4, 3.0), Format::Ply);
+        write_mesh(&folder.path().join(format!("in/{i}.ply")), &shapes::wavy_sphere(4, 3.0), Format::Ply);
     }
     let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.1", "--resume"];
     let child = program(folder.path(), &arguments).spawn().unwrap();
     let out = folder.path().join("out");
     let stopped = interrupt_once(child, || out.exists() && files(&out).iter().any(|name| name.ends_with(".ply")));
-    assert_eq!(stopped.code, Some(130), "{}", stopped.words);
-    assert!(the_line(&stopped).contains("--resume"));
+    assert_eq!(stopped.code, Some(130), "{}", stopped.stderr);
+    assert!(error_line(&stopped).contains("--resume"));
     assert!(files(&out).iter().all(|name| !name.starts_with('.')), "{:?}", files(&out));
     assert!(files(&out).len() < 41);
     assert_eq!(run(folder.path(), &arguments).code, Some(0));
@@ -353,8 +353,8 @@ fn ctrl_c_leaves_a_batch_that_goes_on() {
 fn a_texture_never_takes_the_place_of_another_mesh() {
     let folder = folder();
     let at = |name: &str| folder.path().join("in").join(name);
-    put(&at("b.ply"), &shapes::icosphere(3), Format::Ply);
-    put(&at("c.obj"), &shapes::icosphere(2), Format::Obj);
+    write_mesh(&at("b.ply"), &shapes::icosphere(3), Format::Ply);
+    write_mesh(&at("c.obj"), &shapes::icosphere(2), Format::Obj);
     for (name, texture) in [("a", "b.ply"), ("d", "c.obj"), ("e", "manifest.csv"), ("f", "t.png")] {
         fs::write(at(&format!("{name}.mtl")), format!("newmtl m\nmap_Kd {texture}\n")).unwrap();
         fs::write(at(&format!("{name}.obj")), format!("mtllib {name}.mtl\nusemtl m\n{OCTAHEDRON}")).unwrap();
@@ -406,7 +406,7 @@ fn two_meshes_never_share_a_file_that_differs() {
 #[cfg(unix)]
 #[test]
 fn two_batches_in_one_folder_exclude_each_other() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     let made = std::process::Command::new("mkfifo").arg(folder.path().join("weights")).status().unwrap();
     assert!(made.success());
     // The pipe of the weights stays empty, so the first batch waits and keeps its folder locked.
@@ -416,7 +416,7 @@ fn two_batches_in_one_folder_exclude_each_other() {
     for more in [&[][..], &["--resume"], &["--force"]] {
         let second = run(folder.path(), &[&arguments[..], more].concat());
         assert_eq!(second.code, Some(1));
-        assert!(the_line(&second).contains("another batch writes into this folder"), "{}", second.words);
+        assert!(error_line(&second).contains("another batch writes into this folder"), "{}", second.stderr);
     }
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "elsewhere", "--ratio", "0.2"]).code, Some(0));
     assert_eq!(files(&folder.path().join("out")), ["manifest.csv"]);
@@ -434,7 +434,7 @@ fn names_that_are_not_utf_8_keep_apart() {
     let folder = folder();
     let names = [&b"a\xfe.ply"[..], b"a\xff.ply", b"a\\xff.ply", b"a\xef\xbf\xbd.ply"].map(OsStr::from_bytes);
     for (level, name) in names.iter().enumerate() {
-        put(&folder.path().join("in").join(name), &shapes::wavy_sphere(2, 1.0 + level as f64), Format::Ply);
+        write_mesh(&folder.path().join("in").join(name), &shapes::wavy_sphere(2, 1.0 + level as f64), Format::Ply);
     }
     let arguments = ["simplify", "in", "-o", "out", "--vertices", "40", "--resume"];
     assert_eq!(run(folder.path(), &arguments).code, Some(0));
@@ -457,7 +457,7 @@ fn names_that_are_not_utf_8_keep_apart() {
 
 #[test]
 fn results_of_an_interrupted_run_are_found_again_and_others_stay() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2", "--resume"];
     assert_eq!(run(folder.path(), &arguments).code, Some(0));
     let out = folder.path().join("out");
@@ -477,7 +477,7 @@ fn results_of_an_interrupted_run_are_found_again_and_others_stay() {
             fs::remove_file(&path).unwrap();
         }
         let repaired = run(folder.path(), &arguments);
-        assert_eq!(repaired.code, Some(0), "{}", repaired.words);
+        assert_eq!(repaired.code, Some(0), "{}", repaired.stderr);
         assert_eq!(without_time(), whole);
     }
     // A file that is no result of this batch stays after any number of interruptions.
@@ -493,8 +493,8 @@ fn results_of_an_interrupted_run_are_found_again_and_others_stay() {
 }
 
 #[test]
-fn what_makes_no_sense_is_a_usage_error() {
-    let folder = prepared();
+fn options_for_single_meshes_are_usage_errors() {
+    let folder = folder_of_meshes();
     for more in [
         &["--report", "-"][..],
         &["--picture", "-"],
@@ -504,7 +504,7 @@ fn what_makes_no_sense_is_a_usage_error() {
         &["--threads", "0"],
     ] {
         let refused = run(folder.path(), &[&["simplify", "in", "-o", "out", "--ratio", "0.2"], more].concat());
-        assert_eq!(refused.code, Some(2), "{more:?} {}", refused.words);
+        assert_eq!(refused.code, Some(2), "{more:?} {}", refused.stderr);
     }
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "-", "--ratio", "0.2"]).code, Some(2));
     let single = run(folder.path(), &["simplify", "in/a.ply", "-o", "a.ply", "--ratio", "0.2", "--resume"]);
@@ -514,27 +514,27 @@ fn what_makes_no_sense_is_a_usage_error() {
 
 #[test]
 fn a_value_apart_from_its_option_and_a_mesh_for_a_folder_are_refused() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     for more in
         [&["--ratio", "0.5", "--fill-holes", "30"][..], &["--error", "0.2", "%"], &["--ratio", "0.5", "--prune", "1%"]]
     {
         let words = [&["simplify", "in/a.ply", "-o", "out.ply"], more].concat();
         let refused = run(folder.path(), &words);
-        assert_eq!(refused.code, Some(2), "{}", refused.words);
-        assert!(the_line(&refused).contains("write it after =, as in --prune=1%"), "{}", refused.words);
+        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+        assert!(error_line(&refused).contains("write it after =, as in --prune=1%"), "{}", refused.stderr);
     }
     let refused = run(folder.path(), &["simplify", "in", "-o", "out.ply", "--ratio", "0.5"]);
     assert!(
-        refused.code == Some(2) && the_line(&refused).contains("several meshes need a folder"),
+        refused.code == Some(2) && error_line(&refused).contains("several meshes need a folder"),
         "{}",
-        refused.words
+        refused.stderr
     );
     assert!(!folder.path().join("out.ply").exists());
 }
 
 #[test]
 fn little_memory_makes_it_slower_and_nothing_else() {
-    let folder = prepared();
+    let folder = folder_of_meshes();
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "wide", "--ratio", "0.2"]).code, Some(0));
     let arguments = ["simplify", "in", "-o", "narrow", "--ratio", "0.2", "--memory", "0.001", "--threads", "3"];
     assert_eq!(run(folder.path(), &arguments).code, Some(0));

@@ -7,7 +7,7 @@ use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 
-fn put(path: &Path, mesh: &TriMesh) {
+fn write_mesh(path: &Path, mesh: &TriMesh) {
     fs::create_dir_all(path.parent().unwrap()).unwrap();
     fs::write(path, write(mesh, &Frame::default(), Format::Ply).unwrap()).unwrap();
 }
@@ -18,7 +18,7 @@ fn nearly_mirrored() -> TriMesh {
     TriMesh::new(positions, faces).unwrap()
 }
 
-fn simplified(folder: &Path, more: &[&str]) -> (Run, String) {
+fn simplify_with_report(folder: &Path, more: &[&str]) -> (Run, String) {
     let arguments = ["simplify", "in.ply", "-o", "out.ply", "--report", "r.json", "--force"];
     let run = run(folder, &[&arguments[..], more].concat());
     let outcome = json(&folder.join("r.json"))["outcome"].as_str().unwrap().to_string();
@@ -26,7 +26,7 @@ fn simplified(folder: &Path, more: &[&str]) -> (Run, String) {
 }
 
 #[test]
-fn a_distance_is_held_where_surfaces_touch() {
+fn a_distance_bound_holds_where_surfaces_touch() {
     let meshes = [
         ("klein bottle", shapes::klein_bottle(6, 4)),
         ("spheres", shapes::touching_spheres(2)),
@@ -35,58 +35,58 @@ fn a_distance_is_held_where_surfaces_touch() {
     ];
     for (name, mesh) in &meshes {
         let folder = folder();
-        put(&folder.path().join("in.ply"), mesh);
+        write_mesh(&folder.path().join("in.ply"), mesh);
         for percent in ["0.1", "3"] {
-            let (run, outcome) = simplified(folder.path(), &["--error", &format!("{percent}%")]);
+            let (run, outcome) = simplify_with_report(folder.path(), &["--error", &format!("{percent}%")]);
             let upper = json(&folder.path().join("r.json"))["certified"]["upper_percent"].as_f64().unwrap();
-            let is_held = upper <= percent.parse::<f64>().unwrap();
-            assert_eq!(run.code, Some(if is_held { 0 } else { 3 }), "{name} {percent}: {upper}");
-            assert_eq!(outcome == "reached", is_held, "{name} {percent}: {upper}, {outcome}");
-            assert!(is_held || *name != "klein bottle", "{percent}: {upper}");
+            let is_kept = upper <= percent.parse::<f64>().unwrap();
+            assert_eq!(run.code, Some(if is_kept { 0 } else { 3 }), "{name} {percent}: {upper}");
+            assert_eq!(outcome == "reached", is_kept, "{name} {percent}: {upper}, {outcome}");
+            assert!(is_kept || *name != "klein bottle", "{percent}: {upper}");
         }
     }
 }
 
 #[test]
-fn a_bound_that_is_not_held_is_written_and_said_by_the_exit_code() {
+fn a_missed_bound_is_written_and_sets_the_exit_code() {
     let folder = folder();
-    put(&folder.path().join("in.ply"), &nearly_mirrored());
+    write_mesh(&folder.path().join("in.ply"), &nearly_mirrored());
     let cases = [
         (&["--error", "1e-6", "--symmetric=x"][..], "no result is proved to be within 0.00000100 ("),
         (&["--error", "0", "--symmetric=x"], "no result is proved to be within 0 (0 % of the diagonal)"),
         (&["--size", "200"], "the smallest result takes "),
     ];
     for (bound, why) in cases {
-        let (run, outcome) = simplified(folder.path(), bound);
-        assert_eq!(run.code, Some(3), "{}", run.words);
+        let (run, outcome) = simplify_with_report(folder.path(), bound);
+        assert_eq!(run.code, Some(3), "{}", run.stderr);
         assert!(outcome.starts_with(&format!("stopped: {why}")), "{outcome}");
         assert_eq!(
-            the_line(&run),
+            error_line(&run),
             format!(
                 "neural-mesh: out.ply: the result is written, but the target is not reached: simplification {outcome}"
             )
         );
-        assert!(String::from_utf8(run.out).unwrap().contains(&format!("stopped   {why}")));
+        assert!(String::from_utf8(run.stdout).unwrap().contains(&format!("stopped   {why}")));
         assert!(info(folder.path(), "out.ply")["vertices"].as_u64().unwrap() > 3);
-        let (quiet, _) = simplified(folder.path(), &[bound, &["--quiet"]].concat());
-        assert_eq!((quiet.code, quiet.out.len(), quiet.words.lines().count()), (Some(3), 0, 1));
+        let (quiet, _) = simplify_with_report(folder.path(), &[bound, &["--quiet"]].concat());
+        assert_eq!((quiet.code, quiet.stdout.len(), quiet.stderr.lines().count()), (Some(3), 0, 1));
     }
     for bound in [["--error", "1%"], ["--size", "20kB"]] {
-        let (run, outcome) = simplified(folder.path(), &bound);
-        assert_eq!((run.code, outcome.as_str()), (Some(0), "reached"), "{}", run.words);
+        let (run, outcome) = simplify_with_report(folder.path(), &bound);
+        assert_eq!((run.code, outcome.as_str()), (Some(0), "reached"), "{}", run.stderr);
     }
 }
 
 #[test]
-fn a_size_that_is_not_reached_is_said_by_the_exit_code_on_request() {
+fn a_missed_size_sets_the_exit_code_with_strict() {
     let folder = folder();
-    put(&folder.path().join("in.ply"), &shapes::chain_of_tori(5));
+    write_mesh(&folder.path().join("in.ply"), &shapes::chain_of_tori(5));
     for (size, strict) in [(["--vertices", "4"], 3), (["--lods", "0.5,0.001"], 3), (["--ratio", "0.5"], 0)] {
-        let (run, outcome) = simplified(folder.path(), &size);
-        assert_eq!(run.code, Some(0), "{}", run.words);
+        let (run, outcome) = simplify_with_report(folder.path(), &size);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
         assert_eq!(outcome.starts_with("stopped: "), size[0] == "--vertices", "{outcome}");
-        let (run, same) = simplified(folder.path(), &[&size[..], &["--strict"]].concat());
-        assert_eq!((run.code, same), (Some(strict), outcome), "{}", run.words);
+        let (run, same) = simplify_with_report(folder.path(), &[&size[..], &["--strict"]].concat());
+        assert_eq!((run.code, same), (Some(strict), outcome), "{}", run.stderr);
     }
     let levels =
         run(folder.path(), &["simplify", "in.ply", "-o", "l.ply", "--lods", "0.5,0.001", "--report", "l.json"]);
@@ -97,33 +97,33 @@ fn a_size_that_is_not_reached_is_said_by_the_exit_code_on_request() {
 }
 
 #[test]
-fn a_bound_is_held_on_standard_output_too() {
+fn bounds_hold_on_standard_output_too() {
     let folder = folder();
-    put(&folder.path().join("in.ply"), &shapes::icosphere(2));
+    write_mesh(&folder.path().join("in.ply"), &shapes::icosphere(2));
     let piped =
         |size| run(folder.path(), &["simplify", "in.ply", "-o", "-", "--format", "ply", "--quiet", "--size", size]);
-    let (held, short) = (piped("2kB"), piped("100"));
-    assert_eq!((held.code, short.code), (Some(0), Some(3)));
-    assert!(held.out.len() <= 2000 && short.out.len() > 100);
+    let (within, short) = (piped("2kB"), piped("100"));
+    assert_eq!((within.code, short.code), (Some(0), Some(3)));
+    assert!(within.stdout.len() <= 2000 && short.stdout.len() > 100);
     assert!(
-        the_line(&short).starts_with(
+        error_line(&short).starts_with(
             "neural-mesh: standard output: the result is written, but the target is not reached: simplification stopped: the smallest result takes "
         )
     );
 }
 
 #[test]
-fn in_a_batch_it_is_a_row() {
+fn a_missed_target_in_a_batch_is_a_row() {
     let folder = folder();
-    put(&folder.path().join("in/chain.ply"), &shapes::chain_of_tori(5));
-    put(&folder.path().join("in/sphere.ply"), &shapes::icosphere(3));
+    write_mesh(&folder.path().join("in/chain.ply"), &shapes::chain_of_tori(5));
+    write_mesh(&folder.path().join("in/sphere.ply"), &shapes::icosphere(3));
     let batch = |out: &str, more: &[&str]| run(folder.path(), &[&["simplify", "in", "-o", out], more].concat());
     let rows = |out: &str| fs::read_to_string(folder.path().join(out).join("manifest.csv")).unwrap();
     let count = |out: &str, outcome: &str| rows(out).matches(outcome).count();
     // A bound: only the sphere fits.
     let sized = batch("a", &["--size", "0.5kB"]);
-    assert_eq!(sized.code, Some(3), "{}", sized.words);
-    assert!(the_line(&sized).contains("1 meshes missed the target"), "{}", sized.words);
+    assert_eq!(sized.code, Some(3), "{}", sized.stderr);
+    assert!(error_line(&sized).contains("1 meshes missed the target"), "{}", sized.stderr);
     assert_eq!((count("a", ",reached,"), count("a", ",stopped: the smallest result takes ")), (1, 1), "{}", rows("a"));
     assert_eq!(batch("a", &["--size", "0.5kB", "--resume"]).code, Some(3));
     // A size.
@@ -131,7 +131,7 @@ fn in_a_batch_it_is_a_row() {
         [(&[][..], 0), (&["--strict", "--resume"], 3), (&["--resume"], 0), (&["--strict", "--force"], 3)]
     {
         let run = batch("b", &[&["--vertices", "4"], more].concat());
-        assert_eq!(run.code, Some(code), "{more:?} {}", run.words);
+        assert_eq!(run.code, Some(code), "{more:?} {}", run.stderr);
         assert_eq!((count("b", ",reached,"), count("b", ",stopped: ")), (1, 1), "{}", rows("b"));
     }
     // An error takes precedence.
@@ -143,7 +143,7 @@ fn in_a_batch_it_is_a_row() {
 fn help_says_what_the_exit_codes_are() {
     let folder = folder();
     let help = run(folder.path(), &["simplify", "--help-all"]);
-    let words = String::from_utf8(help.out).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    let words = String::from_utf8(help.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
     for said in [
         "3 the result was written but misses the target",
         "0, or 3 with --strict",
@@ -154,16 +154,16 @@ fn help_says_what_the_exit_codes_are() {
 }
 
 #[test]
-fn percent_are_of_the_whole_diagonal_where_crumbs_go() {
+fn percent_refer_to_the_diagonal_before_pruning() {
     let folder = folder();
     let (mut positions, mut faces) = shapes::icosphere(4).into_parts();
     let crumb = shapes::icosphere(1);
     let first = positions.len() as u32;
     positions.extend(crumb.positions().iter().map(|p| [0.01 * p[0] + 9.0, 0.01 * p[1], 0.01 * p[2]]));
     faces.extend(crumb.faces().iter().map(|face| face.map(|v| first + v)));
-    put(&folder.path().join("in.ply"), &TriMesh::new(positions, faces).unwrap());
-    let (run, outcome) = simplified(folder.path(), &["--error", "0.5%", "--prune=1%"]);
-    assert_eq!((run.code, outcome.as_str()), (Some(0), "reached"), "{}", run.words);
+    write_mesh(&folder.path().join("in.ply"), &TriMesh::new(positions, faces).unwrap());
+    let (run, outcome) = simplify_with_report(folder.path(), &["--error", "0.5%", "--prune=1%"]);
+    assert_eq!((run.code, outcome.as_str()), (Some(0), "reached"), "{}", run.stderr);
     let report = json(&folder.path().join("r.json"));
     let [asked, proved] = [&report["target"]["error_percent"], &report["certified"]["upper_percent"]];
     assert!(proved.as_f64().unwrap() <= asked.as_f64().unwrap(), "{report}");

@@ -15,8 +15,8 @@ fn folder_of_octahedra() -> tempfile::TempDir {
 }
 
 fn words(run: &Run) -> String {
-    assert_eq!(run.code, Some(0), "{}", run.words);
-    String::from_utf8(run.out.clone()).unwrap()
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    String::from_utf8(run.stdout.clone()).unwrap()
 }
 
 fn compare(folder: &Path, arguments: &[&str]) -> Run {
@@ -77,24 +77,24 @@ fn a_result_that_cannot_be_read_is_left_out() {
     let folder = folder_of_octahedra();
     fs::write(folder.path().join("bad.ply"), "ply").unwrap();
     let run = compare(folder.path(), &["a.obj", "bad.ply", "open.obj", "missing.ply", "--json", "a.json"]);
-    assert_eq!((run.code, run.words.lines().count()), (Some(1), 2), "{}", run.words);
-    assert!(run.words.contains("neural-mesh: bad.ply: ") && run.words.contains("neural-mesh: missing.ply: "));
-    assert!(String::from_utf8(run.out).unwrap().contains("open.obj"));
+    assert_eq!((run.code, run.stderr.lines().count()), (Some(1), 2), "{}", run.stderr);
+    assert!(run.stderr.contains("neural-mesh: bad.ply: ") && run.stderr.contains("neural-mesh: missing.ply: "));
+    assert!(String::from_utf8(run.stdout).unwrap().contains("open.obj"));
     let results = json(&folder.path().join("a.json"))["results"].clone();
     assert_eq!((results.as_array().unwrap().len(), &results[0]["name"]), (1, &"open.obj".into()));
     for meshes in [["a.obj", "bad.ply"], ["bad.ply", "a.obj"]] {
         let run = compare(folder.path(), &meshes);
-        assert_eq!((run.code, run.out.len()), (Some(1), 0));
-        assert!(the_line(&run).contains("bad.ply"), "{}", run.words);
+        assert_eq!((run.code, run.stdout.len()), (Some(1), 0));
+        assert!(error_line(&run).contains("bad.ply"), "{}", run.stderr);
     }
 }
 
 #[test]
 fn the_figures_are_the_same_on_any_number_of_threads() {
     let folder = folder();
-    let spot = shipped("spot.ply");
+    let spot = test_mesh_path("spot.ply");
     let spot = spot.to_str().unwrap();
-    let suzanne = shipped("suzanne.ply");
+    let suzanne = test_mesh_path("suzanne.ply");
     let both = [spot, suzanne.to_str().unwrap()];
     for threads in ["1", "3"] {
         let (json, html) = (format!("{threads}.json"), format!("{threads}.html"));
@@ -147,7 +147,7 @@ fn what_cannot_be_done_is_a_usage_error() {
         &["a.obj", "missing.obj", "--nonsense"],
     ] {
         let run = run(folder.path(), &[&["compare"], bad].concat());
-        assert_eq!(run.code, Some(2), "{bad:?}: {}", run.words);
+        assert_eq!(run.code, Some(2), "{bad:?}: {}", run.stderr);
     }
 }
 
@@ -165,7 +165,7 @@ fn bad_input_and_taken_places_leave_nothing() {
     ] {
         let run = compare(folder.path(), bad);
         assert_eq!(run.code, Some(1), "{bad:?}");
-        the_line(&run);
+        error_line(&run);
         assert_eq!(files(folder.path()), before, "{bad:?}");
     }
     words(&compare(folder.path(), &["a.obj", "a.obj", "--html", "taken.html", "--force"]));

@@ -42,7 +42,7 @@ fn scene_of(meshes: &[TriMesh], nodes: &Value) -> String {
     .to_string()
 }
 
-fn placed(path: &std::path::Path) -> TriMesh {
+fn read_scene_mesh(path: &std::path::Path) -> TriMesh {
     let asset = Asset::read_path(path).unwrap();
     let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
     let scene = asset.scene_mesh(&meshes).unwrap();
@@ -50,7 +50,7 @@ fn placed(path: &std::path::Path) -> TriMesh {
     TriMesh::new(positions, scene.faces).unwrap()
 }
 
-fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
+fn scale_mesh(mesh: &TriMesh, by: f32) -> TriMesh {
     TriMesh::new(mesh.positions().iter().map(|p| p.map(|x| by * x)).collect(), mesh.faces().to_vec()).unwrap()
 }
 
@@ -73,7 +73,7 @@ fn meshes_that_nodes_place_apart_all_come_back() {
         let asset = Asset::read_path(&folder.path().join("out.glb")).unwrap();
         assert_eq!(asset.parts().len(), 9, "{size:?}");
         let report = read_json(&folder.path().join("r.json"));
-        let [before, after] = ["in.gltf", "out.glb"].map(|name| placed(&folder.path().join(name)));
+        let [before, after] = ["in.gltf", "out.glb"].map(|name| read_scene_mesh(&folder.path().join(name)));
         let measured =
             surface_distance(&Surface::new(&before, 30_000, 1), &Surface::new(&after, 30_000, 2)).unwrap().both;
         let percent = 100.0 / before.diagonal();
@@ -88,15 +88,15 @@ fn meshes_that_nodes_place_apart_all_come_back() {
 }
 
 #[test]
-fn what_hangs_beside_others_keeps_its_shape_and_the_run_says_why_it_stops() {
+fn touching_components_keep_their_shape_and_the_run_says_why_it_stops() {
     let folder = folder();
     let panes = vec![shapes::grid(2, 2); 12];
     let nodes: Vec<Value> = (0..12).map(|i| json!({"mesh": i, "translation": [1.5 * f64::from(i), 0, 0]})).collect();
     std::fs::write(folder.path().join("in.gltf"), scene_of(&panes, &nodes.into())).unwrap();
     let done = run(folder.path(), &["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.1", "--report", "r.json"]);
     assert!(
-        done.words.contains("change the shape of components")
-            || String::from_utf8_lossy(&done.out).contains("lose their shape")
+        done.stderr.contains("change the shape of components")
+            || String::from_utf8_lossy(&done.stdout).contains("lose their shape")
     );
     let report = read_json(&folder.path().join("r.json"));
     assert!(report["distance"]["max_percent"].as_f64().unwrap() < 0.01, "{report}");
@@ -114,7 +114,7 @@ fn what_hangs_beside_others_keeps_its_shape_and_the_run_says_why_it_stops() {
     assert_eq!(text.matches("\"mesh\":").count(), 1, "{text}");
 }
 
-fn chequered(n: usize) -> String {
+fn chequered_plane(n: usize) -> String {
     let mut text = String::from("mtllib tiles.mtl\n");
     let sphere = shapes::icosphere(3);
     let tiles = (0..(n + 1) * (n + 1)).map(|k| [(k % (n + 1)) as f32 / n as f32, (k / (n + 1)) as f32 / n as f32, 0.0]);
@@ -138,10 +138,10 @@ fn chequered(n: usize) -> String {
 #[test]
 fn tiles_of_two_materials_in_one_plane_keep_their_outlines_beside_others() {
     let folder = folder();
-    std::fs::write(folder.path().join("in.obj"), chequered(8)).unwrap();
+    std::fs::write(folder.path().join("in.obj"), chequered_plane(8)).unwrap();
     std::fs::write(folder.path().join("tiles.mtl"), "newmtl black\nKd 0 0 0\nnewmtl white\nKd 1 1 1\n").unwrap();
     let done = run(folder.path(), &["simplify", "in.obj", "-o", "out.obj", "--ratio", "0.1"]);
-    assert_eq!(done.code, Some(0), "{}", done.words);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
     let text = std::fs::read_to_string(folder.path().join("out.obj")).unwrap();
     let on_grid = |line: &str| {
         let place: Vec<f64> = line.split_whitespace().skip(1).map(|x| x.parse().unwrap()).collect();
@@ -180,7 +180,7 @@ fn openings_of_components_stay_open_where_nothing_but_a_boundary_shows_them() {
         std::fs::write(folder.path().join("in.gltf"), scene_of(&frames, &nodes.clone().into())).unwrap();
         let asked = ["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.1", "--force"];
         assert_eq!(run(folder.path(), &asked).code, Some(0));
-        let drawn = placed(&folder.path().join("out.glb"));
+        let drawn = read_scene_mesh(&folder.path().join("out.glb"));
         let area: f32 = drawn.faces().iter().map(|face| flat_area(face.map(|v| drawn.positions()[v as usize]))).sum();
         let all = 12.0 * 4.0 * (1.0 - 0.7 * 0.7);
         assert!((area / all - 1.0).abs() < 0.02, "{turned}: {area} of {all}");
@@ -191,13 +191,13 @@ fn openings_of_components_stay_open_where_nothing_but_a_boundary_shows_them() {
 fn small_meshes_inside_large_ones_of_a_scene_are_hidden_where_they_stand() {
     let folder = folder();
     // In local coordinates the second is inside the first; its node moves it out.
-    let meshes = [shapes::icosphere(3), scaled(&shapes::icosphere(2), 0.5)];
+    let meshes = [shapes::icosphere(3), scale_mesh(&shapes::icosphere(2), 0.5)];
     for (x, n_left) in [(0.0, 1), (3.0, 2)] {
         let nodes = json!([{"mesh": 0}, {"mesh": 1, "translation": [x, 0, 0]}]);
         std::fs::write(folder.path().join("in.gltf"), scene_of(&meshes, &nodes)).unwrap();
         let asked = ["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.5", "--hidden", "drop", "--force"];
         assert_eq!(run(folder.path(), &asked).code, Some(0));
-        let drawn = placed(&folder.path().join("out.glb"));
+        let drawn = read_scene_mesh(&folder.path().join("out.glb"));
         assert_eq!(neural_mesh::mesh::topology(&drawn).components, n_left, "{x}");
     }
 }

@@ -6,7 +6,7 @@ use crate::common::*;
 
 #[test]
 fn existing_files_are_refused_without_force() {
-    let input = shipped("spot.ply");
+    let input = test_mesh_path("spot.ply");
     let all = [
         "simplify",
         input.to_str().unwrap(),
@@ -24,7 +24,7 @@ fn existing_files_are_refused_without_force() {
         fs::write(folder.path().join(taken), "mine").unwrap();
         let refused = run(folder.path(), &all);
         assert_eq!(refused.code, Some(1));
-        assert!(the_line(&refused).contains("--force"));
+        assert!(error_line(&refused).contains("--force"));
         assert_eq!(files(folder.path()), [taken]);
         assert_eq!(fs::read(folder.path().join(taken)).unwrap(), b"mine");
         assert_eq!(run(folder.path(), &[&all[..], &["--force"]].concat()).code, Some(0));
@@ -38,7 +38,7 @@ fn a_mesh_may_replace_its_own_input() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     let run = run(folder.path(), &["simplify", "a.obj", "-o", "a.obj", "--ratio", "0.9", "--force"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     assert_eq!(info(folder.path(), "a.obj")["vertices"], 5);
 }
 
@@ -49,7 +49,7 @@ fn nothing_appears_when_the_input_is_bad() {
         let arguments = ["simplify", "-", "-o", "a.ply", "--ratio", "0.5", "--report", "a.json", "--picture", "a.png"];
         let run = run_with_input(folder.path(), &arguments, bad.as_bytes());
         assert_eq!(run.code, Some(1), "{bad:?}");
-        the_line(&run);
+        error_line(&run);
         assert_eq!(files(folder.path()), Vec::<String>::new(), "{bad:?}");
     }
 }
@@ -61,7 +61,7 @@ fn places_where_nothing_can_be_written_are_refused_first() {
     for output in ["none/a.ply", "b.ply"] {
         let run = run(folder.path(), &["simplify", "missing.ply", "-o", output, "--ratio", "0.5", "--force"]);
         assert_eq!(run.code, Some(1));
-        assert!(the_line(&run).contains(output));
+        assert!(error_line(&run).contains(output));
     }
     assert_eq!(files(folder.path()), ["b.ply"]);
 }
@@ -78,7 +78,7 @@ fn a_place_that_takes_no_file_is_refused_before_the_work() {
             words.extend(["-o", "b.ply"]);
         }
         let run = run(folder.path(), &words);
-        let line = the_line(&run);
+        let line = error_line(&run);
         assert!(
             run.code == Some(1) && line.contains("/proc/self/a.ply") && line.contains("cannot create a file"),
             "{line}"
@@ -97,14 +97,18 @@ fn a_folder_takes_the_mesh_under_its_name() {
         run(folder.path(), &[&["simplify", "a.obj", "-o", output, "--ratio", "1"], more].concat())
     };
     let first = into("out", &["--report", "r.json"]);
-    assert_eq!(first.code, Some(0), "{}", first.words);
+    assert_eq!(first.code, Some(0), "{}", first.stderr);
     let refused = into("out/", &[]);
-    assert!(refused.code == Some(1) && the_line(&refused).contains("out/a.obj: exists already"), "{}", refused.words);
+    assert!(
+        refused.code == Some(1) && error_line(&refused).contains("out/a.obj: exists already"),
+        "{}",
+        refused.stderr
+    );
     assert_eq!(into("out", &["--force"]).code, Some(0));
     assert_eq!(into("out", &["--format", "stl-ascii"]).code, Some(0));
     assert_eq!(into("out", &["--lods", "1,0.9"][..]).code, Some(2));
     let levels = run(folder.path(), &["simplify", "a.obj", "-o", "out", "--lods", "1,1"]);
-    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    assert_eq!(levels.code, Some(0), "{}", levels.stderr);
     assert_eq!(files(&at("out")), ["a-lod0.obj", "a-lod1.obj", "a.obj", "a.stl"]);
     // Not a batch: no manifest, but a report.
     assert_eq!(files(folder.path()), ["a.obj", "out", "r.json"]);
@@ -115,10 +119,10 @@ fn a_folder_is_no_way_to_lose_the_input() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     let refused = run(folder.path(), &["simplify", "a.obj", "-o", ".", "--ratio", "1"]);
-    assert!(refused.code == Some(1) && the_line(&refused).contains("a.obj: exists already"), "{}", refused.words);
+    assert!(refused.code == Some(1) && error_line(&refused).contains("a.obj: exists already"), "{}", refused.stderr);
     assert_eq!(fs::read_to_string(folder.path().join("a.obj")).unwrap(), OCTAHEDRON);
     let nameless = run_with_input(folder.path(), &["simplify", "-", "-o", ".", "--ratio", "1"], OCTAHEDRON.as_bytes());
-    assert!(nameless.code == Some(2) && the_line(&nameless).contains("has no name"), "{}", nameless.words);
+    assert!(nameless.code == Some(2) && error_line(&nameless).contains("has no name"), "{}", nameless.stderr);
     assert_eq!(files(folder.path()), ["a.obj"]);
 }
 
@@ -127,7 +131,7 @@ fn a_missing_input_is_named() {
     let folder = folder();
     let missing = run(folder.path(), &["simplify", "missing.ply", "-o", "a.ply", "--ratio", "0.5"]);
     assert_eq!(missing.code, Some(1));
-    assert!(the_line(&missing).contains("missing.ply"));
+    assert!(error_line(&missing).contains("missing.ply"));
     assert_eq!(run(folder.path(), &["info", "missing.ply"]).code, Some(1));
 }
 
@@ -166,7 +170,7 @@ fn a_link_stays_and_the_file_behind_it_changes() {
         assert_eq!(write(link, &[]).code, Some(1));
         let before = fs::read(at(real)).ok();
         let run = write(link, &["--force"]);
-        assert_eq!(run.code, Some(0), "{}", run.words);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
         assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink());
         assert_eq!(info(folder.path(), real)["faces"], 8, "{before:?}");
         fs::write(at(real), "old").unwrap();
@@ -174,17 +178,17 @@ fn a_link_stays_and_the_file_behind_it_changes() {
     for link in ["nowhere.obj", "around.obj"] {
         let run = write(link, &["--force"]);
         assert_eq!(run.code, Some(1));
-        assert!(the_line(&run).contains(link));
+        assert!(error_line(&run).contains(link));
     }
     assert_eq!(files(&at("there")), ["new.obj", "real.obj"]);
 }
 
 #[track_caller]
-fn one_file(folder: &std::path::Path, arguments: &[&str]) {
+fn check_shared_file_is_refused(folder: &std::path::Path, arguments: &[&str]) {
     let before = files(folder);
     let run = run(folder, arguments);
-    assert_eq!(run.code, Some(2), "{arguments:?} {}", run.words);
-    assert!(the_line(&run).contains("give each result its own file"), "{}", run.words);
+    assert_eq!(run.code, Some(2), "{arguments:?} {}", run.stderr);
+    assert!(error_line(&run).contains("give each result its own file"), "{}", run.stderr);
     assert_eq!(files(folder), before);
 }
 
@@ -193,7 +197,9 @@ fn results_that_would_be_one_file_are_refused_first() {
     let folder = folder();
     fs::create_dir(folder.path().join("b")).unwrap();
     fs::write(folder.path().join("in.obj"), OCTAHEDRON).unwrap();
-    let simplify = |more: &[&str]| one_file(folder.path(), &[&["simplify", "in.obj", "--ratio", "1"], more].concat());
+    let simplify = |more: &[&str]| {
+        check_shared_file_is_refused(folder.path(), &[&["simplify", "in.obj", "--ratio", "1"], more].concat())
+    };
     let here = folder.path().join("a.ply");
     for other in ["a.ply", "./a.ply", "b/../a.ply", here.to_str().unwrap()] {
         for option in ["--report", "--picture", "--map"] {
@@ -203,9 +209,9 @@ fn results_that_would_be_one_file_are_refused_first() {
     }
     simplify(&["-o", "c.ply", "--report", "a", "--picture", "./a"]);
     let lods = ["simplify", "in.obj", "--lods", "1,0.9", "-o", "a.ply", "--report", "a-lod1.ply"];
-    one_file(folder.path(), &lods);
-    one_file(folder.path(), &["mesh-points", "in.obj", "-o", "a.ply", "--report", "b/../a.ply"]);
-    one_file(folder.path(), &["compare", "in.obj", "in.obj", "--json", "a", "--html", "./a"]);
+    check_shared_file_is_refused(folder.path(), &lods);
+    check_shared_file_is_refused(folder.path(), &["mesh-points", "in.obj", "-o", "a.ply", "--report", "b/../a.ply"]);
+    check_shared_file_is_refused(folder.path(), &["compare", "in.obj", "in.obj", "--json", "a", "--html", "./a"]);
 }
 
 #[cfg(unix)]
@@ -221,13 +227,13 @@ fn results_that_would_be_one_file_through_links_are_refused_first() {
     link("b/new.ply", "e.json");
     for (output, report) in [("b/f.ply", "c/f.ply"), ("b/a.ply", "d.json"), ("c/new.ply", "e.json")] {
         let arguments = ["simplify", "in.obj", "--ratio", "1", "-o", output, "--report", report, "--force"];
-        one_file(folder.path(), &arguments);
+        check_shared_file_is_refused(folder.path(), &arguments);
     }
     assert_eq!(fs::read(folder.path().join("b/a.ply")).unwrap(), b"old");
 }
 
 #[test]
-fn what_a_mesh_needs_beside_it_gives_way_to_no_other_result() {
+fn companion_files_of_a_mesh_are_never_replaced_by_other_results() {
     let folder = folder();
     let at = |name: &str| folder.path().join(name);
     fs::create_dir_all(at("out/maps")).unwrap();
@@ -241,7 +247,7 @@ fn what_a_mesh_needs_beside_it_gives_way_to_no_other_result() {
     {
         let refused = simplify(&["-o", "out/a.obj", option, place, "--force"]);
         assert_eq!(refused.code, Some(1), "{option}");
-        assert!(the_line(&refused).contains("choose another name"), "{}", refused.words);
+        assert!(error_line(&refused).contains("choose another name"), "{}", refused.stderr);
         assert_eq!((files(&at("out")), files(&at("out/maps"))), (vec!["maps".into()], Vec::new()));
     }
     assert_eq!(simplify(&["-o", "out/in.mtl", "--format", "obj", "--force"]).code, Some(1));
@@ -251,7 +257,7 @@ fn what_a_mesh_needs_beside_it_gives_way_to_no_other_result() {
 }
 
 #[test]
-fn the_buffer_of_a_scene_gives_way_to_no_other_result() {
+fn the_buffer_of_a_scene_is_never_replaced_by_another_result() {
     use base64::prelude::*;
     let folder = folder();
     let at = |name: &str| folder.path().join(name);
@@ -263,7 +269,7 @@ fn the_buffer_of_a_scene_gives_way_to_no_other_result() {
     fs::write(at("a.gltf"), scene.to_string()).unwrap();
     let arguments = ["simplify", "a.gltf", "--ratio", "1", "-o", "b.gltf", "--report"];
     let refused = run(folder.path(), &[&arguments[..], &["b.bin", "--force"]].concat());
-    assert_eq!(refused.code, Some(1), "{}", refused.words);
+    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
     assert_eq!(files(folder.path()), ["a.bin", "a.gltf"]);
     assert_eq!(run(folder.path(), &[&arguments[..], &["b.json"]].concat()).code, Some(0));
     assert_eq!(files(folder.path()), ["a.bin", "a.gltf", "b.bin", "b.gltf", "b.json"]);
@@ -273,7 +279,7 @@ fn the_buffer_of_a_scene_gives_way_to_no_other_result() {
 #[test]
 fn ctrl_c_leaves_nothing_behind() {
     let folder = folder();
-    let input = shipped("spot.ply");
+    let input = test_mesh_path("spot.ply");
     // The mesh exceeds the buffer of a pipe that is never read, so the run waits with its other results prepared.
     let arguments = [
         "simplify",
@@ -293,19 +299,19 @@ fn ctrl_c_leaves_nothing_behind() {
     let unread = child.stdout.take();
     let run = interrupt_once(child, || files(folder.path()).len() >= 2);
     drop(unread);
-    assert_eq!(run.code, Some(130), "{}", run.words);
+    assert_eq!(run.code, Some(130), "{}", run.stderr);
     assert_eq!(files(folder.path()), Vec::<String>::new());
 }
 
 #[test]
-fn nobody_reading_the_mesh_is_a_failure_without_files() {
+fn an_unread_mesh_is_a_failure_without_files() {
     let folder = folder();
-    let input = shipped("spot.ply");
+    let input = test_mesh_path("spot.ply");
     let arguments =
         ["simplify", input.to_str().unwrap(), "-o", "-", "--format", "ply", "--ratio", "1", "--report", "a.json"];
     let mut child = program(folder.path(), &arguments).spawn().unwrap();
     drop(child.stdout.take());
     let run = finish(child);
-    assert_eq!(run.code, Some(1), "{}", run.words);
+    assert_eq!(run.code, Some(1), "{}", run.stderr);
     assert_eq!(files(folder.path()), Vec::<String>::new());
 }

@@ -82,7 +82,7 @@ fn each_pair_of_formats_carries_what_its_table_says() {
         let place = to.rsplit_once('/').unwrap().0;
         std::fs::create_dir_all(folder.path().join(place)).unwrap();
         let done = run(folder.path(), &["simplify", from, "-o", to, "--ratio", "0.6"]);
-        assert_eq!(done.code, Some(0), "{from} {to}: {}", done.words);
+        assert_eq!(done.code, Some(0), "{from} {to}: {}", done.stderr);
     };
     for source in ["obj", "ply", "glb", "gltf"] {
         convert("a.obj", &format!("from_{source}/b.{source}"));
@@ -129,7 +129,7 @@ fn a_3mf_keeps_its_unit_and_its_objects_and_stays_closed() {
     let options = WriteOptions::new(Format::ThreeMf, "a");
     std::fs::write(folder.path().join("a.3mf"), write_attributed(&model, &options).unwrap().bytes).unwrap();
     let done = run(folder.path(), &["simplify", "a.3mf", "-o", "b.3mf", "--faces", "600"]);
-    assert_eq!(done.code, Some(0), "{}", done.words);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
     let read = read_attributed_path(&folder.path().join("b.3mf"), None).unwrap();
     let names: Vec<_> = read.extra.groups.iter().filter_map(|group| group.object.as_deref()).collect();
     assert_eq!((names.as_slice(), read.extra.unit.as_deref()), (&["ring", "ball"][..], Some("inch")));

@@ -13,7 +13,7 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
     after.map(|rest| rest.split("```").next().unwrap_or_default().to_string()).collect()
 }
 
-fn followed(page: &str) -> tempfile::TempDir {
+fn run_guide(page: &str) -> tempfile::TempDir {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let text = fs::read_to_string(checkout.join("docs/guide").join(page)).unwrap();
     let (home, work) = (folder(), folder());
@@ -32,30 +32,33 @@ fn followed(page: &str) -> tempfile::TempDir {
     work
 }
 
-fn holds(work: &tempfile::TempDir, names: &[&str]) {
+fn check_files(work: &tempfile::TempDir, names: &[&str]) {
     names.iter().for_each(|name| assert!(work.path().join(name).is_file(), "{name}"));
 }
 
 #[cfg(all(feature = "bake", feature = "meshopt"))]
 #[test]
 fn for_artists() {
-    let work = followed("artist.md");
-    holds(&work, &["bust-light.png", "bust-0.glb", "bust-2.glb", "bust-small.glb", "bust.html", "light/manifest.csv"]);
+    let work = run_guide("artist.md");
+    check_files(
+        &work,
+        &["bust-light.png", "bust-0.glb", "bust-2.glb", "bust-small.glb", "bust.html", "light/manifest.csv"],
+    );
     let bytes = |name: &str| fs::metadata(work.path().join(name)).unwrap().len();
     assert!(bytes("bust-small.glb") < bytes("bust-light.glb"));
-    holds(&work, &["light/bust.glb", "pictures/bust.glb.png"]);
+    check_files(&work, &["light/bust.glb", "pictures/bust.glb.png"]);
 }
 
 #[test]
 fn for_people_with_a_scan_or_something_to_print() {
-    let work = followed("scan.md");
-    holds(&work, &["filled.ply", "exact.json", "five.ply", "scan.html", "reports/holes.ply.json", "surface.ply"]);
-    holds(&work, &["solid.stl", "part.3mf", "edges.stl", "part.html", "front.png"]);
+    let work = run_guide("scan.md");
+    check_files(&work, &["filled.ply", "exact.json", "five.ply", "scan.html", "reports/holes.ply.json", "surface.ply"]);
+    check_files(&work, &["solid.stl", "part.3mf", "edges.stl", "part.html", "front.png"]);
     assert!(fs::metadata(work.path().join("small.ply")).unwrap().len() <= 200_000);
 }
 
 #[cfg(feature = "train")]
 #[test]
 fn for_researchers() {
-    holds(&followed("researcher.md"), &["mine.ply"]);
+    check_files(&run_guide("researcher.md"), &["mine.ply"]);
 }

@@ -15,22 +15,22 @@ fn shells() -> String {
     text
 }
 
-fn simplified(options: &[&str]) -> (TriMesh, Value, usize) {
+fn simplify_shells(options: &[&str]) -> (TriMesh, Value, usize) {
     let folder = folder();
     std::fs::write(folder.path().join("in.obj"), shells()).unwrap();
     let asked = [&["simplify", "in.obj", "-o", "out.ply", "--report", "r.json"], options].concat();
     let done = run(folder.path(), &asked);
-    assert_eq!(done.code, Some(0), "{}", done.words);
-    let mesh = welded(&folder.path().join("out.ply"));
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let mesh = read_welded(&folder.path().join("out.ply"));
     let is_outer = |p: &&[f32; 3]| (p.iter().map(|x| x * x).sum::<f32>().sqrt() - 1.0).abs() < 0.06;
     let n_outer = mesh.positions().iter().filter(is_outer).count();
     (mesh, json(&folder.path().join("r.json")), n_outer)
 }
 
 #[test]
-fn what_does_not_show_gives_its_vertices_to_what_does() {
+fn hidden_components_give_vertices_to_visible_ones() {
     let size = ["--vertices", "400"];
-    let asked = |hidden: &'static str| simplified(&[&size[..], &["--hidden", hidden]].concat());
+    let asked = |hidden: &'static str| simplify_shells(&[&size[..], &["--hidden", hidden]].concat());
     let (keep, cheap, drop) = (asked("keep"), asked("cheap"), asked("drop"));
     for (mesh, report, _) in [&keep, &cheap, &drop] {
         assert!(topology(mesh).is_closed_manifold());
@@ -46,24 +46,24 @@ fn what_does_not_show_gives_its_vertices_to_what_does() {
 }
 
 #[test]
-fn hidden_components_go_at_any_target() {
+fn hidden_components_are_dropped_at_any_target() {
     for options in [["--ratio", "1"], ["--error", "1%"], ["--lods", "0.5,0.1"]] {
         let folder = folder();
         std::fs::write(folder.path().join("in.obj"), shells()).unwrap();
         let asked = [&["simplify", "in.obj", "-o", "out.ply", "--hidden", "drop"], &options[..]].concat();
         let done = run(folder.path(), &asked);
-        assert_eq!(done.code, Some(0), "{}", done.words);
-        let said = String::from_utf8(done.out).unwrap();
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let said = String::from_utf8(done.stdout).unwrap();
         assert!(said.contains("hidden    2 components dropped: they are invisible from outside"), "{said}");
         for name in files(folder.path()).iter().filter(|name| name.ends_with(".ply")) {
-            let mesh = welded(&folder.path().join(name));
+            let mesh = read_welded(&folder.path().join(name));
             assert!(topology(&mesh).is_closed_manifold() && topology(&mesh).components == 2, "{name} {options:?}");
         }
     }
 }
 
 #[test]
-fn what_cannot_go_together_is_a_usage_error() {
+fn excluded_combinations_are_usage_errors() {
     let folder = folder();
     std::fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     for other in [&["--symmetric"][..], &["--assembly", "paper"], &["--hidden", "away"]] {

@@ -1,19 +1,19 @@
 //! `neural-mesh limits`: how small meshes get.
 
 use crate::common::avatar::Avatar;
-use crate::common::{OCTAHEDRON, files, folder, run, shipped, sphere, the_line};
+use crate::common::{OCTAHEDRON, error_line, files, folder, run, sphere, test_mesh_path};
 use serde_json::Value;
 
 fn limits(folder: &std::path::Path, more: &[&str]) -> Value {
     let run = run(folder, &[&["limits", "--json"], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.words);
-    serde_json::from_slice(&run.out).unwrap()
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    serde_json::from_slice(&run.stdout).unwrap()
 }
 
 #[test]
 fn sizes_fall_and_distances_rise_down_to_the_smallest_closed_surface() {
     let folder = folder();
-    let said = limits(folder.path(), &[shipped("spot.ply").to_str().unwrap()]);
+    let said = limits(folder.path(), &[test_mesh_path("spot.ply").to_str().unwrap()]);
     let levels = said["levels"].as_array().unwrap();
     let of = |key: &str| levels.iter().map(|level| level[key].as_f64().unwrap()).collect::<Vec<_>>();
     assert_eq!(of("percent"), [50.0, 25.0, 10.0, 5.0, 2.0, 1.0]);
@@ -26,7 +26,7 @@ fn sizes_fall_and_distances_rise_down_to_the_smallest_closed_surface() {
 }
 
 #[test]
-fn components_that_go_are_named_at_the_size_where_they_go() {
+fn dropped_components_are_named_at_the_size_that_drops_them() {
     let folder = folder();
     let large = sphere(1, 16, [0.0; 3], 1.0);
     let speck = sphere(1 + large.matches("v ").count(), 4, [1.0, 0.0, 0.0], 0.01);
@@ -41,7 +41,7 @@ fn components_that_go_are_named_at_the_size_where_they_go() {
 }
 
 #[test]
-fn what_is_locked_or_kept_holds_the_mesh() {
+fn locked_and_kept_faces_limit_the_size() {
     let folder = folder();
     std::fs::write(folder.path().join("scene.glb"), Avatar::new(8).glb()).unwrap();
     let free = limits(folder.path(), &["scene.glb"]);
@@ -57,15 +57,15 @@ fn what_is_locked_or_kept_holds_the_mesh() {
             .any(|line| line == "without --keep plain those faces are simplified too")
     );
     let unknown = run(folder.path(), &["limits", "scene.glb", "--keep", "nothing"]);
-    assert!(unknown.code == Some(2) && the_line(&unknown).contains("it has: ball, body"), "{}", unknown.words);
+    assert!(unknown.code == Some(2) && error_line(&unknown).contains("it has: ball, body"), "{}", unknown.stderr);
 }
 
 #[test]
 fn the_table_is_for_people_and_standard_input_is_taken() {
     let folder = folder();
     let run = crate::common::run_with_input(folder.path(), &["limits", "-"], OCTAHEDRON.as_bytes());
-    assert_eq!(run.code, Some(0), "{}", run.words);
-    let said = String::from_utf8(run.out).unwrap();
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let said = String::from_utf8(run.stdout).unwrap();
     assert!(said.starts_with("standard input: 6 vertices, 8 faces, components: 1, closed\nsize "), "{said}");
     assert!(said.contains("\nsmallest") && said.contains("\nlimit     the mesh cannot get smaller: "), "{said}");
     assert_eq!(crate::common::run(folder.path(), &["limits", "missing.ply"]).code, Some(1));

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::avatar::Avatar;
-use crate::common::{Run, folder, run, the_line};
+use crate::common::{Run, error_line, folder, run};
 use neural_mesh::io::{self, Asset, AssetPart, ReadMesh};
 use serde_json::json;
 
@@ -32,9 +32,9 @@ fn scene(folder: &Path) {
     std::fs::write(folder.join("scene.glb"), avatar.glb()).unwrap();
 }
 
-fn simplified(folder: &Path, more: &[&str]) -> Run {
+fn simplify(folder: &Path, more: &[&str]) -> Run {
     let run = run(folder, &[&["simplify"], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     run
 }
 
@@ -62,7 +62,7 @@ fn faces_of(read: &ReadMesh, material: &str) -> Vec<Vec<u64>> {
     faces
 }
 
-fn part(folder: &Path, file: &str, name: &str) -> AssetPart {
+fn read_part(folder: &Path, file: &str, name: &str) -> AssetPart {
     let asset = Asset::read_path(&folder.join(file)).unwrap();
     asset.parts().iter().find(|part| part.name == name).unwrap().clone()
 }
@@ -90,13 +90,13 @@ fn a_material_that_is_kept_comes_back_as_it_is() {
     let folder = folder();
     plate(folder.path());
     let before = read(folder.path(), "plate.obj");
-    simplified(folder.path(), &["plate.obj", "-o", "kept.obj", "--vertices", "260", "--keep", "left"]);
+    simplify(folder.path(), &["plate.obj", "-o", "kept.obj", "--vertices", "260", "--keep", "left"]);
     let after = read(folder.path(), "kept.obj");
     let [kept, rest] = ["left", "right"].map(|name| [&before, &after].map(|read| faces_of(read, name)));
     assert_eq!(kept[0].len(), 400);
     assert!(kept[0] == kept[1] && rest[1].len() < 150 && !rest[1].is_empty(), "{}", rest[1].len());
     // The border is shared: 231 vertices are kept, the others belong to the rest.
-    let n_vertices = crate::common::welded(&folder.path().join("kept.obj")).positions().len();
+    let n_vertices = crate::common::read_welded(&folder.path().join("kept.obj")).positions().len();
     assert!((250..=260).contains(&n_vertices), "{n_vertices}");
 }
 
@@ -106,12 +106,12 @@ fn both_materials_that_are_kept_are_the_whole() {
     plate(folder.path());
     let before = read(folder.path(), "plate.obj");
     let both = ["plate.obj", "-o", "kept.obj", "--ratio", "10%", "--keep", "left", "--keep", "right"];
-    let said = String::from_utf8(simplified(folder.path(), &both).out).unwrap();
+    let said = String::from_utf8(simplify(folder.path(), &both).stdout).unwrap();
     assert!(said.contains("without --keep left and --keep right those faces are simplified too"), "{said}");
     let after = read(folder.path(), "kept.obj");
     assert!(["left", "right"].iter().all(|name| faces_of(&before, name) == faces_of(&after, name)));
     let strict = run(folder.path(), &[&["simplify"], &both[..], &["--force", "--strict"]].concat());
-    assert_eq!(strict.code, Some(3), "{}", strict.words);
+    assert_eq!(strict.code, Some(3), "{}", strict.stderr);
 }
 
 #[test]
@@ -120,10 +120,10 @@ fn a_node_that_is_kept_keeps_the_meshes_below_it() {
     scene(folder.path());
     for name in ["box", "hips", "plain"] {
         let out = format!("{name}.glb");
-        simplified(folder.path(), &["scene.glb", "-o", &out, "--ratio", "60%", "--keep", name]);
-        let [before, after] = ["scene.glb", &out].map(|file| corners(&part(folder.path(), file, "plain")));
+        simplify(folder.path(), &["scene.glb", "-o", &out, "--ratio", "60%", "--keep", name]);
+        let [before, after] = ["scene.glb", &out].map(|file| corners(&read_part(folder.path(), file, "plain")));
         assert!(before == after, "{name}");
-        let [before, after] = ["scene.glb", &out].map(|file| part(folder.path(), file, "ball").mesh.faces.len());
+        let [before, after] = ["scene.glb", &out].map(|file| read_part(folder.path(), file, "ball").mesh.faces.len());
         assert!(after * 3 < before, "{name}: {after} of {before}");
     }
 }
@@ -132,20 +132,20 @@ fn a_node_that_is_kept_keeps_the_meshes_below_it() {
 fn a_skin_and_its_targets_are_kept_bit_for_bit() {
     let folder = folder();
     scene(folder.path());
-    simplified(folder.path(), &["scene.glb", "-o", "out.glb", "--ratio", "60%", "--keep", "body"]);
-    let [before, after] = ["scene.glb", "out.glb"].map(|file| corners(&part(folder.path(), file, "ball")));
+    simplify(folder.path(), &["scene.glb", "-o", "out.glb", "--ratio", "60%", "--keep", "body"]);
+    let [before, after] = ["scene.glb", "out.glb"].map(|file| corners(&read_part(folder.path(), file, "ball")));
     assert!(before == after);
 }
 
 #[test]
-fn names_that_nothing_has_are_told_with_those_there_are() {
+fn unknown_names_are_refused_with_a_list_of_known_ones() {
     let folder = folder();
     plate(folder.path());
     scene(folder.path());
     let refused = |more: &[&str]| {
         let run = run(folder.path(), &[&["simplify"], more].concat());
         assert_eq!(run.code, Some(2));
-        the_line(&run)
+        error_line(&run)
     };
     let obj = refused(&["plate.obj", "-o", "x.obj", "--ratio", "0.5", "--keep", "top"]);
     assert!(obj.contains("--keep top: the mesh has no such material, group or object; it has: left, right"), "{obj}");
@@ -159,9 +159,9 @@ fn names_that_nothing_has_are_told_with_those_there_are() {
 fn a_node_can_count_more_than_others() {
     let folder = folder();
     scene(folder.path());
-    let n_faces = |file: &str, name: &str| part(folder.path(), file, name).mesh.faces.len();
+    let n_faces = |file: &str, name: &str| read_part(folder.path(), file, name).mesh.faces.len();
     for (name, out) in [("hips=20", "hips.glb"), ("body=20", "body.glb"), ("plain=20", "plain.glb")] {
-        simplified(folder.path(), &["scene.glb", "-o", out, "--ratio", "30%", "--importance", name]);
+        simplify(folder.path(), &["scene.glb", "-o", out, "--ratio", "30%", "--importance", name]);
     }
     assert!(n_faces("hips.glb", "plain") > 2 * n_faces("hips.glb", "ball"));
     assert!(n_faces("body.glb", "ball") > 2 * n_faces("body.glb", "plain"));
@@ -176,7 +176,7 @@ fn a_batch_keeps_what_has_the_name_and_says_which_mesh_has_none() {
     std::fs::rename(folder.path().join("plate.obj"), folder.path().join("in/plate.obj")).unwrap();
     std::fs::write(folder.path().join("in/other.obj"), crate::common::OCTAHEDRON).unwrap();
     let batch = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "60%", "--keep", "left"]);
-    assert_eq!(batch.code, Some(1), "{}", batch.words);
+    assert_eq!(batch.code, Some(1), "{}", batch.stderr);
     let manifest = std::fs::read_to_string(folder.path().join("out/manifest.csv")).unwrap();
     assert!(manifest.contains("no such material, group or object"), "{manifest}");
     let [before, after] = ["in/plate.obj", "out/plate.obj"].map(|name| read(folder.path(), name));
@@ -193,8 +193,8 @@ fn a_name_has_its_share_and_the_rest_makes_up_the_whole() {
     let folder = folder();
     plate(folder.path());
     let words = ["plate.obj", "-o", "a.obj", "--ratio", "40%", "--ratio", "left=60%", "--report", "a.json"];
-    simplified(folder.path(), &words);
-    let n_vertices = crate::common::welded(&folder.path().join("a.obj")).positions().len();
+    simplify(folder.path(), &words);
+    let n_vertices = crate::common::read_welded(&folder.path().join("a.obj")).positions().len();
     assert_eq!(n_vertices, 176);
     let [left, right] = n_faces(folder.path(), "a.obj");
     assert!((200..=260).contains(&left) && right < 130 && right > 20, "{left} {right}");
@@ -205,7 +205,7 @@ fn a_name_has_its_share_and_the_rest_makes_up_the_whole() {
     assert!(report["distance"]["mean_percent"].as_f64().unwrap() > 0.0);
     // Both as numbers of faces.
     let words = ["plate.obj", "-o", "b.obj", "--faces", "150", "--ratio", "left=10%", "--ratio", "right=20%"];
-    simplified(folder.path(), &words);
+    simplify(folder.path(), &words);
     let [left, right] = n_faces(folder.path(), "b.obj");
     assert!(left + right <= 150 && left < 60 && right > left, "{left} {right}");
 }
@@ -214,7 +214,7 @@ fn a_name_has_its_share_and_the_rest_makes_up_the_whole() {
 fn without_a_size_of_the_whole_the_rest_stays() {
     let folder = folder();
     plate(folder.path());
-    simplified(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%"]);
+    simplify(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%"]);
     let [left, right] = n_faces(folder.path(), "a.obj");
     // The border belongs to the simplified name, and takes faces of the other with it.
     assert!(left < 170 && right > 350, "{left} {right}");
@@ -227,11 +227,11 @@ fn shares_go_with_what_is_kept_and_with_formats_without_names() {
     let folder = folder();
     plate(folder.path());
     let before = read(folder.path(), "plate.obj");
-    simplified(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%", "--keep", "right"]);
+    simplify(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%", "--keep", "right"]);
     assert_eq!(faces_of(&read(folder.path(), "a.obj"), "right"), faces_of(&before, "right"));
     assert!(n_faces(folder.path(), "a.obj")[0] < 250);
-    simplified(folder.path(), &["plate.obj", "-o", "a.stl", "--ratio", "50%", "--ratio", "left=80%"]);
-    let mesh = crate::common::welded(&folder.path().join("a.stl"));
+    simplify(folder.path(), &["plate.obj", "-o", "a.stl", "--ratio", "50%", "--ratio", "left=80%"]);
+    let mesh = crate::common::read_welded(&folder.path().join("a.stl"));
     let n_left = mesh.positions().iter().filter(|p| p[0] < 9.9).count();
     assert!(n_left > 140 && mesh.positions().len() <= 220, "{n_left} of {}", mesh.positions().len());
 }
@@ -241,14 +241,14 @@ fn nodes_of_a_scene_have_shares_at_each_level() {
     let folder = folder();
     scene(folder.path());
     let words = ["scene.glb", "-o", "l-{level}.glb", "--lods", "60%,45%", "--ratio", "hips=70%"];
-    simplified(folder.path(), &words);
-    let n_faces = |file: &str, name: &str| part(folder.path(), file, name).mesh.faces.len();
+    simplify(folder.path(), &words);
+    let n_faces = |file: &str, name: &str| read_part(folder.path(), file, name).mesh.faces.len();
     let all = n_faces("scene.glb", "plain");
     let [first, second] = ["l-0.glb", "l-1.glb"].map(|file| ["plain", "ball"].map(|name| n_faces(file, name)));
     assert!(first[0] == second[0] && first[0].abs_diff(all * 7 / 10) < 20, "{first:?} {second:?} of {all}");
     assert!(second[1] < first[1] && first[1] < all * 6 / 10, "{first:?} {second:?}");
-    let bones = part(folder.path(), "l-0.glb", "ball").mesh.attributes.channels.len();
-    assert_eq!(bones, part(folder.path(), "scene.glb", "ball").mesh.attributes.channels.len());
+    let bones = read_part(folder.path(), "l-0.glb", "ball").mesh.attributes.channels.len();
+    assert_eq!(bones, read_part(folder.path(), "scene.glb", "ball").mesh.attributes.channels.len());
 }
 
 #[test]
@@ -268,8 +268,8 @@ fn shares_that_cannot_be_are_one_line() {
         (&["--ratio", "left=50%", "--assembly", "paper"], "--ratio NAME=R: not available with --assembly paper"),
     ] {
         let refused = run(folder.path(), &[&["simplify", "plate.obj", "-o", "x.obj"], words].concat());
-        assert_eq!(refused.code, Some(2), "{words:?}: {}", refused.words);
-        assert!(the_line(&refused).contains(why), "{words:?}: {}", refused.words);
+        assert_eq!(refused.code, Some(2), "{words:?}: {}", refused.stderr);
+        assert!(error_line(&refused).contains(why), "{words:?}: {}", refused.stderr);
     }
     let several = ["simplify", "plate.obj", "-o", "x.obj", "--vertices", "9", "--faces", "20"];
     assert_eq!(run(folder.path(), &several).code, Some(2));

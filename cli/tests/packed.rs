@@ -8,15 +8,15 @@ use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{TriMesh, topology};
 use neural_mesh::metrics::quick_distance;
 
-fn ways() -> &'static [&'static str] {
+fn compress_options() -> &'static [&'static str] {
     if cfg!(feature = "meshopt") { &["--compress=quantize", "--compress"] } else { &["--compress=quantize"] }
 }
 
-fn simplified(folder: &Path, output: &str, more: &[&str]) -> Run {
-    let spot = shipped("spot.ply");
+fn simplify_spot(folder: &Path, output: &str, more: &[&str]) -> Run {
+    let spot = test_mesh_path("spot.ply");
     let words = ["simplify", spot.to_str().unwrap(), "-o", output, "--force", "--report", "r.json"];
     let run = run(folder, &[&words[..], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     run
 }
 
@@ -31,12 +31,12 @@ fn is_closed(mesh: &TriMesh) -> bool {
 }
 
 #[test]
-fn what_is_closed_stays_closed_and_is_a_third_as_large() {
+fn closed_meshes_stay_closed_and_take_a_third_of_the_bytes() {
     let folder = folder();
-    simplified(folder.path(), "plain.glb", &["--ratio", "0.5"]);
+    simplify_spot(folder.path(), "plain.glb", &["--ratio", "0.5"]);
     let plain = std::fs::metadata(folder.path().join("plain.glb")).unwrap().len();
-    for way in ways() {
-        simplified(folder.path(), "small.glb", &["--ratio", "0.5", way]);
+    for way in compress_options() {
+        simplify_spot(folder.path(), "small.glb", &["--ratio", "0.5", way]);
         let (small, before) = (mesh(&folder.path().join("small.glb")), mesh(&folder.path().join("plain.glb")));
         assert!(is_closed(&small));
         assert_eq!((small.positions().len(), small.faces().len()), (before.positions().len(), before.faces().len()));
@@ -47,40 +47,40 @@ fn what_is_closed_stays_closed_and_is_a_third_as_large() {
 }
 
 #[test]
-fn a_distance_is_held_in_the_numbers_of_the_file() {
+fn a_distance_bound_holds_for_the_quantised_file() {
     let folder = folder();
-    let original = mesh(&shipped("spot.ply"));
+    let original = mesh(&test_mesh_path("spot.ply"));
     for error in ["0.5%", "0.02%"] {
-        simplified(folder.path(), "a.glb", &["--error", error, ways().last().unwrap()]);
+        simplify_spot(folder.path(), "a.glb", &["--error", error, compress_options().last().unwrap()]);
         let said = json(&folder.path().join("r.json"))["certified"]["upper_percent"].as_f64().unwrap();
         assert!(said <= error.trim_end_matches('%').parse().unwrap(), "{said}");
         let found = quick_distance(&original, &mesh(&folder.path().join("a.glb")), 4000, 0).unwrap();
         assert!(100.0 * found.max / original.diagonal() <= said, "{found:?} {said}");
     }
-    let spot = shipped("spot.ply");
+    let spot = test_mesh_path("spot.ply");
     let refused = run(
         folder.path(),
         &["simplify", spot.to_str().unwrap(), "-o", "b.glb", "--error", "1e-7", "--compress=quantize"],
     );
     assert!(
-        refused.code == Some(1) && the_line(&refused).contains("--compress rounds vertices by up to"),
+        refused.code == Some(1) && error_line(&refused).contains("--compress rounds vertices by up to"),
         "{}",
-        refused.words
+        refused.stderr
     );
 }
 
 #[test]
 fn levels_are_packed_each_and_in_one_file() {
     let folder = folder();
-    let way = ways().last().unwrap();
-    simplified(folder.path(), "a-{level}.glb", &["--lods", "50%,20%", way]);
+    let way = compress_options().last().unwrap();
+    simplify_spot(folder.path(), "a-{level}.glb", &["--lods", "50%,20%", way]);
     for level in ["a-0.glb", "a-1.glb"] {
         assert!(is_closed(&mesh(&folder.path().join(level))));
     }
-    simplified(folder.path(), "a.glb", &["--ratio", "1"]);
+    simplify_spot(folder.path(), "a.glb", &["--ratio", "1"]);
     let words = ["simplify", "a.glb", "-o", "lods.glb", "--lods", "50%,20%", way];
     let run = run(folder.path(), &words);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let asset = Asset::read_path(&folder.path().join("lods.glb")).unwrap();
     assert_eq!(asset.parts().len(), 2);
     // The node of the scene undoes the quantisation grid.
@@ -88,9 +88,9 @@ fn levels_are_packed_each_and_in_one_file() {
 }
 
 #[test]
-fn what_cannot_be_packed_is_refused() {
+fn unsupported_combinations_are_refused() {
     let folder = folder();
-    let spot = shipped("spot.ply");
+    let spot = test_mesh_path("spot.ply");
     for (output, more, why) in [
         ("a.ply", "--quiet", "ply is not glTF: write glb or gltf"),
         ("a.glb", "--lock-boundaries", "cannot be used with"),
@@ -98,7 +98,7 @@ fn what_cannot_be_packed_is_refused() {
     ] {
         let words = ["simplify", spot.to_str().unwrap(), "-o", output, "--ratio", "0.5", "--compress=quantize", more];
         let refused = run(folder.path(), &words);
-        assert!(refused.code == Some(2) && refused.words.contains(why), "{}", refused.words);
+        assert!(refused.code == Some(2) && refused.stderr.contains(why), "{}", refused.stderr);
     }
 }
 
@@ -106,10 +106,10 @@ fn what_cannot_be_packed_is_refused() {
 #[test]
 fn compression_is_refused_with_what_to_do() {
     let folder = folder();
-    let spot = shipped("spot.ply");
+    let spot = test_mesh_path("spot.ply");
     let refused =
         run(folder.path(), &["simplify", spot.to_str().unwrap(), "-o", "a.glb", "--ratio", "0.5", "--compress"]);
     assert_eq!(refused.code, Some(2));
-    assert!(the_line(&refused).contains("lacks the feature meshopt"), "{}", refused.words);
+    assert!(error_line(&refused).contains("lacks the feature meshopt"), "{}", refused.stderr);
     assert_eq!(files(folder.path()), Vec::<String>::new());
 }

@@ -8,16 +8,17 @@ use neural_mesh::mesh::Role;
 
 const N: usize = 40;
 
-fn places(i: usize) -> [[f32; 3]; 2] {
+fn flat_and_rolled(i: usize) -> [[f32; 3]; 2] {
     let (x, y) = ((i / (N + 1)) as f32 * 4.0 / N as f32, (i % (N + 1)) as f32 / N as f32);
     [[x, y, 0.0], [x.sin(), y, 1.0 - x.cos()]]
 }
 
 fn write_sheet(folder: &Path, has_skin: bool) {
     let n = (N + 1) * (N + 1);
-    let flat = (0..n).flat_map(|i| places(i)[0]);
-    let steps = (0..n).flat_map(|i| std::array::from_fn::<f32, 3, _>(|k| places(i)[1][k] - places(i)[0][k]));
-    let joints = (0..n).flat_map(|i| [(places(i)[0][0] as u8).min(2), 0, 0, 0]);
+    let flat = (0..n).flat_map(|i| flat_and_rolled(i)[0]);
+    let steps =
+        (0..n).flat_map(|i| std::array::from_fn::<f32, 3, _>(|k| flat_and_rolled(i)[1][k] - flat_and_rolled(i)[0][k]));
+    let joints = (0..n).flat_map(|i| [(flat_and_rolled(i)[0][0] as u8).min(2), 0, 0, 0]);
     let weights = std::iter::repeat_n([1f32, 0.0, 0.0, 0.0], n).flatten();
     let corners = (0..N * N).flat_map(|square| {
         let a = square / N * (N + 1) + square % N;
@@ -61,11 +62,11 @@ fn write_sheet(folder: &Path, has_skin: bool) {
 fn light(folder: &Path, more: &[&str]) -> Asset {
     let run =
         run(folder, &[&["simplify", "sheet.gltf", "-o", "light.glb", "--ratio", "0.05", "--force"], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     Asset::read_path(&folder.join("light.glb")).unwrap()
 }
 
-fn off_the_roll(asset: &Asset) -> f64 {
+fn mean_distance_to_roll(asset: &Asset) -> f64 {
     let mesh = &asset.parts()[0].mesh;
     let targets: Vec<_> = mesh.attributes.channels.iter().filter(|it| it.role == Role::MorphPosition).collect();
     assert_eq!(targets.len(), 1);
@@ -83,7 +84,7 @@ fn off_the_roll(asset: &Asset) -> f64 {
 fn a_flat_sheet_keeps_the_vertices_along_which_its_target_rolls_it_up() {
     let folder = folder();
     write_sheet(folder.path(), false);
-    let [plain, posed] = [&[][..], &["--for", "poses"]].map(|more| off_the_roll(&light(folder.path(), more)));
+    let [plain, posed] = [&[][..], &["--for", "poses"]].map(|more| mean_distance_to_roll(&light(folder.path(), more)));
     assert!(posed < 0.5 * plain, "{posed} {plain}");
 }
 
@@ -109,8 +110,8 @@ fn where_nothing_says_how_it_moves_every_place_may_bend() {
     let ply = |more: &[&str]| {
         let words = [&["simplify", "sheet.gltf", "-o", "light.ply", "--ratio", "0.05", "--force"], more].concat();
         let run = run(folder.path(), &words);
-        assert_eq!(run.code, Some(0), "{}", run.words);
-        (String::from_utf8(run.out).unwrap(), read_path(&folder.path().join("light.ply"), None).unwrap())
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        (String::from_utf8(run.stdout).unwrap(), read_path(&folder.path().join("light.ply"), None).unwrap())
     };
     let [(_, plain), (words, bending)] = [ply(&[]), ply(&["--for", "poses"])];
     assert!(words.contains("every region is assumed to bend alike"), "{words}");

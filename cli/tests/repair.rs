@@ -7,9 +7,9 @@ use neural_mesh::mesh::topology;
 use neural_mesh::metrics::volume;
 use serde_json::json;
 
-use crate::common::{OCTAHEDRON, files, folder, info, run, sphere, the_line, welded};
+use crate::common::{OCTAHEDRON, error_line, files, folder, info, read_welded, run, sphere};
 
-fn torn(text: &str, nth: usize) -> String {
+fn remove_each_nth_face(text: &str, nth: usize) -> String {
     let mut n_faces = 0;
     let keeps = |line: &&str| {
         n_faces += usize::from(line.starts_with('f'));
@@ -18,7 +18,7 @@ fn torn(text: &str, nth: usize) -> String {
     text.lines().filter(keeps).flat_map(|line| [line, "\n"]).collect()
 }
 
-fn inside_out(text: &str) -> String {
+fn reverse_faces(text: &str) -> String {
     let turned = |line: &str| {
         let corners: Vec<&str> = line.split(' ').skip(1).collect();
         format!("f {}", corners.into_iter().rev().collect::<Vec<_>>().join(" "))
@@ -31,10 +31,10 @@ fn n_vertices(text: &str) -> usize {
 }
 
 fn messy() -> String {
-    let mut text = torn(&sphere(1, 24, [0.0; 3], 1.0), 40);
+    let mut text = remove_each_nth_face(&sphere(1, 24, [0.0; 3], 1.0), 40);
     let more = |text: &mut String, rings, centre, radius, turned: bool| {
         let shell = sphere(n_vertices(text) + 1, rings, centre, radius);
-        *text += &if turned { inside_out(&shell) } else { shell };
+        *text += &if turned { reverse_faces(&shell) } else { shell };
     };
     more(&mut text, 8, [0.4, 0.0, 0.0], 0.2, false);
     more(&mut text, 8, [-0.4, 0.0, 0.0], 0.2, true);
@@ -58,14 +58,14 @@ fn messy() -> String {
 const SOLID: f64 = 4.0 / 3.0 * std::f64::consts::PI * (1.0 - 0.008);
 
 #[test]
-fn what_is_written_is_a_solid_in_every_format_at_every_size() {
+fn results_are_solid_in_every_format_at_every_size() {
     let folder = folder();
     std::fs::write(folder.path().join("messy.obj"), messy()).unwrap();
     for (name, ratio) in [("a.stl", "0.5"), ("b.ply", "0.2"), ("c.obj", "0.1"), ("d.stl", "0.05"), ("e.stl", "1")] {
         let asked = ["simplify", "messy.obj", "-o", name, "--ratio", ratio, "--printable", "--report", "r.json", "-f"];
         let done = run(folder.path(), &asked);
-        assert_eq!(done.code, Some(0), "{}", done.words);
-        let solid = welded(&folder.path().join(name));
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let solid = read_welded(&folder.path().join(name));
         assert!(topology(&solid).is_closed_manifold(), "{name}: {:?}", topology(&solid));
         assert_eq!(topology(&solid).components, 2, "{name}");
         let volume = volume(&solid).unwrap();
@@ -73,21 +73,21 @@ fn what_is_written_is_a_solid_in_every_format_at_every_size() {
         let report = &crate::common::json(&folder.path().join("r.json"))["repaired"];
         assert_eq!((&report["components_dropped"], &report["holes_left"]), (&102.into(), &0.into()), "{report}");
         assert!(report["holes_filled"].as_u64().unwrap() > 20 && report["faces_added"].as_u64().unwrap() > 40);
-        let said = String::from_utf8(done.out).unwrap();
+        let said = String::from_utf8(done.stdout).unwrap();
         assert_eq!(said.lines().filter(|line| line.starts_with("repaired  holes filled: ")).count(), 1, "{said}");
     }
 }
 
 // Surfaces of suzanne touch at vertices, in double precision; once separated, they stay so unless merged.
 #[test]
-fn what_a_repair_moves_apart_stays_apart_at_full_size() {
+fn separated_surfaces_stay_separate_at_full_size() {
     let folder = folder();
-    let suzanne = crate::common::shipped("suzanne.ply");
+    let suzanne = crate::common::test_mesh_path("suzanne.ply");
     for name in ["a.ply", "a.obj", "a.stl"] {
         let asked = ["simplify", suzanne.to_str().unwrap(), "-o", name, "--ratio", "1", "--printable"];
         let done = run(folder.path(), &asked);
-        assert_eq!(done.code, Some(0), "{}", done.words);
-        let solid = topology(&welded(&folder.path().join(name)));
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let solid = topology(&read_welded(&folder.path().join(name)));
         assert!(solid.is_closed_manifold(), "{name}: {solid:?}");
     }
 }
@@ -95,13 +95,13 @@ fn what_a_repair_moves_apart_stays_apart_at_full_size() {
 #[test]
 fn holes_are_filled_up_to_the_length_asked_for() {
     let folder = folder();
-    std::fs::write(folder.path().join("torn.obj"), torn(&sphere(1, 24, [0.0; 3], 1.0), 40)).unwrap();
+    std::fs::write(folder.path().join("torn.obj"), remove_each_nth_face(&sphere(1, 24, [0.0; 3], 1.0), 40)).unwrap();
     let filled = |option: &str| {
         let asked = ["simplify", "torn.obj", "-o", "a.stl", "--ratio", "0.5", option, "--report", "r.json", "-f"];
         let done = run(folder.path(), &asked);
-        assert_eq!(done.code, Some(0), "{}", done.words);
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
         let report = crate::common::json(&folder.path().join("r.json"))["repaired"].clone();
-        (topology(&welded(&folder.path().join("a.stl"))).closed, report["holes_left"] == 0)
+        (topology(&read_welded(&folder.path().join("a.stl"))).closed, report["holes_left"] == 0)
     };
     assert_eq!(filled("--fill-holes"), (true, true));
     assert_eq!(filled("--fill-holes=3"), (false, false));
@@ -109,18 +109,18 @@ fn holes_are_filled_up_to_the_length_asked_for() {
 }
 
 #[test]
-fn what_encloses_nothing_is_refused_in_one_line() {
+fn meshes_without_volume_are_refused_in_one_line() {
     let folder = folder();
     for sheet in ["v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"] {
         std::fs::write(folder.path().join("sheet.obj"), sheet).unwrap();
         let refused = run(folder.path(), &["simplify", "sheet.obj", "-o", "a.stl", "--ratio", "0.5", "--printable"]);
-        assert!(refused.code == Some(1) && the_line(&refused).contains("no component encloses a volume"));
+        assert!(refused.code == Some(1) && error_line(&refused).contains("no component encloses a volume"));
         assert_eq!(files(folder.path()), ["sheet.obj"]);
     }
 }
 
 #[test]
-fn what_cannot_go_together_is_a_usage_error() {
+fn excluded_combinations_are_usage_errors() {
     let folder = folder();
     std::fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     let printable = ["--printable", "--printable=1%"];
@@ -132,7 +132,7 @@ fn what_cannot_go_together_is_a_usage_error() {
         assert_eq!(run(folder.path(), &asked).code, Some(2), "{options:?}");
     }
     let paper = ["simplify", "a.obj", "-o", "b.stl", "--ratio", "0.5", "--printable", "--assembly", "paper"];
-    assert!(the_line(&run(folder.path(), &paper)).contains("--printable: not available with --assembly paper"));
+    assert!(error_line(&run(folder.path(), &paper)).contains("--printable: not available with --assembly paper"));
 }
 
 fn scene_of_two(text: &str) -> String {
@@ -166,11 +166,11 @@ fn scene_of_two(text: &str) -> String {
 #[test]
 fn a_scene_of_several_meshes_is_no_solid_but_loses_its_holes() {
     let folder = folder();
-    let scene = scene_of_two(&torn(OCTAHEDRON, 5));
+    let scene = scene_of_two(&remove_each_nth_face(OCTAHEDRON, 5));
     std::fs::write(folder.path().join("scene.gltf"), scene).unwrap();
     let asked = |output, option| run(folder.path(), &["simplify", "scene.gltf", "-o", output, "--ratio", "1", option]);
     let refused = asked("a.glb", "--printable");
-    assert!(refused.code == Some(2) && the_line(&refused).contains("--printable: a scene of several meshes"));
+    assert!(refused.code == Some(2) && error_line(&refused).contains("--printable: a scene of several meshes"));
     assert_eq!(asked("a.stl", "--printable").code, Some(0));
     assert_eq!(asked("b.glb", "--fill-holes").code, Some(0));
     assert!(info(folder.path(), "b.glb")["closed"].as_bool().unwrap());
@@ -184,7 +184,7 @@ fn a_batch_repairs_each_mesh() {
     std::fs::write(folder.path().join("in/sheet.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let asked = ["simplify", "in", "-o", "out", "--ratio", "0.3", "--printable", "--format", "stl"];
     assert_eq!(run(folder.path(), &asked).code, Some(1));
-    assert!(topology(&welded(&folder.path().join("out/messy.stl"))).is_closed_manifold());
+    assert!(topology(&read_welded(&folder.path().join("out/messy.stl"))).is_closed_manifold());
     let rows = std::fs::read_to_string(folder.path().join("out/manifest.csv")).unwrap();
     assert!(rows.contains("--printable") && rows.contains("no component encloses a volume"), "{rows}");
 }

@@ -7,30 +7,30 @@ use crate::common::avatar::{Avatar, document};
 use crate::common::*;
 use serde_json::{Value, json};
 
-fn held(glb: &[u8]) -> [usize; 4] {
+fn count_contents(glb: &[u8]) -> [usize; 4] {
     let document = document(glb);
     ["skins", "animations", "nodes", "meshes"].map(|name| document[name].as_array().map_or(0, Vec::len))
 }
 
-const WHOLE: [usize; 4] = [1, 1, 4, 2];
+const ALL_CONTENTS: [usize; 4] = [1, 1, 4, 2];
 
 #[test]
 fn a_scene_from_standard_input_stays_one() {
     let folder = folder();
     let glb = Avatar::new(8).glb();
     let to_file = run_with_input(folder.path(), &["simplify", "-", "-o", "a.glb", "--ratio", "50%"], &glb);
-    assert_eq!(to_file.code, Some(0), "{}", to_file.words);
-    assert_eq!(held(&fs::read(folder.path().join("a.glb")).unwrap()), WHOLE);
+    assert_eq!(to_file.code, Some(0), "{}", to_file.stderr);
+    assert_eq!(count_contents(&fs::read(folder.path().join("a.glb")).unwrap()), ALL_CONTENTS);
     for more in [&[][..], &["--format", "glb"]] {
         let words = [&["simplify", "-", "-o", "-", "--ratio", "50%"], more].concat();
         let piped = run_with_input(folder.path(), &words, &glb);
-        assert_eq!((piped.code, held(&piped.out)), (Some(0), WHOLE), "{}", piped.words);
+        assert_eq!((piped.code, count_contents(&piped.stdout)), (Some(0), ALL_CONTENTS), "{}", piped.stderr);
     }
     let levels = run_with_input(folder.path(), &["simplify", "-", "-o", "l.glb", "--lods", "50%,20%"], &glb);
-    assert_eq!(levels.code, Some(0), "{}", levels.words);
+    assert_eq!(levels.code, Some(0), "{}", levels.stderr);
     assert_eq!(files(folder.path()), ["a.glb", "l.glb"]);
     let obj = run_with_input(folder.path(), &["simplify", "-", "-o", "o.obj", "--lods", "50%,20%"], &glb);
-    assert_eq!(obj.code, Some(0), "{}", obj.words);
+    assert_eq!(obj.code, Some(0), "{}", obj.stderr);
     assert!(folder.path().join("o-lod1.obj").is_file());
 }
 
@@ -41,14 +41,14 @@ fn a_scene_of_any_name_stays_one() {
     for name in ["knight", "knight.bin", "knight.ply", "knight.gltf"] {
         fs::write(folder.path().join(name), &glb).unwrap();
         let run = run(folder.path(), &["simplify", name, "-o", "out.glb", "--ratio", "50%", "--force"]);
-        assert_eq!(run.code, Some(0), "{name}: {}", run.words);
-        assert_eq!(held(&fs::read(folder.path().join("out.glb")).unwrap()), WHOLE, "{name}");
+        assert_eq!(run.code, Some(0), "{name}: {}", run.stderr);
+        assert_eq!(count_contents(&fs::read(folder.path().join("out.glb")).unwrap()), ALL_CONTENTS, "{name}");
     }
     let run_one = run(folder.path(), &["simplify", "knight", "-o", "-", "--ratio", "50%"]);
-    assert_eq!(held(&run_one.out), WHOLE, "{}", run_one.words);
+    assert_eq!(count_contents(&run_one.stdout), ALL_CONTENTS, "{}", run_one.stderr);
     fs::create_dir(folder.path().join("out")).unwrap();
     let one = run(folder.path(), &["simplify", "knight", "-o", "out", "--ratio", "50%"]);
-    assert_eq!((one.code, files(&folder.path().join("out"))), (Some(0), vec!["knight.glb".into()]), "{}", one.words);
+    assert_eq!((one.code, files(&folder.path().join("out"))), (Some(0), vec!["knight.glb".into()]), "{}", one.stderr);
 }
 
 #[test]
@@ -56,8 +56,8 @@ fn a_mesh_under_the_name_of_a_scene_is_a_mesh() {
     let folder = folder();
     fs::write(folder.path().join("a.glb"), OCTAHEDRON).unwrap();
     let run = run(folder.path(), &["simplify", "a.glb", "-o", "b.glb", "--ratio", "1"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
-    assert_eq!(welded(&folder.path().join("b.glb")).faces().len(), 8);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!(read_welded(&folder.path().join("b.glb")).faces().len(), 8);
 }
 
 #[test]
@@ -66,13 +66,13 @@ fn a_scene_of_several_files_needs_its_path() {
     let text = br#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "a.bin"}]}"#;
     let run = run_with_input(folder.path(), &["simplify", "-", "-o", "a.glb", "--ratio", "50%"], text);
     assert_eq!(run.code, Some(1));
-    assert!(the_line(&run).contains("\"a.bin\" is a separate file: read the asset by its path"), "{}", run.words);
+    assert!(error_line(&run).contains("\"a.bin\" is a separate file: read the asset by its path"), "{}", run.stderr);
 }
 
-fn simplified(folder: &Path, glb: &[u8], more: &[&str]) -> Value {
+fn simplify_vrm(folder: &Path, glb: &[u8], more: &[&str]) -> Value {
     fs::write(folder.join("in.vrm"), glb).unwrap();
     let run = run(folder, &[&["simplify", "in.vrm", "-o", "out.vrm", "--force", "--ratio", "30%"], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     document(&fs::read(folder.join("out.vrm")).unwrap())
 }
 
@@ -81,7 +81,7 @@ fn a_vrm_keeps_what_its_extensions_name() {
     let folder = folder();
     for avatar in [Avatar::new(8).vrm_0(), Avatar::new(8).vrm_1()] {
         let before = avatar.document.clone();
-        let after = simplified(folder.path(), &avatar.glb(), &[]);
+        let after = simplify_vrm(folder.path(), &avatar.glb(), &[]);
         for name in ["extensions", "extensionsUsed", "nodes", "materials", "textures"] {
             assert_eq!(before[name], after[name], "{name}");
         }
@@ -93,7 +93,7 @@ fn a_vrm_keeps_what_its_extensions_name() {
 #[test]
 fn expressions_reach_their_meshes_in_a_compressed_vrm_and_in_its_levels() {
     let folder = folder();
-    let after = simplified(folder.path(), &Avatar::new(8).vrm_1().glb(), &["--compress=quantize"]);
+    let after = simplify_vrm(folder.path(), &Avatar::new(8).vrm_1().glb(), &["--compress=quantize"]);
     // The second mesh is in a child node, which could be a bone.
     let vrm = &after["extensions"]["VRMC_vrm"];
     let nodes = |list: &Value| -> Vec<usize> {
@@ -110,7 +110,7 @@ fn expressions_reach_their_meshes_in_a_compressed_vrm_and_in_its_levels() {
 
     fs::write(folder.path().join("in.vrm"), Avatar::new(8).vrm_0().glb()).unwrap();
     let run = run(folder.path(), &["simplify", "in.vrm", "-o", "levels.vrm", "--lods", "50%,20%"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let levels = document(&fs::read(folder.path().join("levels.vrm")).unwrap());
     let binds = &levels["extensions"]["VRM"]["blendShapeMaster"]["blendShapeGroups"][0]["binds"];
     let meshes: Vec<_> = binds.as_array().unwrap().iter().map(|bind| bind["mesh"].as_u64().unwrap()).collect();
@@ -125,23 +125,23 @@ fn a_folder_of_vrms_stays_one() {
     fs::write(folder.path().join("in/a.vrm"), Avatar::new(8).vrm_1().glb()).unwrap();
     fs::write(folder.path().join("in/b.obj"), OCTAHEDRON).unwrap();
     let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "50%"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let out = folder.path().join("out");
     let names: Vec<String> =
         files(&out).into_iter().filter(|name| name.contains(".vrm") || name.contains(".obj")).collect();
     assert_eq!(names, ["a.vrm", "b.obj"]);
-    assert_eq!(held(&fs::read(out.join("a.vrm")).unwrap()), WHOLE);
+    assert_eq!(count_contents(&fs::read(out.join("a.vrm")).unwrap()), ALL_CONTENTS);
 }
 
 #[test]
-fn what_is_no_vrm_does_not_get_the_name_of_one() {
+fn other_meshes_are_not_written_as_vrm() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     fs::write(folder.path().join("a.glb"), Avatar::new(8).glb()).unwrap();
     for name in ["a.obj", "a.glb"] {
         let run = run(folder.path(), &["simplify", name, "-o", "b.vrm", "--ratio", "50%"]);
         assert_eq!(run.code, Some(2));
-        assert_eq!(the_line(&run), "neural-mesh: b.vrm: the mesh is not a VRM scene: end the name in .glb");
+        assert_eq!(error_line(&run), "neural-mesh: b.vrm: the mesh is not a VRM scene: end the name in .glb");
     }
 }
 
@@ -157,9 +157,9 @@ fn gltf_of_version_1_is_refused_by_its_version() {
             let run = run(folder.path(), command);
             assert_eq!(run.code, Some(1));
             assert!(
-                the_line(&run).contains("glTF 1.0 cannot be read, only glTF 2.0: convert it to 2.0 first"),
+                error_line(&run).contains("glTF 1.0 cannot be read, only glTF 2.0: convert it to 2.0 first"),
                 "{}",
-                run.words
+                run.stderr
             );
         }
     }

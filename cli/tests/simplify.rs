@@ -3,7 +3,7 @@
 use crate::common::*;
 
 fn cow(rest: &[&str]) -> Vec<String> {
-    let input = shipped("spot.ply").to_str().unwrap().to_string();
+    let input = test_mesh_path("spot.ply").to_str().unwrap().to_string();
     [&["simplify", &input, "--ratio", "0.2"], rest].concat().iter().map(|word| word.to_string()).collect()
 }
 
@@ -16,7 +16,7 @@ fn run_cow(folder: &std::path::Path, rest: &[&str]) -> Run {
 fn a_closed_mesh_comes_out_lighter_and_closed() {
     let folder = folder();
     let run = run_cow(folder.path(), &["-o", "light.ply"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     assert_eq!(files(folder.path()), ["light.ply"]);
     let info = info(folder.path(), "light.ply");
     assert!((585..=586).contains(&info["vertices"].as_u64().unwrap()), "{info}");
@@ -27,20 +27,20 @@ fn a_closed_mesh_comes_out_lighter_and_closed() {
 fn four_lines_close_the_run() {
     let folder = folder();
     let run = run_cow(folder.path(), &["-o", "light.ply"]);
-    let words = String::from_utf8(run.out).unwrap();
+    let words = String::from_utf8(run.stdout).unwrap();
     let starts: Vec<&str> = words.lines().map(|line| line.split(' ').next().unwrap()).collect();
     assert_eq!(starts, ["size", "file", "distance", "time"], "{words}");
-    assert_eq!(run.words, "");
+    assert_eq!(run.stderr, "");
 }
 
 #[test]
 fn no_check_and_quiet_leave_words_out() {
     let folder = folder();
     let unchecked = run_cow(folder.path(), &["-o", "a.ply", "--no-check", "--report", "a.json"]);
-    assert_eq!(String::from_utf8(unchecked.out).unwrap().lines().count(), 3);
+    assert_eq!(String::from_utf8(unchecked.stdout).unwrap().lines().count(), 3);
     assert!(json(&folder.path().join("a.json"))["distance"].is_null());
     let quiet = run_cow(folder.path(), &["-o", "b.ply", "--quiet"]);
-    assert_eq!((quiet.code, quiet.out.len(), quiet.words.len()), (Some(0), 0, 0));
+    assert_eq!((quiet.code, quiet.stdout.len(), quiet.stderr.len()), (Some(0), 0, 0));
 }
 
 #[test]
@@ -85,10 +85,10 @@ fn the_same_request_gives_the_same_bytes_on_any_number_of_threads() {
 #[test]
 fn vertices_and_faces_are_targets_too() {
     let folder = folder();
-    let input = shipped("spot.ply");
+    let input = test_mesh_path("spot.ply");
     for (option, key) in [("--vertices", "vertices"), ("--faces", "faces")] {
         let run = run(folder.path(), &["simplify", input.to_str().unwrap(), "-o", "a.off", option, "500", "--force"]);
-        assert_eq!(run.code, Some(0), "{}", run.words);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
         let n = info(folder.path(), "a.off")[key].as_u64().unwrap();
         assert!((499..=500).contains(&n), "{key}: {n}");
     }
@@ -112,17 +112,17 @@ fn every_format_is_written_and_read_again() {
 #[test]
 fn pipes_carry_meshes_and_words_go_elsewhere() {
     let folder = folder();
-    let input = std::fs::read(shipped("spot.ply")).unwrap();
+    let input = std::fs::read(test_mesh_path("spot.ply")).unwrap();
     let first =
         run_with_input(folder.path(), &["simplify", "-", "-o", "-", "--format", "off", "--ratio", "0.5"], &input);
-    assert_eq!(first.code, Some(0), "{}", first.words);
-    assert!(first.out.starts_with(b"OFF"));
-    assert_eq!(first.words.lines().count(), 3);
-    let second = run_with_input(folder.path(), &["simplify", "-", "-o", "b.ply", "--ratio", "0.5"], &first.out);
-    assert_eq!(second.code, Some(0), "{}", second.words);
+    assert_eq!(first.code, Some(0), "{}", first.stderr);
+    assert!(first.stdout.starts_with(b"OFF"));
+    assert_eq!(first.stderr.lines().count(), 3);
+    let second = run_with_input(folder.path(), &["simplify", "-", "-o", "b.ply", "--ratio", "0.5"], &first.stdout);
+    assert_eq!(second.code, Some(0), "{}", second.stderr);
     assert_eq!(files(folder.path()), ["b.ply"]);
-    let looked = run_with_input(folder.path(), &["info", "-"], &first.out);
-    assert!(String::from_utf8(looked.out).unwrap().starts_with("standard input: 1,465 vertices"));
+    let looked = run_with_input(folder.path(), &["info", "-"], &first.stdout);
+    assert!(String::from_utf8(looked.stdout).unwrap().starts_with("standard input: 1,465 vertices"));
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn weights_that_are_none_are_refused() {
     std::fs::write(folder.path().join("w.safetensors"), b"not weights").unwrap();
     let run = run_cow(folder.path(), &["-o", "a.ply", "--weights", "w.safetensors"]);
     assert_eq!(run.code, Some(1));
-    assert!(the_line(&run).contains("w.safetensors"));
+    assert!(error_line(&run).contains("w.safetensors"));
     assert_eq!(files(folder.path()), ["w.safetensors"]);
 }
 
@@ -146,7 +146,7 @@ fn weights_that_are_none_are_refused() {
 fn scores_may_come_from_the_geometry_alone() {
     let folder = folder();
     let run = run_cow(folder.path(), &["-o", "a.ply", "--scores", "geometry", "--report", "r.json"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     assert_eq!(json(&folder.path().join("r.json"))["scores"], "geometry");
 }
 
@@ -157,13 +157,13 @@ fn the_paper_assembly_works_without_weights_and_keeps_positions_of_the_input() {
     let run = run_cow(folder.path(), &rest);
     // Random weights may keep no face at all.
     if run.code == Some(1) {
-        the_line(&run);
+        error_line(&run);
         return;
     }
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     assert_eq!(json(&folder.path().join("r.json"))["scores"], "network");
     let read = |path: &std::path::Path| neural_mesh::io::read_path(path, None).unwrap().positions;
-    let original = read(&shipped("spot.ply"));
+    let original = read(&test_mesh_path("spot.ply"));
     for position in read(&folder.path().join("a.ply")) {
         assert!(original.contains(&position), "{position:?}");
     }
@@ -174,11 +174,11 @@ fn the_holes_that_the_network_leaves_are_closed() {
     use neural_mesh::mesh::cleanup::{CleanOptions, clean};
     let folder = folder();
     let open_edges = |rest: &[&str]| {
-        let input = shipped("spot.ply");
+        let input = test_mesh_path("spot.ply");
         let words =
             [&["simplify", input.to_str().unwrap(), "-o", "a.ply", "--force", "--assembly", "paper"], rest].concat();
         let run = run(folder.path(), &[&words[..], &["--ratio", "0.03"]].concat());
-        assert_eq!(run.code, Some(0), "{}", run.words);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
         let raw = neural_mesh::io::read_path(&folder.path().join("a.ply"), None).unwrap();
         let mesh = clean(raw, &CleanOptions::default()).unwrap().mesh;
         neural_mesh::mesh::topology(&mesh).boundary_edges
@@ -201,7 +201,7 @@ fn coordinates_far_from_the_origin_keep_their_precision() {
         })
         .collect();
     let run = run_with_input(folder.path(), &["simplify", "-", "-o", "a.obj", "--ratio", "1"], moved.as_bytes());
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let text = std::fs::read_to_string(folder.path().join("a.obj")).unwrap();
     for line in text.lines().filter(|line| line.starts_with("v ")) {
         for x in line.split(' ').skip(1) {

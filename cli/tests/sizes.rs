@@ -6,18 +6,18 @@ use neural_mesh::mesh::shapes;
 use neural_mesh::model::Weights;
 
 fn cow(size: &[&str]) -> serde_json::Value {
-    let (folder, input) = (folder(), shipped("spot.ply"));
+    let (folder, input) = (folder(), test_mesh_path("spot.ply"));
     let all = ["simplify", input.to_str().unwrap(), "-o", "a.off", "--no-check", "--json"];
     let run = run(folder.path(), &[&all[..], size].concat());
-    assert_eq!(run.code, Some(0), "{size:?}: {}", run.words);
-    serde_json::from_slice(&run.out).unwrap()
+    assert_eq!(run.code, Some(0), "{size:?}: {}", run.stderr);
+    serde_json::from_slice(&run.stdout).unwrap()
 }
 
 #[track_caller]
 fn refusal(words: &[&str]) -> String {
     let run = run(folder().path(), words);
-    assert_eq!(run.code, Some(2), "{words:?}: {}", run.words);
-    the_line(&run)
+    assert_eq!(run.code, Some(2), "{words:?}: {}", run.stderr);
+    error_line(&run)
 }
 
 #[test]
@@ -61,8 +61,8 @@ fn clouds_take_the_same_sizes() {
     let report = |size: [&str; 2]| {
         let all = ["mesh-points", "ball.xyz", "--weights", "w.safetensors", "-o", "a.ply", "--force", "--report", "-"];
         let run = run(folder.path(), &[&all[..], &size].concat());
-        assert_eq!(run.code, Some(0), "{size:?}: {}", run.words);
-        let mut report: serde_json::Value = serde_json::from_slice(&run.out).unwrap();
+        assert_eq!(run.code, Some(0), "{size:?}: {}", run.stderr);
+        let mut report: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
         report["seconds"] = 0.into();
         report
     };
@@ -172,8 +172,8 @@ fn content_that_is_not_known_says_what_can_be_read_and_which_format_is_meant() {
     std::fs::write(folder.path().join("a.dat"), "hello").unwrap();
     let line = |words: &[&str]| {
         let run = run(folder.path(), words);
-        assert_eq!(run.code, Some(1), "{}", run.words);
-        the_line(&run)
+        assert_eq!(run.code, Some(1), "{}", run.stderr);
+        error_line(&run)
     };
     // Formats that this build reads.
     let more = [("3MF", io::Format::ThreeMf), ("FBX", io::Format::Fbx)];

@@ -6,7 +6,7 @@ use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, shapes};
 
-fn piped(input: &[u8], more: &[&str]) -> Run {
+fn simplify_pipe(input: &[u8], more: &[&str]) -> Run {
     let folder = folder();
     let run = run_with_input(folder.path(), &[&["simplify", "-", "-o", "-", "--ratio", "50%"], more].concat(), input);
     assert_eq!(files(folder.path()), Vec::<String>::new());
@@ -27,21 +27,21 @@ fn a_pipe_keeps_the_format_that_comes_in() {
         (Format::Gltf, Format::Glb),
         (Format::Glb, Format::Glb),
     ] {
-        let run = piped(&bytes(before), &[]);
-        assert_eq!(run.code, Some(0), "{}", run.words);
-        assert_eq!(Format::from_content(&run.out), Some(after), "{before:?}");
+        let run = simplify_pipe(&bytes(before), &[]);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        assert_eq!(Format::from_content(&run.stdout), Some(after), "{before:?}");
     }
-    let run = piped(&bytes(Format::Obj), &["--format", "off"]);
-    assert_eq!(Format::from_content(&run.out), Some(Format::Off));
-    assert_eq!(piped(b"hello", &[]).code, Some(1));
+    let run = simplify_pipe(&bytes(Format::Obj), &["--format", "off"]);
+    assert_eq!(Format::from_content(&run.stdout), Some(Format::Off));
+    assert_eq!(simplify_pipe(b"hello", &[]).code, Some(1));
 }
 
 #[test]
 fn a_compressed_pipe_keeps_its_format_too() {
     let folder = folder();
     run_with_input(folder.path(), &["simplify", "-", "-o", "a.off.gz", "--ratio", "1"], OCTAHEDRON.as_bytes());
-    let run = piped(&fs::read(folder.path().join("a.off.gz")).unwrap(), &[]);
-    assert_eq!(Format::from_content(&run.out), Some(Format::Off), "{}", run.words);
+    let run = simplify_pipe(&fs::read(folder.path().join("a.off.gz")).unwrap(), &[]);
+    assert_eq!(Format::from_content(&run.stdout), Some(Format::Off), "{}", run.stderr);
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn a_file_to_standard_output_keeps_its_format() {
     fs::write(folder.path().join("a.dat"), OCTAHEDRON).unwrap();
     for name in ["a.obj", "a.dat"] {
         let run = run(folder.path(), &["simplify", name, "-o", "-", "--ratio", "1"]);
-        assert_eq!((run.code, Format::from_content(&run.out)), (Some(0), Some(Format::Obj)), "{name}");
+        assert_eq!((run.code, Format::from_content(&run.stdout)), (Some(0), Some(Format::Obj)), "{name}");
     }
 }
 
@@ -62,10 +62,10 @@ fn json_is_all_that_goes_to_standard_output() {
     for json in [&["--json"][..], &["--report", "-"]] {
         let arguments = ["simplify", "a.obj", "-o", "b.obj", "--ratio", "1", "--force", "--explain"];
         let run = run(folder.path(), &[&arguments[..], json].concat());
-        assert_eq!(run.code, Some(0), "{}", run.words);
-        let report: serde_json::Value = serde_json::from_slice(&run.out).unwrap();
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let report: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
         assert_eq!((&report["output"]["faces"], &report["output"]["closed"]), (&8.into(), &true.into()));
-        assert!(run.words.contains("size      6 vertices"), "{}", run.words);
+        assert!(run.stderr.contains("size      6 vertices"), "{}", run.stderr);
     }
     assert_eq!(files(folder.path()), ["a.obj", "b.obj"]);
 }
@@ -79,11 +79,11 @@ fn standard_output_takes_one_of_mesh_and_report() {
         ("mesh-points", &["--report", "-"]),
     ] {
         let run = run(folder.path(), &[&[command, "missing.obj", "-o", "-", "--format", "obj"], json].concat());
-        assert_eq!(run.code, Some(2), "{}", run.words);
-        assert!(the_line(&run).contains("the mesh or the report"), "{}", run.words);
+        assert_eq!(run.code, Some(2), "{}", run.stderr);
+        assert!(error_line(&run).contains("the mesh or the report"), "{}", run.stderr);
     }
     let batch = run(folder.path(), &["simplify", ".", "-o", "out", "--ratio", "1", "--json"]);
-    assert!(batch.code == Some(2) && the_line(&batch).contains("--json"), "{}", batch.words);
+    assert!(batch.code == Some(2) && error_line(&batch).contains("--json"), "{}", batch.stderr);
 }
 
 #[test]
@@ -91,10 +91,10 @@ fn the_json_of_a_comparison_goes_to_standard_output_alone() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     let run = run(folder.path(), &["compare", "a.obj", "a.obj", "--samples", "100", "--json", "-"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
-    let figures: serde_json::Value = serde_json::from_slice(&run.out).unwrap();
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let figures: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
     assert_eq!(figures["results"][0]["name"], "a.obj");
-    assert!(run.words.contains("original  a.obj"), "{}", run.words);
+    assert!(run.stderr.contains("original  a.obj"), "{}", run.stderr);
 }
 
 const SEAM: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 0.5 0.5\nvt 0.7 0.7\n\
@@ -108,20 +108,20 @@ fn vertices_are_counted_as_written_too() {
         [("b.obj", Some(4)), ("b.off", Some(4)), ("b.ply", Some(6)), ("b.glb", Some(6)), ("b.stl", None)]
     {
         let words = run(folder.path(), &["simplify", "a.obj", "-o", name, "--ratio", "1"]);
-        assert_eq!(words.code, Some(0), "{}", words.words);
-        let words = String::from_utf8(words.out).unwrap();
+        assert_eq!(words.code, Some(0), "{}", words.stderr);
+        let words = String::from_utf8(words.stdout).unwrap();
         assert_eq!(words.contains("written   6 vertices"), written == Some(6), "{name}: {words}");
         let json = run(folder.path(), &["simplify", "a.obj", "-o", name, "--ratio", "1", "--force", "--json"]);
-        let report: serde_json::Value = serde_json::from_slice(&json.out).unwrap();
+        let report: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
         assert_eq!(report["output"]["vertices"], 4);
         assert_eq!(report["output"].get("vertices_written").and_then(|n| n.as_u64()), written, "{name}");
     }
     // A scene and its levels; `info` counts without welding.
     let arguments = ["simplify", "b.glb", "-o", "c.glb", "--lods", "1,1", "--json"];
-    let report: serde_json::Value = serde_json::from_slice(&run(folder.path(), &arguments).out).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&run(folder.path(), &arguments).stdout).unwrap();
     for level in 0..2 {
         assert_eq!(report["levels"][level]["vertices_written"], 6);
     }
     let split = run(folder.path(), &["info", "b.glb", "--no-weld", "--json"]);
-    assert_eq!(serde_json::from_slice::<serde_json::Value>(&split.out).unwrap()["vertices"], 6);
+    assert_eq!(serde_json::from_slice::<serde_json::Value>(&split.stdout).unwrap()["vertices"], 6);
 }

@@ -10,17 +10,17 @@ const EVIL: &str = "e\u{1b}[2J\u{1b}]0;pwn\u{7}\u{9b}6n\u{202e}";
 const LINES: &str = "\u{85}\u{2028}\u{2029}";
 
 #[track_caller]
-fn plain_words(run: &Run) -> String {
-    let said = format!("{}{}", String::from_utf8(run.out.clone()).unwrap(), run.words);
-    let steers =
+fn check_no_controls(run: &Run) -> String {
+    let said = format!("{}{}", String::from_utf8(run.stdout.clone()).unwrap(), run.stderr);
+    let is_control =
         |letter: char| letter != '\n' && (letter.is_control() || LINES.contains(letter) || letter == '\u{202e}');
-    assert!(!said.contains(steers), "{said:?}");
+    assert!(!said.contains(is_control), "{said:?}");
     said
 }
 
 #[track_caller]
-fn spelled_out(run: &Run) -> String {
-    let said = plain_words(run);
+fn check_escaped(run: &Run) -> String {
+    let said = check_no_controls(run);
     assert!(said.contains("e\\u{1b}[2J\\u{1b}]0;pwn\\u{7}\\u{9b}6n\\u{202e}"), "{said}");
     said
 }
@@ -37,7 +37,7 @@ const FACES: [&str; 4] = ["3 0 2 1", "3 0 1 3", "3 1 2 3", "3 2 0 3"];
 
 // Long work without a terminal prints a line now and then.
 #[test]
-fn long_work_says_how_far_it_is() {
+fn long_work_prints_its_progress() {
     let folder = folder();
     let waiting = |more: &[&str]| {
         let words = [&["simplify", "-", "-o", "a.obj", "--ratio", "1", "--force"], more].concat();
@@ -54,9 +54,9 @@ fn long_work_says_how_far_it_is() {
         let quiet = scope.spawn(|| waiting(&["--quiet"]));
         (waiting(&[]), quiet.join().unwrap())
     });
-    assert_eq!((told.code, quiet.code), (Some(0), Some(0)), "{}{}", told.words, quiet.words);
-    assert!(told.words.starts_with("progress  0 % reading, "), "{}", told.words);
-    assert_eq!(quiet.words, "");
+    assert_eq!((told.code, quiet.code), (Some(0), Some(0)), "{}{}", told.stderr, quiet.stderr);
+    assert!(told.stderr.starts_with("progress  0 % reading, "), "{}", told.stderr);
+    assert_eq!(quiet.stderr, "");
 }
 
 #[test]
@@ -70,16 +70,16 @@ fn names_in_a_ply_are_spelled_out() {
         let folder = folder();
         fs::write(folder.path().join("a.ply"), file).unwrap();
         let made = run(folder.path(), &["simplify", "a.ply", "-o", "b.ply", "--ratio", "1"]);
-        assert_eq!(made.code, Some(0), "{}", made.words);
-        assert!(spelled_out(&made).contains("note      "));
+        assert_eq!(made.code, Some(0), "{}", made.stderr);
+        assert!(check_escaped(&made).contains("note      "));
     }
     let folder = folder();
     let cut = tetrahedron(&format!("{list}element {EVIL} 9\nproperty int a\n"), FACES, "7\n");
     fs::write(folder.path().join("a.ply"), cut).unwrap();
     let refused = run(folder.path(), &["simplify", "a.ply", "-o", "b.ply", "--ratio", "1"]);
     assert_eq!(refused.code, Some(1));
-    spelled_out(&refused);
-    the_line(&refused);
+    check_escaped(&refused);
+    error_line(&refused);
 }
 
 #[test]
@@ -89,12 +89,12 @@ fn names_in_an_obj_are_spelled_out() {
     fs::write(folder.path().join("a.obj"), named).unwrap();
     let arguments = ["simplify", "a.obj", "-o", "b.obj", "--ratio", "1"];
     let made = run(folder.path(), &[&arguments[..], &["--picture", "b.png"]].concat());
-    assert_eq!(made.code, Some(0), "{}", made.words);
-    spelled_out(&made);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    check_escaped(&made);
     for importance in ["none=2", "none"] {
         let refused = run(folder.path(), &[&arguments[..], &["--importance", importance, "--force"]].concat());
-        assert_eq!(refused.code, Some(2), "{}", refused.words);
-        plain_words(&refused);
+        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+        check_no_controls(&refused);
     }
 }
 
@@ -116,8 +116,8 @@ fn names_in_a_gltf_are_spelled_out() {
         for command in [&["info", "a.gltf"][..], &["simplify", "a.gltf", "-o", "b.glb", "--ratio", "1"]] {
             let refused = run(folder.path(), command);
             assert_eq!(refused.code, Some(1));
-            spelled_out(&refused);
-            the_line(&refused);
+            check_escaped(&refused);
+            error_line(&refused);
         }
     }
 }
@@ -137,17 +137,17 @@ fn names_of_files_are_spelled_out() {
         (&["simplify", &good, "-o", &bad, "--ratio", "1", "--format", EVIL], 2),
     ] {
         let said = run(folder.path(), command);
-        assert_eq!(said.code, Some(code), "{command:?}: {}", said.words);
-        spelled_out(&said);
+        assert_eq!(said.code, Some(code), "{command:?}: {}", said.stderr);
+        check_escaped(&said);
     }
     // Names as a shell pattern gives them.
     let refused = run(folder.path(), &["info", &good, &bad]);
     assert_eq!(refused.code, Some(1));
-    spelled_out(&refused);
+    check_escaped(&refused);
     // JSON uses its own reversible escapes.
     let told = run(folder.path(), &["info", &good, "--json"]);
-    plain_words(&told);
-    assert_eq!(serde_json::from_slice::<serde_json::Value>(&told.out).unwrap()["file"], good);
+    check_no_controls(&told);
+    assert_eq!(serde_json::from_slice::<serde_json::Value>(&told.stdout).unwrap()["file"], good);
 }
 
 #[cfg(target_os = "linux")]
@@ -168,8 +168,8 @@ fn a_full_standard_output_is_a_failure() {
     ] {
         let full = fs::File::options().write(true).open("/dev/full").unwrap();
         let run = finish(program(folder.path(), arguments).stdout(full).spawn().unwrap());
-        assert_eq!(run.code, Some(1), "{arguments:?} {}", run.words);
-        assert!(run.words.contains("standard output: "), "{arguments:?} {}", run.words);
+        assert_eq!(run.code, Some(1), "{arguments:?} {}", run.stderr);
+        assert!(run.stderr.contains("standard output: "), "{arguments:?} {}", run.stderr);
     }
     // The mesh is in place before messages fail.
     assert_eq!(info(folder.path(), "b.obj")["vertices"], 6);
@@ -186,12 +186,12 @@ fn a_closed_standard_output_is_a_failure() {
         let mut shell = std::process::Command::new("sh");
         shell.current_dir(folder.path()).args(["-c", &format!("exec '{program}' {arguments}")]);
         let output = shell.output().unwrap();
-        Run { code: output.status.code(), out: output.stdout, words: String::from_utf8(output.stderr).unwrap() }
+        Run { code: output.status.code(), stdout: output.stdout, stderr: String::from_utf8(output.stderr).unwrap() }
     };
     for arguments in ["info a.obj", "info a.obj --json", "simplify a.obj -o - --format obj --ratio 1", "--version"] {
         let closed = by_shell(&format!("{arguments} >&-"));
-        assert_eq!(closed.code, Some(1), "{arguments} {}", closed.words);
-        assert!(the_line(&closed).contains("standard output: is closed: "), "{}", closed.words);
+        assert_eq!(closed.code, Some(1), "{arguments} {}", closed.stderr);
+        assert!(error_line(&closed).contains("standard output: is closed: "), "{}", closed.stderr);
         for elsewhere in [">/dev/null", "<&- >/dev/null", "1<>/dev/null", ""] {
             assert_eq!(by_shell(&format!("{arguments} {elsewhere}")).code, Some(0), "{arguments} {elsewhere}");
         }
@@ -201,7 +201,7 @@ fn a_closed_standard_output_is_a_failure() {
 }
 
 #[test]
-fn nobody_reading_the_words_is_a_failure() {
+fn an_unread_standard_output_is_a_failure() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     for arguments in [&["info", "a.obj"][..], &["info", "a.obj", "--json"], &["compare", "a.obj", "a.obj"]] {
@@ -209,6 +209,6 @@ fn nobody_reading_the_words_is_a_failure() {
         drop(reader);
         let run = finish(program(folder.path(), arguments).stdout(writer).spawn().unwrap());
         assert_eq!(run.code, Some(1), "{arguments:?}");
-        assert!(the_line(&run).contains("standard output: "), "{}", run.words);
+        assert!(error_line(&run).contains("standard output: "), "{}", run.stderr);
     }
 }

@@ -10,7 +10,7 @@ fn png(side: usize) -> Vec<u8> {
     encode_png(&Image { width: side, height: side, rgba: (0..side * side).flat_map(colour).collect() })
 }
 
-fn textured(folder: &Path) {
+fn write_textured_plate(folder: &Path) {
     let n = 8;
     let mut text = String::from("mtllib skin.mtl\nusemtl skin\n");
     for (i, j) in (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j))) {
@@ -30,11 +30,11 @@ fn textured(folder: &Path) {
     }
 }
 
-fn simplified(folder: &Path, input: &str, output: &str, more: &[&str]) -> Run {
+fn simplify_with_textures(folder: &Path, input: &str, output: &str, more: &[&str]) -> Run {
     let words = ["simplify", input, "-o", output, "--textures", "32"];
     let more = if more.is_empty() { &["--ratio", "50%"] } else { more };
     let run = run(folder, &[&words[..], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     run
 }
 
@@ -54,9 +54,9 @@ fn images(glb: &Path) -> (Vec<[usize; 2]>, serde_json::Value) {
 #[test]
 fn images_beside_an_obj_keep_their_names_and_those_that_fit_their_bytes() {
     let folder = folder();
-    textured(folder.path());
+    write_textured_plate(folder.path());
     std::fs::create_dir(folder.path().join("out")).unwrap();
-    simplified(folder.path(), "plate.obj", "out/plate.obj", &[]);
+    simplify_with_textures(folder.path(), "plate.obj", "out/plate.obj", &[]);
     let maps = folder.path().join("out/maps");
     let size = |name: &str| image_size(&std::fs::read(maps.join(name)).unwrap()).unwrap();
     assert_eq!([size("skin.png"), size("relief.png"), size("small.png")], [[32, 32], [32, 32], [16, 16]]);
@@ -70,12 +70,12 @@ fn images_beside_an_obj_keep_their_names_and_those_that_fit_their_bytes() {
 #[test]
 fn images_within_a_glb_shrink_on_the_way_in_and_again_in_a_scene() {
     let folder = folder();
-    textured(folder.path());
-    simplified(folder.path(), "plate.obj", "plate.glb", &[]);
+    write_textured_plate(folder.path());
+    simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &[]);
     let at = |name: &str| folder.path().join(name);
     assert_eq!(images(&at("plate.glb")).0, [[32, 32], [32, 32]]);
     let run = run(folder.path(), &["simplify", "plate.glb", "-o", "less.glb", "--ratio", "50%", "--textures", "20"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
     let (sizes, document) = images(&at("less.glb"));
     assert_eq!(sizes, [[20, 20], [20, 20]]);
     assert_eq!(document["images"][0]["mimeType"], "image/png");
@@ -84,8 +84,8 @@ fn images_within_a_glb_shrink_on_the_way_in_and_again_in_a_scene() {
 #[test]
 fn levels_share_their_textures_in_every_format() {
     let folder = folder();
-    textured(folder.path());
-    simplified(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
+    write_textured_plate(folder.path());
+    simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
     for (output, beside) in [
         (
             "tree-{level}.gltf",
@@ -97,22 +97,22 @@ fn levels_share_their_textures_in_every_format() {
     ] {
         let out = folder.path().join("out");
         std::fs::create_dir(&out).unwrap();
-        simplified(folder.path(), "plate.glb", &format!("out/{output}"), &["--lods", "50%,20%"]);
+        simplify_with_textures(folder.path(), "plate.glb", &format!("out/{output}"), &["--lods", "50%,20%"]);
         assert_eq!(files(&out), beside);
         std::fs::remove_dir_all(out).unwrap();
     }
     // A GLB holds its own images, in one file or several.
-    simplified(folder.path(), "plate.glb", "own-{level}.glb", &["--lods", "50%,20%"]);
+    simplify_with_textures(folder.path(), "plate.glb", "own-{level}.glb", &["--lods", "50%,20%"]);
     assert!(["own-0.glb", "own-1.glb"].iter().all(|name| images(&folder.path().join(name)).0.len() == 2));
-    simplified(folder.path(), "plate.glb", "levels.glb", &["--lods", "50%,20%"]);
+    simplify_with_textures(folder.path(), "plate.glb", "levels.glb", &["--lods", "50%,20%"]);
     assert_eq!(images(&folder.path().join("levels.glb")).0.len(), 2);
 }
 
 #[test]
 fn levels_as_json_name_one_set_of_images_and_hold_none() {
     let folder = folder();
-    textured(folder.path());
-    simplified(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
+    write_textured_plate(folder.path());
+    simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
     // From a scene with images in its buffer, and from an OBJ as glTF in one file.
     for (input, output, more) in
         [("plate.glb", "scene-{level}.gltf", 0), ("plate.obj", "mesh-{level}.gltf", 0), ("plate.glb", "one.gltf", 1)]
@@ -120,7 +120,7 @@ fn levels_as_json_name_one_set_of_images_and_hold_none() {
         let out = folder.path().join("out");
         std::fs::create_dir(&out).unwrap();
         let sizes = if more == 0 { ["--lods", "50%,20%"] } else { ["--ratio", "50%"] };
-        simplified(folder.path(), input, &format!("out/{output}"), &sizes);
+        simplify_with_textures(folder.path(), input, &format!("out/{output}"), &sizes);
         for name in files(&out).into_iter().filter(|name| name.ends_with(".gltf")) {
             let document = json(&out.join(&name));
             let uris: Vec<Option<&str>> =
@@ -142,21 +142,21 @@ fn levels_as_json_name_one_set_of_images_and_hold_none() {
 #[test]
 fn a_size_in_bytes_counts_the_small_images() {
     let folder = folder();
-    textured(folder.path());
-    simplified(folder.path(), "plate.obj", "plate.glb", &["--size", "8kB"]);
+    write_textured_plate(folder.path());
+    simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &["--size", "8kB"]);
     assert!(std::fs::metadata(folder.path().join("plate.glb")).unwrap().len() <= 8000);
     assert_eq!(images(&folder.path().join("plate.glb")).0, [[32, 32], [32, 32]]);
 }
 
 #[test]
-fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused() {
+fn unreadable_images_stay_with_a_note_and_formats_without_textures_are_refused() {
     let folder = folder();
-    textured(folder.path());
+    write_textured_plate(folder.path());
     std::fs::write(folder.path().join("maps/skin.png"), b"not looked into").unwrap();
     std::fs::create_dir(folder.path().join("out")).unwrap();
-    let run = simplified(folder.path(), "plate.obj", "out/plate.obj", &[]);
+    let run = simplify_with_textures(folder.path(), "plate.obj", "out/plate.obj", &[]);
     let note = "an image keeps its size: it is not PNG, JPEG or WebP";
-    assert!(String::from_utf8(run.out).unwrap().contains(note));
+    assert!(String::from_utf8(run.stdout).unwrap().contains(note));
     assert_eq!(std::fs::read(folder.path().join("out/maps/skin.png")).unwrap(), b"not looked into");
     for (output, more, why) in [
         ("a.stl", &["--textures", "64"][..], "--textures: stl cannot store textures: write glb, gltf, obj or ply"),
@@ -167,7 +167,7 @@ fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused()
             folder.path(),
             &[&["simplify", "plate.obj", "-o", output, "--ratio", "0.5"][..], more].concat(),
         );
-        assert!(refused.code == Some(2) && refused.words.contains(why), "{}", refused.words);
+        assert!(refused.code == Some(2) && refused.stderr.contains(why), "{}", refused.stderr);
     }
 }
 
@@ -178,9 +178,9 @@ const KTX2: &[u8] = include_bytes!("../../tests/images/etc1s.ktx2");
 #[test]
 fn a_ktx2_stays_such_where_it_fits_and_becomes_a_png_where_not() {
     let folder = folder();
-    textured(folder.path());
+    write_textured_plate(folder.path());
     std::fs::write(folder.path().join("maps/skin.png"), KTX2).unwrap();
-    simplified(folder.path(), "plate.obj", "plate.glb", &[]);
+    simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &[]);
     let (sizes, document) = images(&folder.path().join("plate.glb"));
     assert_eq!((sizes[0], &document["images"][0]["mimeType"]), ([24, 20], &"image/ktx2".into()));
     assert_eq!(document["textures"][0]["extensions"]["KHR_texture_basisu"]["source"], 0);
@@ -190,8 +190,8 @@ fn a_ktx2_stays_such_where_it_fits_and_becomes_a_png_where_not() {
         let words = format!("simplify plate.glb -o {output} --ratio 50% --textures 16 --picture a.png --force");
         let words: Vec<&str> = words.split(' ').collect();
         let run = run(folder.path(), &words);
-        assert_eq!(run.code, Some(0), "{}", run.words);
-        let said = String::from_utf8(run.out).unwrap();
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let said = String::from_utf8(run.stdout).unwrap();
         assert!(!said.contains("left out") && !said.contains("keeps its size"), "{said}");
     };
     smaller("less.glb");
@@ -212,10 +212,10 @@ fn a_ktx2_stays_such_where_it_fits_and_becomes_a_png_where_not() {
 #[test]
 fn a_webp_goes_into_a_glb_as_such() {
     let folder = folder();
-    textured(folder.path());
+    write_textured_plate(folder.path());
     let image = decode_image(&png(64)).unwrap();
     std::fs::write(folder.path().join("maps/skin.png"), encode_webp(&image).unwrap()).unwrap();
-    simplified(folder.path(), "plate.obj", "plate.glb", &[]);
+    simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &[]);
     let (sizes, document) = images(&folder.path().join("plate.glb"));
     assert_eq!((sizes[0], &document["images"][0]["mimeType"]), ([32, 32], &"image/webp".into()));
     assert_eq!(document["textures"][0]["extensions"]["EXT_texture_webp"]["source"], 0);

@@ -10,7 +10,7 @@ const SETTINGS: &str = "objective = \"uniform\"\nepochs = 40\nvalidation = [\"he
     checkpoint_minutes = 0.0005\npoint_sampler_layers = 2\npoint_sampler_width = 12\nedge_predictor_width = 4\n\
     attention_width = 3\nface_classifier_layers = 1\nface_classifier_width = 4\n";
 
-fn prepared() -> tempfile::TempDir {
+fn training_folder() -> tempfile::TempDir {
     let folder = folder();
     std::fs::create_dir(folder.path().join("data")).unwrap();
     let meshes: [(&str, TriMesh); 5] = [
@@ -32,19 +32,19 @@ fn training<'a>(run: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["train", "--data", "data", "--out", run, "--config", "small.toml"], more].concat()
 }
 
-fn left(folder: &Path, run: &str) -> Vec<Vec<u8>> {
+fn output_files(folder: &Path, run: &str) -> Vec<Vec<u8>> {
     let files = ["last.safetensors", "best.safetensors", "steps.csv", "epochs.csv", "config.toml", "curves.svg"];
     files.map(|file| std::fs::read(folder.join(run).join(file)).unwrap()).into()
 }
 
 #[test]
-fn it_says_what_it_learns_and_its_weights_are_for_one_assembly() {
-    let folder = prepared();
+fn a_training_prints_its_objective_and_its_weights_suit_one_assembly() {
+    let folder = training_folder();
     for (objective, assembly, other) in [("paper", "paper", "closed"), ("bending", "closed", "paper")] {
         let arguments = training(objective, &["--objective", objective, "--epochs", "1"]);
         let done = run(folder.path(), &arguments);
-        assert_eq!(done.code, Some(0), "{}", done.words);
-        let said = String::from_utf8(done.out).unwrap();
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let said = String::from_utf8(done.stdout).unwrap();
         assert!(said.contains(&format!("objective {objective}: ")), "{said}");
         assert!(said.contains("1 for validation, whose names begin with held_"), "{said}");
         let weights = format!("{objective}/last.safetensors");
@@ -56,21 +56,21 @@ fn it_says_what_it_learns_and_its_weights_are_for_one_assembly() {
         let refused = simplify(other);
         assert_eq!(refused.code, Some(1));
         assert!(
-            refused.words.contains(&format!("was trained with the objective \"{objective}\"")),
+            refused.stderr.contains(&format!("was trained with the objective \"{objective}\"")),
             "{}",
-            refused.words
+            refused.stderr
         );
     }
     let unknown = run(folder.path(), &training("new", &["--objective", "nonsense"]));
-    assert!(unknown.code == Some(1) && unknown.words.contains("must be one of"), "{}", unknown.words);
+    assert!(unknown.code == Some(1) && unknown.stderr.contains("must be one of"), "{}", unknown.stderr);
     assert!(!folder.path().join("new").exists());
 }
 
 #[test]
 fn killed_at_any_moment_it_ends_in_the_same_bits() {
-    let folder = prepared();
+    let folder = training_folder();
     let whole = run(folder.path(), &training("whole", &["--threads", "1"]));
-    assert_eq!(whole.code, Some(0), "{}", whole.words);
+    assert_eq!(whole.code, Some(0), "{}", whole.stderr);
     // Rows of 41 epochs, and milliseconds until the program is killed.
     let mut n_killed = 0;
     let epochs = folder.path().join("killed/epochs.csv");
@@ -80,18 +80,18 @@ fn killed_at_any_moment_it_ends_in_the_same_bits() {
     }
     assert!(n_killed >= 3, "killed only {n_killed} times");
     let finished = run(folder.path(), &training("killed", &["--resume", "--threads", "2"]));
-    assert_eq!(finished.code, Some(0), "{}", finished.words);
-    assert!(left(folder.path(), "killed") == left(folder.path(), "whole"));
+    assert_eq!(finished.code, Some(0), "{}", finished.stderr);
+    assert!(output_files(folder.path(), "killed") == output_files(folder.path(), "whole"));
     let leftovers: Vec<String> = files(&folder.path().join("killed"));
     assert!(leftovers.iter().all(|name| !name.starts_with('.')), "{leftovers:?}");
 }
 
 #[test]
 fn a_training_leaves_what_the_help_says() {
-    let folder = prepared();
+    let folder = training_folder();
     let done = run(folder.path(), &training("run", &["--epochs", "2"]));
-    assert_eq!((done.code, done.words.as_str()), (Some(0), ""));
-    let said = String::from_utf8(done.out).unwrap();
+    assert_eq!((done.code, done.stderr.as_str()), (Some(0), ""));
+    let said = String::from_utf8(done.stdout).unwrap();
     assert!(said.contains("4 for training, 1 for validation") && said.contains("epoch     2 of 2"), "{said}");
     let expected = [
         "best.safetensors",
@@ -104,7 +104,7 @@ fn a_training_leaves_what_the_help_says() {
         "steps.csv",
     ];
     assert_eq!(files(&folder.path().join("run")), expected);
-    let help = String::from_utf8(run(folder.path(), &["train", "--help"]).out).unwrap();
+    let help = String::from_utf8(run(folder.path(), &["train", "--help"]).stdout).unwrap();
     assert!(expected.iter().all(|name| help.contains(name)), "{help}");
     std::fs::remove_file(folder.path().join("run/curves.svg")).unwrap();
     assert_eq!(run(folder.path(), &["train", "--plot", "run", "-q"]).code, Some(0));
@@ -112,29 +112,29 @@ fn a_training_leaves_what_the_help_says() {
     let config = std::fs::read_to_string(folder.path().join("run/config.toml")).unwrap();
     assert!(config.contains("\nepochs = 2\n") && config.contains("# Seed of the first weights"), "{config}");
     let copy = run(folder.path(), &["train", "--data", "data", "--out", "copy", "--config", "run/config.toml", "-q"]);
-    assert_eq!((copy.code, copy.out), (Some(0), vec![]));
-    assert!(left(folder.path(), "copy") == left(folder.path(), "run"));
+    assert_eq!((copy.code, copy.stdout), (Some(0), vec![]));
+    assert!(output_files(folder.path(), "copy") == output_files(folder.path(), "run"));
 }
 
 #[test]
 fn a_training_without_curves_is_a_training() {
-    let folder = prepared();
+    let folder = training_folder();
     assert_eq!(run(folder.path(), &training("run", &["--epochs", "1"])).code, Some(0));
     std::fs::remove_file(folder.path().join("run/curves.svg")).unwrap();
     std::fs::create_dir(folder.path().join("run/curves.svg")).unwrap();
     let done = run(folder.path(), &training("run", &["--epochs", "2", "--resume"]));
-    assert_eq!(done.code, Some(0), "{}", done.words);
-    assert!(the_line(&done).contains("but its curves are not drawn"), "{}", done.words);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert!(error_line(&done).contains("but its curves are not drawn"), "{}", done.stderr);
 }
 
 #[test]
 fn refusals_say_what_to_do() {
-    let folder = prepared();
+    let folder = training_folder();
     assert_eq!(run(folder.path(), &training("run", &["--epochs", "1"])).code, Some(0));
     let refused = |code: i32, arguments: &[&str], words: &str| {
         let refusal = run(folder.path(), arguments);
-        assert_eq!(refusal.code, Some(code), "{}", refusal.words);
-        let line = the_line(&refusal);
+        assert_eq!(refusal.code, Some(code), "{}", refusal.stderr);
+        let line = error_line(&refusal);
         assert!(line.contains(words), "{line}");
     };
     refused(1, &training("run", &[]), "--resume");
@@ -157,16 +157,16 @@ fn refusals_say_what_to_do() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_stops_after_the_step_with_a_checkpoint() {
-    let folder = prepared();
+    let folder = training_folder();
     std::fs::write(folder.path().join("small.toml"), SETTINGS.replace("epochs = 40", "epochs = 100000")).unwrap();
     let child = program(folder.path(), &training("run", &[])).spawn().unwrap();
     let epochs = folder.path().join("run/epochs.csv");
     let stopped = interrupt_once(child, || n_lines(&epochs) >= 4);
-    assert_eq!(stopped.code, Some(130), "{}", stopped.words);
-    assert!(the_line(&stopped).contains("--resume"));
+    assert_eq!(stopped.code, Some(130), "{}", stopped.stderr);
+    assert!(error_line(&stopped).contains("--resume"));
     let rows = |name: &str| n_lines(&folder.path().join(name));
     let steps = rows("run/steps.csv");
     let done = (rows("run/epochs.csv") - 1).to_string();
     let resumed = run(folder.path(), &training("run", &["--resume", "--epochs", &done]));
-    assert_eq!((resumed.code, rows("run/steps.csv")), (Some(0), steps), "{}", resumed.words);
+    assert_eq!((resumed.code, rows("run/steps.csv")), (Some(0), steps), "{}", resumed.stderr);
 }

@@ -17,8 +17,8 @@ fn commands_that_are_not_there_say_how_to_get_them() {
             &["--help"],
         ] {
             let refused = run(folder.path(), &[&[command], more].concat());
-            assert_eq!(refused.code, Some(2), "{command} {more:?}: {}", refused.words);
-            let line = the_line(&refused);
+            assert_eq!(refused.code, Some(2), "{command} {more:?}: {}", refused.stderr);
+            let line = error_line(&refused);
             for words in [
                 format!("this build lacks the feature {command}"),
                 format!("`cargo run --release --features {command} -- {command} ...`"),
@@ -27,7 +27,7 @@ fn commands_that_are_not_there_say_how_to_get_them() {
                 assert!(line.contains(&words), "{line}");
             }
         }
-        let help = String::from_utf8(run(folder.path(), &["--help"]).out).unwrap();
+        let help = String::from_utf8(run(folder.path(), &["--help"]).stdout).unwrap();
         assert!(help.contains(&format!("(needs the feature {command})")), "{help}");
     }
     assert_eq!(files(folder.path()), Vec::<String>::new());
@@ -44,8 +44,8 @@ fn a_ktx2_keeps_its_bytes_and_the_feature_is_named() {
     fs::write(folder.path().join("a.ktx2"), image).unwrap();
     let words = ["simplify", "a.obj", "-o", "b.glb", "--ratio", "1", "--textures", "16", "--picture", "b.png"];
     let said = run(folder.path(), &words);
-    assert_eq!(said.code, Some(0), "{}", said.words);
-    let table = String::from_utf8(said.out).unwrap();
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
+    let table = String::from_utf8(said.stdout).unwrap();
     for what in ["an image keeps its size", "a texture is left out"] {
         let line = format!("{what}: it is KTX2: build with `--features ktx2`, or give it as PNG, JPEG or WebP");
         assert_eq!(table.matches(&line).count(), 1, "{table}");
@@ -63,7 +63,7 @@ fn compressed_gltf_is_refused_with_what_to_do() {
     fs::write(folder.path().join("a.gltf"), asset).unwrap();
     let refused = run(folder.path(), &["simplify", "a.gltf", "-o", "b.ply", "--ratio", "0.5"]);
     assert_eq!(refused.code, Some(1));
-    let line = the_line(&refused);
+    let line = error_line(&refused);
     assert!(line.contains("EXT_meshopt_compression") && line.contains("`--features meshopt`"), "{line}");
 }
 
@@ -74,7 +74,7 @@ fn baking_is_refused_with_what_to_do() {
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     let refused = run(folder.path(), &["simplify", "a.obj", "-o", "b.glb", "--ratio", "0.5", "--bake", "64"]);
     assert_eq!(refused.code, Some(2));
-    let line = the_line(&refused);
+    let line = error_line(&refused);
     assert!(
         line.contains("lacks the feature bake") && line.contains("`cargo install --path cli --features bake`"),
         "{line}"
@@ -90,16 +90,16 @@ fn formats_that_a_build_lacks_are_refused_with_what_to_do() {
     fs::write(folder.path().join("a.3mf"), b"PK\x03\x04 3D/a.model").unwrap();
     let refused = run(folder.path(), &["simplify", "a.obj", "-o", "b.fbx", "--ratio", "0.5"]);
     assert_eq!(refused.code, Some(2));
-    assert!(the_line(&refused).contains("fbx can be read but not written: choose glb"), "{}", refused.words);
+    assert!(error_line(&refused).contains("fbx can be read but not written: choose glb"), "{}", refused.stderr);
     if cfg!(not(feature = "3mf")) {
         let refused = run(folder.path(), &["simplify", "a.obj", "-o", "b.3mf", "--ratio", "0.5"]);
         assert_eq!(refused.code, Some(2));
-        assert!(the_line(&refused).contains("build with the feature 3mf"), "{}", refused.words);
+        assert!(error_line(&refused).contains("build with the feature 3mf"), "{}", refused.stderr);
     }
     for (format, is_there) in [("3mf", cfg!(feature = "3mf")), ("fbx", cfg!(feature = "fbx"))] {
         let refused = run(folder.path(), &["info", &format!("a.{format}")]);
-        assert_eq!(refused.code, Some(1), "{}", refused.words);
-        let names_it = the_line(&refused).contains(&format!("build with the feature {format}"));
-        assert_eq!(names_it, !is_there, "{}", refused.words);
+        assert_eq!(refused.code, Some(1), "{}", refused.stderr);
+        let names_it = error_line(&refused).contains(&format!("build with the feature {format}"));
+        assert_eq!(names_it, !is_there, "{}", refused.stderr);
     }
 }

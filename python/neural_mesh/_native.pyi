@@ -150,7 +150,7 @@ def mesh_points(
     progress: _Progress | None,
 ) -> Meshed: ...
 def train(
-    asked: tuple[str, str, str | None, str | None, int | None, bool],
+    arguments: tuple[str, str, str | None, str | None, int | None, bool],
     judge: Callable[..., NDArray[np.float64]] | None,
     init: bytes | None,
     threads: int | None,

@@ -20,37 +20,37 @@ use crate::failure::{invalid_array, to_exception};
 
 /// Time between two checks of the calling thread.
 pub const TICK: Duration = Duration::from_millis(20);
-const MOST_THREADS: usize = 1024;
+const MAX_THREADS: usize = 1024;
 /// Largest number of idle pools per process.
-const MOST_POOLS: usize = 8;
+const MAX_POOLS: usize = 8;
 
-struct Idle {
+struct IdlePool {
     /// Process of the pool's threads.
     process: u32,
     n_threads: usize,
     pool: Arc<ThreadPool>,
 }
 
-static IDLE: Mutex<Vec<Idle>> = Mutex::new(Vec::new());
+static IDLE_POOLS: Mutex<Vec<IdlePool>> = Mutex::new(Vec::new());
 
 /// Channel between the work and the waiting caller.
 #[derive(Clone)]
-pub struct Ear {
-    is_unwanted: Arc<AtomicBool>,
+pub struct ProgressChannel {
+    is_cancelled: Arc<AtomicBool>,
     last: Arc<Mutex<(f32, &'static str)>>,
 }
 
-impl Ear {
+impl ProgressChannel {
     pub fn listener(&self) -> Box<Listener<'static>> {
-        let ear = self.clone();
+        let channel = self.clone();
         Box::new(move |Event { total, stage, .. }| {
-            *lock(&ear.last) = (total, stage);
-            ear.go_on()
+            *lock(&channel.last) = (total, stage);
+            channel.check_cancelled()
         })
     }
 
-    pub fn go_on(&self) -> ControlFlow<()> {
-        if self.is_unwanted.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    pub fn check_cancelled(&self) -> ControlFlow<()> {
+        if self.is_cancelled.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 
@@ -65,32 +65,32 @@ pub fn run_in_background<T: Send + 'static>(
     py: Python,
     n_threads: Option<usize>,
     progress: Option<Bound<PyAny>>,
-    work: impl FnOnce(&Ear) -> Result<T, Failure> + Send + 'static,
+    work: impl FnOnce(&ProgressChannel) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
-    if n_threads.is_some_and(|n| !(1..=MOST_THREADS).contains(&n)) {
-        return Err(to_exception(&Failure::Usage(format!("threads: give a number from 1 to {MOST_THREADS}"))));
+    if n_threads.is_some_and(|n| !(1..=MAX_THREADS).contains(&n)) {
+        return Err(to_exception(&Failure::Usage(format!("threads: give a number from 1 to {MAX_THREADS}"))));
     }
     let n_threads = n_threads.unwrap_or(0);
     let pool = take_pool(n_threads);
     let pool = pool.map_err(|error| invalid_array(format!("threads cannot be started: {error}: use fewer threads")))?;
-    let (ear, (sender, receiver)) =
-        (Ear { is_unwanted: Arc::default(), last: Arc::new(Mutex::new((0.0, "read"))) }, channel());
-    let (of_work, back) = (ear.clone(), pool.clone());
+    let (channel, (sender, receiver)) =
+        (ProgressChannel { is_cancelled: Arc::default(), last: Arc::new(Mutex::new((0.0, "read"))) }, channel());
+    let (channel_of_work, pool_of_work) = (channel.clone(), pool.clone());
     pool.spawn(move || {
-        let done = catch_unwind(AssertUnwindSafe(|| work(&of_work)));
-        keep_pool(n_threads, back);
+        let done = catch_unwind(AssertUnwindSafe(|| work(&channel_of_work)));
+        keep_pool(n_threads, pool_of_work);
         // The caller may have stopped waiting.
         drop(sender.send(done));
     });
-    let done = wait_for_work(py, &Mutex::new(receiver), &ear, progress.as_ref());
-    done.inspect_err(|_| ear.is_unwanted.store(true, Relaxed))
+    let done = wait_for_work(py, &Mutex::new(receiver), &channel, progress.as_ref());
+    done.inspect_err(|_| channel.is_cancelled.store(true, Relaxed))
 }
 
 /// Returns an idle pool of `n_threads` threads, or a new one; 0 means one per core.
 fn take_pool(n_threads: usize) -> Result<Arc<ThreadPool>, ThreadPoolBuildError> {
     let process = std::process::id();
     // Threads do not survive a fork, so a forked process ignores the pools of its parent.
-    let idle = idle().and_then(|mut idle| {
+    let idle = lock_idle_pools().and_then(|mut idle| {
         let at = idle.iter().position(|idle| idle.process == process && idle.n_threads == n_threads)?;
         Some(idle.swap_remove(at).pool)
     });
@@ -99,16 +99,16 @@ fn take_pool(n_threads: usize) -> Result<Arc<ThreadPool>, ThreadPoolBuildError> 
 
 fn keep_pool(n_threads: usize, pool: Arc<ThreadPool>) {
     let process = std::process::id();
-    if let Some(mut idle) = idle()
-        && idle.iter().filter(|idle| idle.process == process).count() < MOST_POOLS
+    if let Some(mut idle) = lock_idle_pools()
+        && idle.iter().filter(|idle| idle.process == process).count() < MAX_POOLS
     {
-        idle.push(Idle { process, n_threads, pool });
+        idle.push(IdlePool { process, n_threads, pool });
     }
 }
 
 /// Locks the idle pools; `None` in a child that was forked while the pools were locked.
-fn idle() -> Option<MutexGuard<'static, Vec<Idle>>> {
-    match IDLE.try_lock() {
+fn lock_idle_pools() -> Option<MutexGuard<'static, Vec<IdlePool>>> {
+    match IDLE_POOLS.try_lock() {
         Ok(idle) => Some(idle),
         Err(TryLockError::Poisoned(idle)) => Some(idle.into_inner()),
         Err(TryLockError::WouldBlock) => None,
@@ -118,7 +118,7 @@ fn idle() -> Option<MutexGuard<'static, Vec<Idle>>> {
 fn wait_for_work<T: Send>(
     py: Python,
     receiver: &Mutex<Receiver<Caught<Result<T, Failure>>>>,
-    ear: &Ear,
+    channel: &ProgressChannel,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<T> {
     loop {
@@ -130,7 +130,7 @@ fn wait_for_work<T: Send>(
             }
             Err(RecvTimeoutError::Timeout) => {
                 py.check_signals()?;
-                let (total, stage) = *lock(&ear.last);
+                let (total, stage) = *lock(&channel.last);
                 progress.map_or(Ok(()), |progress| progress.call1((f64::from(total), stage)).map(drop))?;
             }
             Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => {

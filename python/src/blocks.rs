@@ -18,14 +18,14 @@ use crate::mesh_arrays::MeshArrays;
 
 /// Vertices, n x 3, faces, n x 3, and for each vertex whether other blocks share it.
 #[derive(FromPyObject)]
-pub struct GivenBlock<'py>(PyReadonlyArray2<'py, f32>, PyReadonlyArray2<'py, u32>, PyReadonlyArray1<'py, bool>);
+pub struct BlockArrays<'py>(PyReadonlyArray2<'py, f32>, PyReadonlyArray2<'py, u32>, PyReadonlyArray1<'py, bool>);
 
 type Arrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>);
 
 /// Prices of a block: vertices, shared vertices, and pairs of remaining vertices and price.
-type Paid = (usize, usize, Vec<(usize, f64)>);
+type BlockPriceTuple = (usize, usize, Vec<(usize, f64)>);
 
-impl GivenBlock<'_> {
+impl BlockArrays<'_> {
     fn block(&self) -> PyResult<Block> {
         let Self(positions, faces, shared) = self;
         let mesh = TriMesh::new(points(positions, "vertices")?, rows(faces, "faces")?.to_vec());
@@ -74,12 +74,12 @@ pub fn cut(py: Python, path: Option<PathBuf>, mesh: Option<MeshArrays>) -> PyRes
 #[pyfunction]
 pub fn sample_block(
     py: Python,
-    block: GivenBlock,
+    block: BlockArrays,
     share: f64,
     scores: &str,
     seed: u64,
     threads: Option<usize>,
-) -> PyResult<Paid> {
+) -> PyResult<BlockPriceTuple> {
     let (block, options) = (block.block()?, options(share, scores, seed)?);
     let sample =
         run_in_background(py, threads, None, move |_| Ok(blocks::sample_block(&block, share, None, &options)?))?;
@@ -88,9 +88,9 @@ pub fn sample_block(
 
 /// Returns the common price for all blocks.
 #[pyfunction]
-pub fn price_for(samples: Vec<Paid>, share: f64) -> f64 {
+pub fn price_for(samples: Vec<BlockPriceTuple>, share: f64) -> f64 {
     let samples: Vec<BlockPrices> =
-        samples.into_iter().map(|(n, n_shared, paid)| BlockPrices::new(n, n_shared, paid)).collect();
+        samples.into_iter().map(|(n, n_shared, pass_prices)| BlockPrices::new(n, n_shared, pass_prices)).collect();
     blocks::price_for(&samples, share)
 }
 
@@ -98,7 +98,7 @@ pub fn price_for(samples: Vec<Paid>, share: f64) -> f64 {
 #[pyfunction]
 pub fn simplify_block(
     py: Python,
-    block: GivenBlock,
+    block: BlockArrays,
     share: f64,
     price: f64,
     scores: &str,
@@ -106,16 +106,16 @@ pub fn simplify_block(
     threads: Option<usize>,
 ) -> PyResult<Arrays> {
     let (block, options) = (block.block()?, options(share, scores, seed)?);
-    let lighter = run_in_background(py, threads, None, move |_| {
+    let simplified = run_in_background(py, threads, None, move |_| {
         Ok(blocks::simplify_block(&block, share, price, None, &options)?)
     })?;
-    arrays(py, lighter)
+    arrays(py, simplified)
 }
 
 /// Joins blocks into one mesh.
 #[pyfunction]
-pub fn join(py: Python, blocks: Vec<GivenBlock>) -> PyResult<(Py<PyAny>, Py<PyAny>)> {
-    let blocks: Vec<Block> = blocks.iter().map(GivenBlock::block).collect::<PyResult<_>>()?;
+pub fn join(py: Python, blocks: Vec<BlockArrays>) -> PyResult<(Py<PyAny>, Py<PyAny>)> {
+    let blocks: Vec<Block> = blocks.iter().map(BlockArrays::block).collect::<PyResult<_>>()?;
     let joined = blocks::join(blocks).map_err(|error| invalid_array(error.to_string()))?;
     let (positions, faces) = joined.into_parts();
     Ok((array(py, positions)?, triples(py, faces)?))

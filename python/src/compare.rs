@@ -6,7 +6,7 @@ use neural_mesh_cli::embedded::{self, CompareArgs, MAX_SAMPLES};
 use pyo3::prelude::*;
 
 use crate::background::run_in_background;
-use crate::failure::option_refused;
+use crate::failure::option_error;
 use crate::mesh_arrays::MeshArrays;
 
 /// Compares meshes with the first one; missing ones are read from their paths. Returns JSON, and the page if `html` is
@@ -30,7 +30,7 @@ pub fn compare(
     threads: Option<usize>,
 ) -> PyResult<(String, Option<String>)> {
     if !(1..=MAX_SAMPLES).contains(&(samples as u64)) {
-        return Err(option_refused(format!("samples={samples}: give a whole number from 1 to {MAX_SAMPLES}")));
+        return Err(option_error(format!("samples={samples}: give a whole number from 1 to {MAX_SAMPLES}")));
     }
     let read = |mesh: Option<MeshArrays>| mesh.map(|mesh| mesh.read()).transpose();
     let given = meshes.into_iter().map(read).collect::<PyResult<Vec<_>>>()?;
@@ -50,6 +50,6 @@ pub fn compare(
         force,
     };
     let compared =
-        run_in_background(py, threads, None, move |ear| embedded::compare(&args, given, writes, &|| ear.go_on()))?;
+        run_in_background(py, threads, None, move |channel| embedded::compare(&args, given, writes, &|| channel.check_cancelled()))?;
     Ok((compared.figures, compared.page))
 }

@@ -23,7 +23,7 @@ pub fn to_exception(failure: &Failure) -> PyErr {
     }
 }
 
-pub fn option_refused(what: impl Display) -> PyErr {
+pub fn option_error(what: impl Display) -> PyErr {
     OptionError::new_err(what.to_string())
 }
 

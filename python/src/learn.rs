@@ -17,7 +17,7 @@ use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
 use crate::arrays::{array, indices, numbers, sequence, triples};
-use crate::background::{Ear, TICK, lock, run_in_background};
+use crate::background::{ProgressChannel, TICK, lock, run_in_background};
 use crate::failure::invalid_array;
 use crate::mesh_arrays::MeshArrays;
 
@@ -27,31 +27,31 @@ use crate::mesh_arrays::MeshArrays;
 /// or face of the original.
 struct Judge {
     function: Py<PyAny>,
-    raised: Raised,
-    ear: Ear,
+    raised: RaisedError,
+    channel: ProgressChannel,
     origin: [f64; 3],
 }
 
 #[derive(Clone, Default)]
-struct Raised(Arc<Mutex<Option<PyErr>>>);
+struct RaisedError(Arc<Mutex<Option<PyErr>>>);
 
-impl Raised {
+impl RaisedError {
     fn keep(&self, error: PyErr) {
         lock(&self.0).get_or_insert(error);
     }
 
-    fn is_there(&self) -> bool {
+    fn is_set(&self) -> bool {
         lock(&self.0).is_some()
     }
 
-    fn or_done<T>(&self, done: PyResult<T>) -> PyResult<T> {
+    fn error_or<T>(&self, done: PyResult<T>) -> PyResult<T> {
         lock(&self.0).take().map_or(done, Err)
     }
 }
 
 impl Judge {
     fn errors(&self, name: &str, ratio: f64, original: &TriMesh, result: &WeightedResult) -> Result<Errors, String> {
-        if self.ear.go_on().is_break() || self.raised.is_there() {
+        if self.channel.check_cancelled().is_break() || self.raised.is_set() {
             return Err("is cancelled".into());
         }
         // Python cannot be attached while it shuts down.
@@ -81,14 +81,14 @@ impl Judge {
         original: &TriMesh,
         result: &WeightedResult,
     ) -> PyResult<Vec<f64>> {
-        let places = |mesh: &TriMesh| {
-            let place = |p: &[f32; 3]| std::array::from_fn(|axis| f64::from(p[axis]) + self.origin[axis]);
-            array::<f64, 3>(py, mesh.positions().iter().map(place).collect())
+        let positions = |mesh: &TriMesh| {
+            let to_file = |p: &[f32; 3]| std::array::from_fn(|axis| f64::from(p[axis]) + self.origin[axis]);
+            array::<f64, 3>(py, mesh.positions().iter().map(to_file).collect())
         };
         let faces = |mesh: &TriMesh| triples(py, mesh.faces().to_vec());
         let vertex_of = indices(py, result.vertex_of.clone())?;
         let mesh = &result.mesh;
-        let arguments = (name, ratio, places(original)?, faces(original)?, places(mesh)?, faces(mesh)?, vertex_of);
+        let arguments = (name, ratio, positions(original)?, faces(original)?, positions(mesh)?, faces(mesh)?, vertex_of);
         let values = self.function.call1(py, arguments)?;
         let values: PyReadonlyArray1<f64> = values.extract(py)?;
         Ok(numbers(&values, "errors")?.to_vec())
@@ -96,31 +96,31 @@ impl Judge {
 }
 
 /// Data, folder, settings as TOML, objective, epochs, resume.
-type Asked = (String, String, Option<String>, Option<String>, Option<usize>, bool);
+type TrainArguments = (String, String, Option<String>, Option<String>, Option<usize>, bool);
 
 /// Trains weights on a folder of meshes and returns whether all epochs are done.
 ///
 /// `judge` is a custom objective; `init` are initial weights, "default" for those of the library.
 #[pyfunction]
-#[pyo3(signature = (asked, judge, init, threads, progress))]
+#[pyo3(signature = (arguments, judge, init, threads, progress))]
 pub fn train(
     py: Python,
-    asked: Asked,
+    arguments: TrainArguments,
     judge: Option<Py<PyAny>>,
     init: Option<Vec<u8>>,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<bool> {
-    let raised = Raised::default();
+    let raised = RaisedError::default();
     let (alive, ended) = channel::<()>();
-    let of_work = raised.clone();
-    let done = run_in_background(py, threads, None, move |ear| {
+    let raised_in_work = raised.clone();
+    let done = run_in_background(py, threads, None, move |channel| {
         // The sender is dropped when the work ends, with or without an error.
         let _alive = alive;
         let judge =
-            judge.map(|function| Judge { function, raised: of_work.clone(), ear: ear.clone(), origin: [0.0; 3] });
-        let told = |event: TrainEvent| wish(&event, progress.as_ref(), &of_work, ear);
-        run_request(&asked, judge, init, told)
+            judge.map(|function| Judge { function, raised: raised_in_work.clone(), channel: channel.clone(), origin: [0.0; 3] });
+        let on_event = |event: TrainEvent| next_wish(&event, progress.as_ref(), &raised_in_work, channel);
+        run_request(&arguments, judge, init, on_event)
     });
     if done.is_err() {
         // The current step ends with a checkpoint, from which the next call continues.
@@ -129,17 +129,17 @@ pub fn train(
             py.check_signals()?;
         }
     }
-    raised.or_done(done)
+    raised.error_or(done)
 }
 
 fn run_request(
-    asked: &Asked,
+    arguments: &TrainArguments,
     judge: Option<Judge>,
     init: Option<Vec<u8>>,
-    mut told: impl FnMut(TrainEvent) -> Wish,
+    mut on_event: impl FnMut(TrainEvent) -> Wish,
 ) -> Result<bool, Failure> {
     let failed = |error: TrainError| Failure::Failed(error.to_string());
-    let (data, folder, settings, objective, epochs, resume) = asked;
+    let (data, folder, settings, objective, epochs, resume) = arguments;
     let mut request = TrainRequest::new(data.as_ref(), folder.as_ref());
     request.settings = settings.as_deref();
     request.objective = if judge.is_some() { Some(OWN_OBJECTIVE) } else { objective.as_deref() };
@@ -148,13 +148,13 @@ fn run_request(
     request.init = init.as_deref();
     let mut run = open(&request).map_err(failed)?;
     let mut passed_over = None;
-    let mut told = |event: TrainEvent| {
+    let mut on_event_with_reason = |event: TrainEvent| {
         if let TrainEvent::Skipped { mesh, why } = event {
             passed_over.get_or_insert_with(|| format!(" ({mesh}: {why})"));
         }
-        told(event)
+        on_event(event)
     };
-    let ending = run_steps(&mut run, judge, &mut told);
+    let ending = run_steps(&mut run, judge, &mut on_event_with_reason);
     let reason = passed_over.unwrap_or_default();
     Ok(ending.map_err(|error| Failure::Failed(format!("{error}{reason}")))? == Ending::Finished)
 }
@@ -162,11 +162,11 @@ fn run_request(
 fn run_steps(
     run: &mut TrainingRun,
     judge: Option<Judge>,
-    told: &mut dyn FnMut(TrainEvent) -> Wish,
+    on_event: &mut dyn FnMut(TrainEvent) -> Wish,
 ) -> Result<Ending, TrainError> {
     let Some(judge) = judge else {
         let step = step_function(&run.settings)?;
-        return run_training(run, &step, told);
+        return run_training(run, &step, on_event);
     };
     let step = |tensors: &Tensors<Arc<Matrix>>, item: &TrainingItem, settings: &Settings, random: &mut _| {
         let own = CustomObjective(|original: &TriMesh, result: &WeightedResult| {
@@ -174,13 +174,13 @@ fn run_steps(
         });
         step_from_objective(&own)(tensors, item, settings, random)
     };
-    run_training(run, &step, told)
+    run_training(run, &step, on_event)
 }
 
 /// Event for Python: kind, done, total, count, and numbers by name.
-type Told = (&'static str, usize, usize, usize, Vec<(String, f64)>);
+type EventTuple = (&'static str, usize, usize, usize, Vec<(String, f64)>);
 
-fn to_tuple(event: &TrainEvent) -> Option<Told> {
+fn to_tuple(event: &TrainEvent) -> Option<EventTuple> {
     let named = |values: Vec<(&str, Option<f64>)>| {
         values.into_iter().filter_map(|(name, value)| Some((name.to_string(), value?))).collect()
     };
@@ -198,15 +198,15 @@ fn to_tuple(event: &TrainEvent) -> Option<Told> {
     }
 }
 
-fn wish(event: &TrainEvent, progress: Option<&Py<PyAny>>, raised: &Raised, ear: &Ear) -> Wish {
-    let (told, is_step) = (to_tuple(event), matches!(event, TrainEvent::Step { .. }));
-    if let (Some(told), Some(progress)) = (told, progress) {
-        let called = Python::try_attach(|py| progress.call1(py, told));
+fn next_wish(event: &TrainEvent, progress: Option<&Py<PyAny>>, raised: &RaisedError, channel: &ProgressChannel) -> Wish {
+    let (tuple, is_step) = (to_tuple(event), matches!(event, TrainEvent::Step { .. }));
+    if let (Some(tuple), Some(progress)) = (tuple, progress) {
+        let called = Python::try_attach(|py| progress.call1(py, tuple));
         if let Some(Err(error)) = called {
             raised.keep(error);
         }
     }
-    match (ear.go_on().is_break() || raised.is_there(), is_step) {
+    match (channel.check_cancelled().is_break() || raised.is_set(), is_step) {
         // Results without a judgement must be judged again.
         (true, false) => Wish::Abandon,
         (true, true) => Wish::Stop,
@@ -237,25 +237,25 @@ pub fn estimate(
         return Err(invalid_array(format!("scores: {n} numbers for {n_given} vertices: give one for each")));
     }
     let settings = Settings::from_toml(settings).map_err(|error| invalid_array(error.to_string()))?;
-    let raised = Raised::default();
-    let of_work = raised.clone();
-    let done = run_in_background(py, threads, None, move |ear| {
+    let raised = RaisedError::default();
+    let raised_in_work = raised.clone();
+    let done = run_in_background(py, threads, None, move |channel| {
         let failed = |what: String| Failure::Failed(what);
         let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| failed(error.to_string()))?;
-        let judge = Judge { function: judge, raised: of_work, ear: ear.clone(), origin: cleaned.frame.origin };
+        let judge = Judge { function: judge, raised: raised_in_work, channel: channel.clone(), origin: cleaned.frame.origin };
         let own = CustomObjective(|mesh: &TriMesh, result: &WeightedResult| judge.errors("mesh", ratio, mesh, result));
         let scores: Vec<f32> = cleaned.source.iter().map(|&v| scores[v as usize]).collect();
         let n_output = (cleaned.mesh.positions().len() as f64 * ratio).round().max(1.0) as usize;
         let found = estimate_gradient(&own, &cleaned.mesh, &scores, n_output, &settings, seed).map_err(failed)?;
         Ok((found, cleaned.source))
     });
-    let (found, sources) = raised.or_done(done)?;
+    let (found, sources) = raised.error_or(done)?;
     // The terms hold the logarithm of the mean.
     let mean = found.terms.iter().map(|(_, value)| value).sum::<f64>().exp();
-    let to_given = |values: &[f64], factor: f64| {
-        let mut of_given = vec![0.0f64; n_given];
-        sources.iter().zip(values).for_each(|(&v, value)| of_given[v as usize] = factor * value);
-        sequence(py, of_given)
+    let to_input_vertices = |values: &[f64], factor: f64| {
+        let mut input_values = vec![0.0f64; n_given];
+        sources.iter().zip(values).for_each(|(&v, value)| input_values[v as usize] = factor * value);
+        sequence(py, input_values)
     };
-    Ok((mean, to_given(&found.gradient, mean), to_given(&found.variance, mean * mean)))
+    Ok((mean, to_input_vertices(&found.gradient, mean), to_input_vertices(&found.variance, mean * mean)))
 }

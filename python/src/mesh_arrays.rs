@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 
 use crate::arrays::{numbers, rows};
-use crate::failure::{invalid_array, option_refused};
+use crate::failure::{invalid_array, option_error};
 use crate::values;
 
 #[derive(FromPyObject)]
@@ -70,7 +70,7 @@ fn channel((name, role, values): &(String, String, PyReadonlyArray2<f32>)) -> Py
 
 /// Parses options; rejects unknown ones and values of the wrong type.
 pub fn parse_options<T: DeserializeOwned>(options: &Bound<PyAny>) -> PyResult<T> {
-    serde_json::from_value(values::read(options)?).map_err(option_refused)
+    serde_json::from_value(values::read(options)?).map_err(option_error)
 }
 
 const ROLES: [(&str, Role); 6] = [

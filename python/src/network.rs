@@ -32,16 +32,16 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
 type Sizes = HashMap<String, i64>;
 
 /// Sizes, named tensors, and the objective if known.
-type Parts = (Vec<(&'static str, usize)>, Vec<(String, Py<PyAny>)>, Option<String>);
+type WeightParts = (Vec<(&'static str, usize)>, Vec<(String, Py<PyAny>)>, Option<String>);
 
 #[derive(FromPyObject)]
 struct WeightArrays<'py>(Sizes, Vec<(String, PyReadonlyArray2<'py, f32>)>);
 
 #[pyfunction]
-fn shipped_weights(py: Python, name: &str) -> PyResult<Parts> {
+fn shipped_weights(py: Python, name: &str) -> PyResult<WeightParts> {
     match name {
-        "default" => parts(py, Weights::shipped_default()),
-        "paper-open" => parts(py, Weights::shipped_paper_open()),
+        "default" => weight_parts(py, Weights::shipped_default()),
+        "paper-open" => weight_parts(py, Weights::shipped_paper_open()),
         _ => {
             Err(invalid_array(format!("no weights \"{name}\" ship: give \"default\" or \"paper-open\", or from_file")))
         }
@@ -50,14 +50,14 @@ fn shipped_weights(py: Python, name: &str) -> PyResult<Parts> {
 
 /// Returns random initial weights.
 #[pyfunction]
-fn random_weights(py: Python, sizes: Sizes, seed: u64) -> PyResult<Parts> {
-    parts(py, &Weights::random_of(architecture(&sizes)?, seed))
+fn random_weights(py: Python, sizes: Sizes, seed: u64) -> PyResult<WeightParts> {
+    weight_parts(py, &Weights::random_of(architecture(&sizes)?, seed))
 }
 
 /// Reads weights from the bytes of a safetensors file.
 #[pyfunction]
-fn read_weights(py: Python, bytes: &[u8]) -> PyResult<Parts> {
-    parts(py, &Weights::from_bytes(bytes).map_err(|error| invalid_array(error.to_string()))?)
+fn read_weights(py: Python, bytes: &[u8]) -> PyResult<WeightParts> {
+    weight_parts(py, &Weights::from_bytes(bytes).map_err(|error| invalid_array(error.to_string()))?)
 }
 
 #[pyfunction]
@@ -67,7 +67,7 @@ fn weights_bytes(py: Python, given: WeightArrays, objective: Option<&str>) -> Py
     Ok(PyBytes::new(py, &weights.to_bytes()).unbind())
 }
 
-fn parts(py: Python, weights: &Weights) -> PyResult<Parts> {
+fn weight_parts(py: Python, weights: &Weights) -> PyResult<WeightParts> {
     let mut tensors = Vec::new();
     weights.tensors().try_map(|name, matrix| {
         tensors.push((name.to_string(), table(py, matrix.data().to_vec(), matrix.n_cols())?));
@@ -77,7 +77,7 @@ fn parts(py: Python, weights: &Weights) -> PyResult<Parts> {
 }
 
 /// Sizes of unused stages.
-const SMALLEST: Architecture = Architecture {
+const SMALLEST_ARCHITECTURE: Architecture = Architecture {
     point_sampler_inputs: 3,
     point_sampler_layers: 1,
     point_sampler_width: 1,
@@ -93,7 +93,7 @@ const SMALLEST: Architecture = Architecture {
 
 fn architecture(sizes: &Sizes) -> PyResult<Architecture> {
     let of = |name: &str, smallest: usize| sizes.get(name).map_or(smallest.to_string(), i64::to_string);
-    let words = SMALLEST.sizes().map(|(name, smallest)| format!("{name}={}", of(name, smallest)));
+    let words = SMALLEST_ARCHITECTURE.sizes().map(|(name, smallest)| format!("{name}={}", of(name, smallest)));
     Architecture::from_text(&words.join(" ")).map_err(|why| invalid_array(format!("the sizes of the network: {why}")))
 }
 

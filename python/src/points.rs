@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{array, indices, triples};
 use crate::background::run_in_background;
-use crate::failure::option_refused;
+use crate::failure::option_error;
 use crate::mesh_arrays::Positions;
 
 #[pyclass(frozen, get_all, module = "neural_mesh._native")]
@@ -20,18 +20,18 @@ pub struct Meshed {
 }
 
 #[derive(FromPyObject)]
-pub enum Typed {
+pub enum NumberOrText {
     Number(f64),
     Text(String),
 }
 
-impl Typed {
+impl NumberOrText {
     fn read<T>(self, option: &str, read: fn(&str) -> Result<T, String>) -> PyResult<T> {
         let text = match self {
             Self::Number(number) => number.to_string(),
             Self::Text(text) => text,
         };
-        read(&text).map_err(|why| option_refused(format!("{option}={text}: {why}")))
+        read(&text).map_err(|why| option_error(format!("{option}={text}: {why}")))
     }
 }
 
@@ -43,8 +43,8 @@ pub fn mesh_points(
     py: Python,
     input: PathBuf,
     points: Option<Positions>,
-    ratio: Option<Typed>,
-    vertices: Option<Typed>,
+    ratio: Option<NumberOrText>,
+    vertices: Option<NumberOrText>,
     out: Option<PathBuf>,
     format: Option<String>,
     weights: Option<PathBuf>,
@@ -67,8 +67,8 @@ pub fn mesh_points(
         force,
     };
     let given = points.map(|points| points.raw()).transpose()?;
-    let meshed = run_in_background(py, threads, progress, move |ear| {
-        embedded::mesh_points(args, given, ear.listener(), &|| ear.go_on())
+    let meshed = run_in_background(py, threads, progress, move |channel| {
+        embedded::mesh_points(args, given, channel.listener(), &|| channel.check_cancelled())
     })?;
     Meshed::new(py, meshed)
 }

@@ -1,7 +1,7 @@
 //! `record`: a result as a differentiable function of the input vertices.
 
 use neural_mesh::job::Arguments;
-use neural_mesh::simplify::Record as Way;
+use neural_mesh::simplify::Record as LibraryRecord;
 use neural_mesh_cli::embedded::{self, Files};
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
@@ -14,7 +14,7 @@ use crate::mesh_arrays::{MeshArrays, parse_options};
 /// Result as a function of the input vertices.
 #[pyclass(frozen, module = "neural_mesh._native")]
 pub struct Record {
-    way: Way,
+    record: LibraryRecord,
     origin: [f64; 3],
     /// Input vertex of each vertex of the function.
     sources: Vec<u32>,
@@ -38,9 +38,9 @@ pub fn record(
     let raw = mesh.read()?.mesh;
     let n_given = raw.positions.len();
     let recorded =
-        run_in_background(py, threads, progress, move |ear| embedded::record(options, &files, raw, ear.listener()))?;
-    let embedded::RecordedResult { record: way, origin, sources, faces } = recorded;
-    Ok(Record { way, origin, sources, n_given, faces: triples(py, faces)? })
+        run_in_background(py, threads, progress, move |channel| embedded::record(options, &files, raw, channel.listener()))?;
+    let embedded::RecordedResult { record, origin, sources, faces } = recorded;
+    Ok(Record { record, origin, sources, n_given, faces: triples(py, faces)? })
 }
 
 #[pymethods]
@@ -48,7 +48,7 @@ impl Record {
     /// Evaluates the result's vertices (n_output x 3) for input vertices (n_given x 3).
     fn positions(&self, py: Python, vertices: PyReadonlyArray2<f64>) -> PyResult<Py<PyAny>> {
         let vertices = self.local(rows(&vertices, "vertices")?)?;
-        let mut output = py.detach(|| self.way.positions_in_doubles(&vertices));
+        let mut output = py.detach(|| self.record.positions_in_doubles(&vertices));
         output.iter_mut().for_each(|p| (0..3).for_each(|axis| p[axis] += self.origin[axis]));
         array(py, output)
     }
@@ -65,16 +65,16 @@ impl Record {
         if gradient.len() != self.n_output() {
             return Err(invalid_array(format!("gradient: {} rows for {} vertices", gradient.len(), self.n_output())));
         }
-        let to_local = py.detach(|| self.way.backward_in_doubles(&vertices, gradient));
-        let mut to_given = vec![[0.0; 3]; self.n_given];
-        self.sources.iter().zip(to_local).for_each(|(&v, to)| to_given[v as usize] = to);
-        array(py, to_given)
+        let to_local = py.detach(|| self.record.backward_in_doubles(&vertices, gradient));
+        let mut to_input = vec![[0.0; 3]; self.n_given];
+        self.sources.iter().zip(to_local).for_each(|(&v, to)| to_input[v as usize] = to);
+        array(py, to_input)
     }
 
     /// Returns the output vertex of each input vertex; -1 if it was removed or welded to another.
     fn output_vertices(&self, py: Python) -> PyResult<Py<PyAny>> {
         let mut outputs = vec![u32::MAX; self.n_given];
-        let of_local = self.way.output_vertices();
+        let of_local = self.record.output_vertices();
         self.sources.iter().zip(of_local).for_each(|(&v, x)| outputs[v as usize] = x.unwrap_or(u32::MAX));
         indices(py, outputs)
     }
@@ -87,7 +87,7 @@ impl Record {
 
 impl Record {
     fn n_output(&self) -> usize {
-        self.way.n_output()
+        self.record.n_output()
     }
 
     fn local(&self, given: &[[f64; 3]]) -> PyResult<Vec<[f64; 3]>> {

@@ -56,8 +56,8 @@ pub fn simplify(
         (Some(mesh), _) => Some(embedded::InputMesh::Mesh(Box::new(mesh.read()?), factors)),
         (None, file) => file.map(|(bytes, name)| embedded::InputMesh::File(bytes, name)),
     };
-    let outcome = run_in_background(py, threads, progress, move |ear| {
-        embedded::simplify(options, &files, given, ear.listener(), &|| ear.go_on())
+    let outcome = run_in_background(py, threads, progress, move |channel| {
+        embedded::simplify(options, &files, given, channel.listener(), &|| channel.check_cancelled())
     })?;
     Outcome::new(py, outcome)
 }
@@ -65,9 +65,9 @@ pub fn simplify(
 impl Outcome {
     fn new(py: Python, outcome: embedded::Outcome) -> PyResult<Self> {
         let is_scene = outcome.file_vertices.is_none();
-        let kept = |kept| Py::new(py, ResultArrays::new(py, kept, is_scene)?);
+        let to_arrays = |result| Py::new(py, ResultArrays::new(py, result, is_scene)?);
         Ok(Self {
-            results: outcome.results.into_iter().map(kept).collect::<PyResult<_>>()?,
+            results: outcome.results.into_iter().map(to_arrays).collect::<PyResult<_>>()?,
             report: values::to_python(py, &outcome.report)?,
             cleaned: outcome.cleaned,
             file_vertices: outcome.file_vertices.map(|vertices| indices(py, vertices)).transpose()?,
@@ -81,8 +81,8 @@ impl Outcome {
 
 impl ResultArrays {
     /// Converts a result; scenes have no arrays, since their meshes have different scales.
-    fn new(py: Python, kept: embedded::MemoryResult, is_scene: bool) -> PyResult<Self> {
-        let embedded::MemoryResult { simplified, exact } = kept;
+    fn new(py: Python, result: embedded::MemoryResult, is_scene: bool) -> PyResult<Self> {
+        let embedded::MemoryResult { simplified, exact } = result;
         let (positions, faces) = if is_scene { Default::default() } else { simplified.mesh.into_parts() };
         let attributes = if is_scene { Attributes::default() } else { simplified.attributes };
         let vertices = match exact {
@@ -101,14 +101,14 @@ impl ResultArrays {
             channels: channels.collect::<PyResult<_>>()?,
             groups: (!groups.is_empty()).then(|| indices(py, groups)).transpose()?,
             sources: simplified.source_vertices.map(|sources| indices(py, sources)).transpose()?,
-            map: simplified.map.map(|map| arrays_of(py, map)).transpose()?,
+            map: simplified.map.map(|map| map_arrays(py, map)).transpose()?,
         })
     }
 }
 
 type MapArrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>, Py<PyAny>);
 
-fn arrays_of(py: Python, map: Map) -> PyResult<MapArrays> {
+fn map_arrays(py: Python, map: Map) -> PyResult<MapArrays> {
     let weights = array(py, map.corner_weights.into_flattened())?.call_method1(py, "reshape", (-1, 3, 3))?;
     Ok((indices(py, map.output_vertices)?, indices(py, map.input_vertices)?, triples(py, map.corner_faces)?, weights))
 }

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
 use serde_json::{Map, Number, Value};
 
-use crate::failure::option_refused;
+use crate::failure::option_error;
 
 pub fn read(any: &Bound<PyAny>) -> PyResult<Value> {
     if any.is_none() {
@@ -15,7 +15,7 @@ pub fn read(any: &Bound<PyAny>) -> PyResult<Value> {
         any.extract::<i64>().map(Value::from).or_else(|_| any.extract::<u64>().map(Value::from))
     } else if any.is_instance_of::<PyFloat>() {
         let number = Number::from_f64(any.extract()?);
-        number.map(Value::Number).ok_or_else(|| option_refused(format!("{any}: give a finite number")))
+        number.map(Value::Number).ok_or_else(|| option_error(format!("{any}: give a finite number")))
     } else if any.is_instance_of::<PyString>() {
         any.extract().map(Value::String)
     } else if let Ok(items) = any.cast::<PyDict>() {

@@ -9,7 +9,7 @@ use crate::refusal::Refusal;
 use crate::{documents, indices};
 
 /// Progress listener: receives the finished share of a step and the step's number; `Break` ends the run.
-pub type Tell = Box<dyn FnMut(f64, u32) -> ControlFlow<()> + Send>;
+pub type ProgressListener = Box<dyn FnMut(f64, u32) -> ControlFlow<()> + Send>;
 
 /// Answers a request; failures are answers with a one-line message.
 ///
@@ -20,9 +20,9 @@ pub type Tell = Box<dyn FnMut(f64, u32) -> ControlFlow<()> + Send>;
 /// let answer = answer_to(&request, Box::new(|_, _| ControlFlow::Continue(())));
 /// assert_eq!(Message::read(&answer).unwrap().part(0).unwrap(), br#"{"error":"dance: no such call"}"#);
 /// ```
-pub fn answer_to(request: &[u8], tell: Tell) -> Vec<u8> {
+pub fn answer_to(request: &[u8], listener: ProgressListener) -> Vec<u8> {
     let mut answer = Answer::default();
-    match answer_request(request, &mut answer, tell) {
+    match answer_request(request, &mut answer, listener) {
         Ok(json) => answer.into_bytes(&json),
         Err(Refusal { what, is_interrupted: true }) => {
             Answer::default().into_bytes(&json!({ "error": what, "interrupted": true }))
@@ -31,14 +31,14 @@ pub fn answer_to(request: &[u8], tell: Tell) -> Vec<u8> {
     }
 }
 
-fn answer_request(request: &[u8], answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
+fn answer_request(request: &[u8], answer: &mut Answer, listener: ProgressListener) -> Result<Value, Refusal> {
     let request = Message::read(request)?;
     let json: Value = serde_json::from_slice(request.part(0)?)?;
     let call = json.get("call").and_then(Value::as_str).unwrap_or_default().to_string();
     match call.as_str() {
-        "indices" => indices::simplify_indices(&request, json, answer, tell),
+        "indices" => indices::simplify_indices(&request, json, answer, listener),
         "prune" => indices::prune_components(&request, json, answer),
         "points" => indices::select_points(&request, json, answer),
-        _ => documents::answer_call(&call, &request, json, answer, tell),
+        _ => documents::answer_call(&call, &request, json, answer, listener),
     }
 }

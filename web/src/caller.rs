@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 #[cfg(target_arch = "wasm32")]
 #[link(wasm_import_module = "env")]
 unsafe extern "C" {
-    safe fn progress(share: f64, part: u32) -> u32;
+    safe fn progress(share: f64, step: u32) -> u32;
 }
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -15,6 +15,6 @@ fn progress(_: f64, _: u32) -> u32 {
 }
 
 /// Reports the progress of a step; returns `Break` if JavaScript ends the run.
-pub fn report_progress(share: f64, part: u32) -> ControlFlow<()> {
-    if progress(share, part) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+pub fn report_progress(share: f64, step: u32) -> ControlFlow<()> {
+    if progress(share, step) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
 }

@@ -1,6 +1,6 @@
 //! neural-mesh as WebAssembly; requests and answers are bytes, and all algorithms are in the library.
 //!
-//! [`door`] has the functions that JavaScript calls, `caller` and `documents::clock` those of JavaScript. [`message`]
+//! [`exports`] has the functions that JavaScript calls, `caller` and `documents::clock` those of JavaScript. [`message`]
 //! defines the bytes, [`answer`] finds the requests by name. A run that JavaScript ends is a `Break`, so nothing
 //! unwinds. The JavaScript is in `web/package`.
 
@@ -11,7 +11,7 @@ mod documents;
 #[cfg(not(feature = "documents"))]
 #[path = "no_documents.rs"]
 mod documents;
-pub mod door;
+pub mod exports;
 mod indices;
 pub mod message;
 pub mod refusal;

@@ -117,7 +117,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn parts_come_back() {
+    fn message_parts_are_restored() {
         let mut answer = Answer::default();
         let numbers = answer.add_numbers([1.5f32, -2.0, 0.0], f32::to_le_bytes);
         let bytes = answer.add(vec![7; 5]);

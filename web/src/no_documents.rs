@@ -2,10 +2,10 @@
 
 use serde_json::Value;
 
-use crate::answer::Tell;
+use crate::answer::ProgressListener;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-pub fn answer_call(call: &str, _: &Message, _: Value, _: &mut Answer, _: Tell) -> Result<Value, Refusal> {
+pub fn answer_call(call: &str, _: &Message, _: Value, _: &mut Answer, _: ProgressListener) -> Result<Value, Refusal> {
     Err(Refusal::new(format!("{call}: no such call in this build: import 'neural-mesh'")))
 }

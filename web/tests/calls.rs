@@ -1,4 +1,4 @@
-//! Calls as JavaScript makes them, answered natively.
+//! Calls as JavaScript makes them, answer natively.
 
 use std::ops::ControlFlow;
 
@@ -8,12 +8,12 @@ use neural_mesh_web::answer::answer_to;
 use neural_mesh_web::message::{Answer, Message};
 use serde_json::{Value, json};
 
-struct Answered {
+struct ParsedAnswer {
     bytes: Vec<u8>,
     json: Value,
 }
 
-impl Answered {
+impl ParsedAnswer {
     fn part(&self, number: &Value) -> Vec<u8> {
         Message::read(&self.bytes).unwrap().part(number.as_u64().unwrap() as usize).unwrap().to_vec()
     }
@@ -27,15 +27,15 @@ impl Answered {
     }
 }
 
-fn called_with(request: Answer, json: &Value, stops: bool) -> Answered {
+fn call_with(request: Answer, json: &Value, stops: bool) -> ParsedAnswer {
     let flow = move |_, _| if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let bytes = answer_to(&request.into_bytes(json), Box::new(flow));
     let json = serde_json::from_slice(Message::read(&bytes).unwrap().part(0).unwrap()).unwrap();
-    Answered { bytes, json }
+    ParsedAnswer { bytes, json }
 }
 
-fn called(request: Answer, json: &Value) -> Answered {
-    called_with(request, json, false)
+fn call(request: Answer, json: &Value) -> ParsedAnswer {
+    call_with(request, json, false)
 }
 
 fn buffers(mesh: &TriMesh) -> Answer {
@@ -56,17 +56,17 @@ fn a_file_comes_back_at_its_size_in_every_format() {
         let mut request = Answer::default();
         request.add(file(&mesh, Format::Ply));
         let json = json!({ "call": "simplify", "options": { "faces": 400 }, "file": { "name": "in.ply", "bytes": 1 }, "out": name });
-        let answered = called(request, &json);
-        let made = &answered.json["files"][0];
-        assert_eq!(made["name"], name, "{}", answered.json);
-        let read = io::read_attributed_in(&answered.part(&made["bytes"]), name, &io::Folder::in_memory([("", vec![])]));
+        let answer = call(request, &json);
+        let made = &answer.json["files"][0];
+        assert_eq!(made["name"], name, "{}", answer.json);
+        let read = io::read_attributed_in(&answer.part(&made["bytes"]), name, &io::Folder::in_memory([("", vec![])]));
         let read = read.unwrap();
-        assert_eq!((read.mesh.faces.len(), &answered.json["report"]["output"]["faces"]), (400, &json!(400)), "{name}");
+        assert_eq!((read.mesh.faces.len(), &answer.json["report"]["output"]["faces"]), (400, &json!(400)), "{name}");
     }
 }
 
 #[test]
-fn what_an_obj_names_comes_with_it() {
+fn companion_files_of_an_obj_come_with_it() {
     let obj = b"mtllib a.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nf 1/1 2/2 3/3\nf 2/2 4/4 3/3\n";
     let mtl = b"newmtl red\nKd 1 0 0\nmap_Kd maps/a.png\n";
     let file = json!({ "name": "a.obj", "bytes": 1, "beside": { "a.mtl": 2, "maps/a.png": 3 } });
@@ -77,14 +77,14 @@ fn what_an_obj_names_comes_with_it() {
         });
         request
     };
-    let seen = called(request(), &json!({ "call": "look", "file": file }));
+    let seen = call(request(), &json!({ "call": "look", "file": file }));
     let group = &seen.json["mesh"]["groups"][0];
     assert_eq!((&group["color"], &group["faces"]), (&json!([1.0, 0.0, 0.0, 1.0]), &json!(2)), "{}", seen.json);
     assert_eq!(seen.part(&group["image"]), b"png");
     assert_eq!(seen.positions(&seen.json["mesh"]["positions"]).len(), 4);
     let json = json!({ "call": "simplify", "options": { "ratio": 1.0 }, "file": file, "out": "b.obj" });
-    let answered = called(request(), &json);
-    let beside = answered.json["files"][0]["beside"].as_array().unwrap();
+    let answer = call(request(), &json);
+    let beside = answer.json["files"][0]["beside"].as_array().unwrap();
     let names: Vec<&str> = beside.iter().map(|file| file["name"].as_str().unwrap()).collect();
     assert!(names.contains(&"a.mtl") && names.contains(&"maps/a.png"), "{names:?}");
 }
@@ -96,24 +96,23 @@ fn arrays_come_back_as_arrays() {
     request.add_numbers(mesh.positions().iter().flat_map(|p| [p[0], p[1]]), f32::to_le_bytes);
     let arrays = json!({ "positions": 2, "faces": 1, "uv": 3 });
     let options = json!({ "vertices": 200, "no_check": true, "map": true });
-    let answered = called(request, &json!({ "call": "simplify", "options": options, "mesh": arrays, "arrays": true }));
-    let result = &answered.json["results"][0];
-    let (faces, positions) = (answered.indices(&result["faces"]), answered.positions(&result["positions"]));
-    assert_eq!((positions.len(), answered.part(&result["uv"]).len()), (200, 200 * 8));
-    assert_eq!(answered.part(&result["map"]).len(), 200 * 4);
+    let answer = call(request, &json!({ "call": "simplify", "options": options, "mesh": arrays, "arrays": true }));
+    let result = &answer.json["results"][0];
+    let (faces, positions) = (answer.indices(&result["faces"]), answer.positions(&result["positions"]));
+    assert_eq!((positions.len(), answer.part(&result["uv"]).len()), (200, 200 * 8));
+    assert_eq!(answer.part(&result["map"]).len(), 200 * 4);
     assert!(topology(&TriMesh::new(positions, faces).unwrap()).is_closed_manifold());
 }
 
 #[test]
-fn levels_of_what_is_no_scene_have_files_of_their_own() {
+fn levels_of_a_mesh_are_separate_files() {
     let mut request = Answer::default();
     request.add(file(&shapes::icosphere(4), Format::Stl));
     let options = json!({ "lods": [0.5, "10%"], "no_check": true });
     let file = json!({ "name": "in.stl", "bytes": 1 });
-    let answered =
-        called(request, &json!({ "call": "simplify", "options": options, "file": file, "out": "x.y.ply.gz" }));
-    let names: Vec<&Value> = answered.json["files"].as_array().unwrap().iter().map(|file| &file["name"]).collect();
-    assert_eq!(names, ["x.y-1.ply.gz", "x.y-2.ply.gz"], "{}", answered.json);
+    let answer = call(request, &json!({ "call": "simplify", "options": options, "file": file, "out": "x.y.ply.gz" }));
+    let names: Vec<&Value> = answer.json["files"].as_array().unwrap().iter().map(|file| &file["name"]).collect();
+    assert_eq!(names, ["x.y-1.ply.gz", "x.y-2.ply.gz"], "{}", answer.json);
 }
 
 #[test]
@@ -123,46 +122,46 @@ fn figures_and_distances_are_those_of_the_program() {
     request.add(file(&original, Format::Ply));
     request.add(file(&result, Format::Obj));
     let json = json!({ "call": "compare", "original": { "name": "a.ply", "bytes": 1 }, "results": [{ "name": "b.obj", "bytes": 2 }], "samples": 5000 });
-    let answered = called(request, &json);
-    let values = &answered.json["comparison"]["results"][0]["values"];
-    assert_eq!((&values["faces"], &values["boundary_edges"]), (&json!(1280.0), &json!(0.0)), "{}", answered.json);
+    let answer = call(request, &json);
+    let values = &answer.json["comparison"]["results"][0]["values"];
+    assert_eq!((&values["faces"], &values["boundary_edges"]), (&json!(1280.0), &json!(0.0)), "{}", answer.json);
     let mean = values["distance_mean"].as_f64().unwrap();
     assert!((0.01..0.2).contains(&mean), "{mean}");
-    let distances = &answered.json["distances"][0];
+    let distances = &answer.json["distances"][0];
     // Faces that are large are painted between their corners, too.
-    assert_eq!(answered.part(&distances["of_original"]).len() % 4, 0);
-    assert!(answered.part(&distances["of_original"]).len() >= 4 * original.positions().len());
-    assert_eq!(answered.indices(&answered.json["surfaces"][1]["faces"]).len(), 1280);
+    assert_eq!(answer.part(&distances["of_original"]).len() % 4, 0);
+    assert!(answer.part(&distances["of_original"]).len() >= 4 * original.positions().len());
+    assert_eq!(answer.indices(&answer.json["surfaces"][1]["faces"]).len(), 1280);
 }
 
 #[test]
 fn indices_are_fewer_over_the_same_vertices() {
     let mesh = shapes::wavy_sphere(4, 5.0);
-    let asked = json!({ "call": "indices", "indices": 1, "positions": 2, "target": 1200, "error": 1.0 });
-    let answered = called(buffers(&mesh), &asked);
-    let faces = answered.indices(&answered.json["indices"]);
-    assert_eq!(faces.len(), 400, "{}", answered.json);
+    let request_json = json!({ "call": "indices", "indices": 1, "positions": 2, "target": 1200, "error": 1.0 });
+    let answer = call(buffers(&mesh), &request_json);
+    let faces = answer.indices(&answer.json["indices"]);
+    assert_eq!(faces.len(), 400, "{}", answer.json);
     let result = TriMesh::new(mesh.positions().to_vec(), faces).unwrap();
     assert!(topology(&result).is_closed_manifold());
-    let error = answered.json["error"].as_f64().unwrap();
+    let error = answer.json["error"].as_f64().unwrap();
     assert!((0.0..0.05).contains(&error), "{error}");
     let near = json!({ "call": "indices", "indices": 1, "positions": 2, "target": 0, "error": 0.01 });
-    let answered = called(buffers(&mesh), &near);
-    let n_faces = answered.indices(&answered.json["indices"]).len();
-    assert!(answered.json["error"].as_f64().unwrap() <= 0.01 && n_faces < 2500, "{n_faces} {}", answered.json);
+    let answer = call(buffers(&mesh), &near);
+    let n_faces = answer.indices(&answer.json["indices"]).len();
+    assert!(answer.json["error"].as_f64().unwrap() <= 0.01 && n_faces < 2500, "{n_faces} {}", answer.json);
 }
 
 #[test]
-fn vertices_that_move_stand_where_the_indices_say() {
+fn moved_vertices_match_the_indices() {
     let mesh = shapes::wavy_sphere(4, 5.0);
     let mut request = buffers(&mesh);
     request.add_numbers(mesh.positions().iter().map(|p| p[2]), f32::to_le_bytes);
-    let asked = json!({ "call": "indices", "indices": 1, "positions": 2, "target": 900, "error": 1.0, "move": true, "attributes": 3, "weights": [1.0] });
-    let answered = called(request, &asked);
-    let faces = answered.indices(&answered.json["indices"]);
-    let positions = answered.positions(&answered.json["positions"]);
+    let request_json = json!({ "call": "indices", "indices": 1, "positions": 2, "target": 900, "error": 1.0, "move": true, "attributes": 3, "weights": [1.0] });
+    let answer = call(request, &request_json);
+    let faces = answer.indices(&answer.json["indices"]);
+    let positions = answer.positions(&answer.json["positions"]);
     assert_eq!((faces.len(), positions.len()), (300, mesh.positions().len()));
-    let heights = answered.part(&answered.json["attributes"]);
+    let heights = answer.part(&answer.json["attributes"]);
     let height = |v: u32| f32::from_le_bytes(*heights.as_chunks().0.get(v as usize).unwrap());
     let most = faces.as_flattened().iter().map(|&v| (height(v) - positions[v as usize][2]).abs()).fold(0.0, f32::max);
     assert!(most < 0.1, "{most}");
@@ -188,9 +187,9 @@ fn seams_keep_the_vertices_of_their_sides() {
     let mut request = Answer::default();
     request.add_numbers(faces.iter().copied().flatten(), u32::to_le_bytes);
     request.add_numbers(positions.iter().copied().flatten(), f32::to_le_bytes);
-    let answered =
-        called(request, &json!({ "call": "indices", "indices": 1, "positions": 2, "target": 450, "error": 1.0 }));
-    let left = answered.indices(&answered.json["indices"]);
+    let answer =
+        call(request, &json!({ "call": "indices", "indices": 1, "positions": 2, "target": 450, "error": 1.0 }));
+    let left = answer.indices(&answer.json["indices"]);
     assert!(left.len() <= 150, "{}", left.len());
     let half = |v: u32| v as usize / (n * n);
     assert!(left.iter().all(|face| half(face[0]) == half(face[1]) && half(face[1]) == half(face[2])));
@@ -201,11 +200,11 @@ fn locked_vertices_stay() {
     let mesh = shapes::icosphere(4);
     let mut request = buffers(&mesh);
     request.add((0..mesh.positions().len()).map(|v| u8::from(v % 10 == 3)).collect());
-    let answered = called(
+    let answer = call(
         request,
         &json!({ "call": "indices", "indices": 1, "positions": 2, "locks": 3, "target": 1800, "error": 1.0 }),
     );
-    let faces = answered.indices(&answered.json["indices"]);
+    let faces = answer.indices(&answer.json["indices"]);
     let lacks = |v: u32| !faces.as_flattened().contains(&v);
     assert!(
         faces.len() <= 620 && !(0..mesh.positions().len() as u32).any(|v| v % 10 == 3 && lacks(v)),
@@ -215,21 +214,21 @@ fn locked_vertices_stay() {
 }
 
 #[test]
-fn small_components_and_points_go() {
+fn small_components_are_pruned_and_points_selected() {
     let (sphere, small) = (shapes::icosphere(3), shapes::icosphere(1));
     let n = sphere.positions().len() as u32;
     let mut positions = sphere.positions().to_vec();
     positions.extend(small.positions().iter().map(|p| [0.01 * p[0] + 3.0, 0.01 * p[1], 0.01 * p[2]]));
     let faces = sphere.faces().iter().copied().chain(small.faces().iter().map(|face| face.map(|v| v + n)));
     let mesh = TriMesh::new(positions, faces.collect()).unwrap();
-    let answered = called(buffers(&mesh), &json!({ "call": "prune", "indices": 1, "positions": 2, "error": 0.05 }));
-    assert_eq!(answered.indices(&answered.json["indices"]).len(), sphere.faces().len());
-    let answered = called(buffers(&mesh), &json!({ "call": "points", "positions": 2, "target": 50 }));
-    assert_eq!(answered.part(&answered.json["indices"]).len(), 200);
+    let answer = call(buffers(&mesh), &json!({ "call": "prune", "indices": 1, "positions": 2, "error": 0.05 }));
+    assert_eq!(answer.indices(&answer.json["indices"]).len(), sphere.faces().len());
+    let answer = call(buffers(&mesh), &json!({ "call": "points", "positions": 2, "target": 50 }));
+    assert_eq!(answer.part(&answer.json["indices"]).len(), 200);
 }
 
 #[test]
-fn what_cannot_be_done_is_one_line() {
+fn errors_are_one_line() {
     let mesh = shapes::icosphere(1);
     let with_file = |bytes: &[u8]| {
         let mut request = Answer::default();
@@ -250,9 +249,9 @@ fn what_cannot_be_done_is_one_line() {
         (buffers(&mesh), json!({ "call": "indices", "indices": 1, "positions": 7, "target": 3, "error": 1.0 })),
     ];
     for (request, json) in cases {
-        let answered = called(request, &json).json;
-        let said = answered["error"].as_str().unwrap_or_default();
-        assert!(!said.is_empty() && !said.contains('\n') && said.len() < 600, "{json}: {answered}");
+        let answer = call(request, &json).json;
+        let said = answer["error"].as_str().unwrap_or_default();
+        assert!(!said.is_empty() && !said.contains('\n') && said.len() < 600, "{json}: {answer}");
     }
 }
 
@@ -262,9 +261,9 @@ fn a_run_that_is_ended_says_so() {
     let mut request = Answer::default();
     request.add(file(&mesh, Format::Ply));
     let json = json!({ "call": "simplify", "options": { "ratio": 0.1 }, "file": { "name": "a.ply", "bytes": 1 }, "out": "b.ply" });
-    assert_eq!(called_with(request, &json, true).json["interrupted"], true);
+    assert_eq!(call_with(request, &json, true).json["interrupted"], true);
     let json = json!({ "call": "indices", "indices": 1, "positions": 2, "target": 300, "error": 1.0 });
-    assert_eq!(called_with(buffers(&mesh), &json, true).json["interrupted"], true);
+    assert_eq!(call_with(buffers(&mesh), &json, true).json["interrupted"], true);
 }
 
 #[test]
@@ -290,12 +289,12 @@ fn groups_keep_their_vertices_where_these_move() {
         request.add_numbers(indices.iter().copied(), u32::to_le_bytes);
         request.add_numbers(numbers.iter().flat_map(|(_, v)| mesh.positions()[*v as usize]), f32::to_le_bytes);
         request.add_numbers(groups.iter().copied(), u32::to_le_bytes);
-        let asked = json!({ "call": "indices", "indices": 1, "positions": 2, "groups": 3, "target": 1800, "error": 1.0, "move": moves });
-        let answered = called(request, &asked);
-        let faces = answered.indices(&answered.json["indices"]);
-        let of_faces = answered.part(&answered.json["groups"]);
+        let request_json = json!({ "call": "indices", "indices": 1, "positions": 2, "groups": 3, "target": 1800, "error": 1.0, "move": moves });
+        let answer = call(request, &request_json);
+        let faces = answer.indices(&answer.json["indices"]);
+        let of_faces = answer.part(&answer.json["groups"]);
         let of_faces: Vec<u32> = of_faces.as_chunks().0.iter().map(|&bytes| u32::from_le_bytes(bytes)).collect();
-        assert!(faces.len() <= 640 && faces.len() == of_faces.len(), "{} {}", faces.len(), answered.json);
+        assert!(faces.len() <= 640 && faces.len() == of_faces.len(), "{} {}", faces.len(), answer.json);
         let own =
             faces.iter().zip(&of_faces).all(|(face, group)| face.iter().all(|&v| numbers[v as usize].0 == *group));
         let bad: Vec<_> = faces

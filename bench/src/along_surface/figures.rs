@@ -10,7 +10,7 @@ use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Figure, closest_point_tree};
 
 pub struct IntrinsicFigures {
-    judging: IntrinsicOptions,
+    options: IntrinsicOptions,
     original: Option<IntrinsicSurface>,
     source: DVec3,
 }
@@ -24,20 +24,20 @@ struct Pair<'a> {
 }
 
 impl IntrinsicFigures {
-    pub fn new(mesh: &TriMesh, judging: &IntrinsicOptions, n_vertices: usize) -> Self {
-        let original = IntrinsicSurface::new(mesh, judging, n_vertices);
+    pub fn new(mesh: &TriMesh, options: &IntrinsicOptions, n_vertices: usize) -> Self {
+        let original = IntrinsicSurface::new(mesh, options, n_vertices);
         let source =
-            original.as_ref().map(|original| choose_source(mesh, judging, &original.points)).unwrap_or_default();
-        Self { judging: *judging, original, source }
+            original.as_ref().map(|original| choose_source(mesh, options, &original.points)).unwrap_or_default();
+        Self { options: *options, original, source }
     }
 
-    pub fn eigenpairs(&self, n_asked: usize) -> usize {
+    pub fn eigenpairs(&self, n_target: usize) -> usize {
         let known = self.original.as_ref().and_then(|intrinsic| intrinsic.pairs.as_ref());
-        known.map_or(0, |pairs| pairs.values.len().min(n_asked / 4))
+        known.map_or(0, |pairs| pairs.values.len().min(n_target / 4))
     }
 
-    pub fn figures(&self, simplified: &TriMesh, n_asked: usize) -> [Figure; 5] {
-        let pair = self.make_pair(simplified, n_asked);
+    pub fn figures(&self, simplified: &TriMesh, n_target: usize) -> [Figure; 5] {
+        let pair = self.make_pair(simplified, n_target);
         let spectrum = pair.as_ref().and_then(|pair| {
             let (pairs, others) = (pair.original.pairs.as_ref()?, pair.simplified.pairs.as_ref()?);
             let area = pair.simplified.laplacian.mass.iter().sum();
@@ -63,10 +63,10 @@ impl IntrinsicFigures {
         ]
     }
 
-    fn make_pair(&self, simplified: &TriMesh, n_asked: usize) -> Option<Pair<'_>> {
+    fn make_pair(&self, simplified: &TriMesh, n_target: usize) -> Option<Pair<'_>> {
         let first = self.original.as_ref()?;
-        let n_pairs = self.eigenpairs(n_asked);
-        let second = IntrinsicSurface::new(simplified, &self.judging, 4 * n_pairs)?;
+        let n_pairs = self.eigenpairs(n_target);
+        let second = IntrinsicSurface::new(simplified, &self.options, 4 * n_pairs)?;
         let transfer =
             ValueTransfer::new(&first.points, simplified, &second.laplacian, &closest_point_tree(simplified))?;
         // The simplified mesh chooses the start, because its vertices are sparser.
@@ -76,9 +76,9 @@ impl IntrinsicFigures {
     }
 }
 
-fn choose_source(mesh: &TriMesh, judging: &IntrinsicOptions, points: &[DVec3]) -> DVec3 {
+fn choose_source(mesh: &TriMesh, options: &IntrinsicOptions, points: &[DVec3]) -> DVec3 {
     let is_used = |v: &u32| mesh.faces().as_flattened().contains(v);
-    let chosen = judging.source.filter(is_used).and_then(|v| mesh.positions().get(v as usize));
+    let chosen = options.source.filter(is_used).and_then(|v| mesh.positions().get(v as usize));
     let low = points.iter().copied().reduce(DVec3::min).unwrap_or_default();
     let high = points.iter().copied().reduce(DVec3::max).unwrap_or_default();
     let middle = low.midpoint(high);
@@ -125,7 +125,7 @@ mod tests {
     use neural_mesh::mesh::shapes;
 
     #[test]
-    fn what_is_broken_off_is_infinitely_far() {
+    fn other_components_are_infinitely_far() {
         let sphere = shapes::icosphere(1);
         let n = sphere.positions().len();
         let far = sphere.positions().iter().map(|p| [p[0] + 5.0, p[1], p[2]]);

@@ -15,16 +15,16 @@ pub struct IntrinsicSurface {
 }
 
 impl IntrinsicSurface {
-    pub fn new(mesh: &TriMesh, judging: &IntrinsicOptions, n_asked: usize) -> Option<Self> {
-        if judging.eigenpairs == 0 && !judging.geodesics {
+    pub fn new(mesh: &TriMesh, options: &IntrinsicOptions, n_target: usize) -> Option<Self> {
+        if options.eigenpairs == 0 && !options.geodesics {
             return None;
         }
         let laplacian = Laplacian::new(mesh)?;
-        let n_pairs = judging.eigenpairs.min(n_asked / 4);
+        let n_pairs = options.eigenpairs.min(n_target / 4);
         let point = |&v: &u32| DVec3::from_array(mesh.positions()[v as usize].map(f64::from));
         Some(Self {
             points: laplacian.vertices.iter().map(point).collect(),
-            heat: if judging.geodesics { HeatMethod::new(&laplacian) } else { None },
+            heat: if options.geodesics { HeatMethod::new(&laplacian) } else { None },
             pairs: if n_pairs > 0 { Eigenpairs::compute_lowest(&laplacian, n_pairs) } else { None },
             laplacian,
         })

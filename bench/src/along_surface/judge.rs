@@ -40,18 +40,18 @@ pub struct Judge {
 
 impl Judge {
     /// Prepares an original.
-    pub fn new(mesh: &TriMesh, judging: &CompareOptions, along: &IntrinsicOptions) -> Self {
-        let original = ReferenceMesh::new(mesh, judging);
+    pub fn new(mesh: &TriMesh, options: &CompareOptions, along: &IntrinsicOptions) -> Self {
+        let original = ReferenceMesh::new(mesh, options);
         let found = topology(mesh);
         let n_vertices = found.vertices - found.unreferenced_vertices;
         Self { along: IntrinsicFigures::new(&original.to_unit_size(mesh), along, n_vertices), original }
     }
 
-    /// Returns the number of eigenpairs compared at a target of `n_asked` vertices.
+    /// Returns the number of eigenpairs compared at a target of `n_target` vertices.
     ///
     /// It is at most a quarter of the target and of the original's used vertices.
-    pub fn eigenpairs(&self, n_asked: usize) -> usize {
-        self.along.eigenpairs(n_asked)
+    pub fn eigenpairs(&self, n_target: usize) -> usize {
+        self.along.eigenpairs(n_target)
     }
 
     /// Measures a simplified mesh; the figures and their order are always the same.
@@ -64,11 +64,11 @@ impl Judge {
     /// let error = figures.iter().find(|figure| figure.name == "geodesic_error").unwrap();
     /// assert!(error.value.unwrap() < 5.0);
     /// ```
-    pub fn figures(&self, simplified: &TriMesh, n_asked: usize) -> Vec<Figure> {
+    pub fn figures(&self, simplified: &TriMesh, n_target: usize) -> Vec<Figure> {
         // The target sets the number of eigenpairs, so that lost vertices do not lower it.
         let mut figures = compare(&self.original, simplified);
         let at = figures.iter().position(|figure| figure.name == BEFORE).map_or(figures.len(), |at| at + 1);
-        figures.splice(at..at, self.along.figures(&self.original.to_unit_size(simplified), n_asked));
+        figures.splice(at..at, self.along.figures(&self.original.to_unit_size(simplified), n_target));
         figures
     }
 }
@@ -81,9 +81,9 @@ pub mod tests {
     pub const ALONG: IntrinsicOptions = IntrinsicOptions { eigenpairs: 20, geodesics: true, source: None };
 
     pub fn judge_of(original: &TriMesh, along: &IntrinsicOptions) -> Judge {
-        let mut judging = CompareOptions::default();
-        judging.samples = 3000;
-        Judge::new(original, &judging, along)
+        let mut options = CompareOptions::default();
+        options.samples = 3000;
+        Judge::new(original, &options, along)
     }
 
     pub fn compare_meshes(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {

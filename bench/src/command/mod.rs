@@ -37,8 +37,8 @@ enum Command {
     #[command(hide = true)]
     Work,
     /// Simplify a file with meshoptimizer: the reference for the time of the whole program
-    #[command(hide = true)]
-    WholeOther(MeshoptimizerArgs),
+    #[command(name = "whole-other", hide = true)]
+    WholeMeshoptimizer(MeshoptimizerArgs),
 }
 
 /// Runs the command line.
@@ -53,7 +53,7 @@ pub fn run() -> ExitCode {
         Command::Measure(args) => with_causes(measure::run(args)),
         Command::Stale => with_causes(measure::print_stale()),
         Command::Work => with_causes(work::run_job()),
-        Command::WholeOther(args) => with_causes(measure::run_meshoptimizer(&args)),
+        Command::WholeMeshoptimizer(args) => with_causes(measure::run_meshoptimizer(&args)),
     };
     finish(result)
 }

@@ -88,7 +88,7 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
             return simplify_by(*baseline, mesh, size, job.seed).map_err(|error| error.to_string());
         }
         Method::Learned(baseline) => {
-            let weights = weights.learned.as_ref().unwrap_or_else(|| LearnedWeights::shipped(*baseline));
+            let weights = weights.learned.as_ref().unwrap_or_else(|| LearnedWeights::load_shipped(*baseline));
             let simplified = simplify_by_learned(weights, mesh, job.vertices, job.seed);
             return simplified.map_err(|error| error.to_string());
         }
@@ -107,7 +107,7 @@ struct JobWeights {
 fn load_weights(method: &Method, path: Option<&Path>) -> Result<JobWeights, String> {
     // All shipped weights are parsed before the clock starts.
     let _ = (Weights::shipped_default(), Weights::shipped_paper_open());
-    LearnedBaseline::ALL.into_iter().for_each(|baseline| _ = LearnedWeights::shipped(baseline));
+    LearnedBaseline::ALL.into_iter().for_each(|baseline| _ = LearnedWeights::load_shipped(baseline));
     let Some(path) = path else { return Ok(JobWeights::default()) };
     let bytes = std::fs::read(path).map_err(|error| format!("{}: cannot be read: {error}", path.display()))?;
     let wrong = |error| format!("{}: {error}", path.display());

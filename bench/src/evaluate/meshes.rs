@@ -11,12 +11,12 @@ use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
 #[derive(Clone, Debug)]
-pub(super) struct MeshFile {
+pub(crate) struct MeshFile {
     pub name: String,
     pub path: PathBuf,
 }
 
-pub(super) fn mesh_files(folder: &Path, only: &[String]) -> Result<Vec<MeshFile>, EvaluateError> {
+pub(crate) fn mesh_files(folder: &Path, only: &[String]) -> Result<Vec<MeshFile>, EvaluateError> {
     let problem = |error| EvaluateError::file(folder, format!("cannot be read: {error}: give a folder of mesh files"));
     let entries = std::fs::read_dir(folder).map_err(problem)?;
     let paths = entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<Vec<_>, _>>().map_err(problem)?;

@@ -25,9 +25,11 @@ mod tool;
 mod worst;
 
 pub use charts::{Chart, MethodLine, charts};
+pub(crate) use clock::thread_time;
 pub use engine::Worker;
 pub use error::EvaluateError;
 pub use job::answer_job;
+pub(crate) use meshes::mesh_files;
 pub use method::Method;
 pub use overview::{Column, Failures, FigureSummary, MethodSummary, Overview, Points, overview, points};
 pub use report::write_report;

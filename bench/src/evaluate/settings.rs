@@ -187,7 +187,7 @@ pub(super) fn learned_files(paths: &[PathBuf]) -> Result<Vec<LearnedFile>, Evalu
 pub(super) fn learned_names(files: &[LearnedFile]) -> BTreeMap<String, String> {
     let name = |baseline: LearnedBaseline| {
         let file = files.iter().find(|file| file.baseline == baseline);
-        let shipped = || sha256(&LearnedWeights::shipped(baseline).to_bytes());
+        let shipped = || sha256(&LearnedWeights::load_shipped(baseline).to_bytes());
         (baseline.name().to_string(), file.map_or_else(shipped, |file| file.sha256.clone()))
     };
     LearnedBaseline::ALL.into_iter().map(name).collect()

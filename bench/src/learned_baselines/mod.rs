@@ -88,7 +88,7 @@ impl LearnedBaseline {
 /// ```
 /// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_learned};
 /// let sphere = neural_mesh::mesh::shapes::icosphere(3);
-/// let weights = LearnedWeights::shipped(LearnedBaseline::Potamias);
+/// let weights = LearnedWeights::load_shipped(LearnedBaseline::Potamias);
 /// let lighter = simplify_by_learned(weights, &sphere, 160, 0).unwrap();
 /// assert!((100..=160).contains(&lighter.positions().len()));
 /// ```

@@ -72,7 +72,7 @@ impl LearnedWeights {
     }
 
     /// Returns the shipped weights.
-    pub fn shipped(baseline: LearnedBaseline) -> &'static Self {
+    pub fn load_shipped(baseline: LearnedBaseline) -> &'static Self {
         match baseline {
             LearnedBaseline::Dse => &DSE,
             LearnedBaseline::Potamias => &POTAMIAS,
@@ -109,14 +109,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_ships_is_of_its_method() {
+    fn shipped_weights_are_of_their_method() {
         for baseline in LearnedBaseline::ALL {
-            assert_eq!(LearnedWeights::shipped(baseline).baseline(), baseline);
+            assert_eq!(LearnedWeights::load_shipped(baseline).baseline(), baseline);
         }
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn the_first_wrong_setting_is_named() {
         let tensors = LearnedBaseline::Potamias.initial_tensors(0.25, 1);
         let refused = |text: &str| LearnedWeights::from_bytes(&tensors.to_bytes(text)).unwrap_err().to_string();
         assert!(refused("width_share=0.25 objective=paper").contains("`objective`"));

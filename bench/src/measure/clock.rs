@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::evaluate::median;
+use crate::evaluate::{median, thread_time};
 use anyhow::{Context, Result, ensure};
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeValLike;
@@ -20,10 +20,6 @@ pub fn measure_time<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, Seconds)>
     let made = work()?;
     let wall = (now(ClockId::CLOCK_MONOTONIC) - wall).as_secs_f64();
     Ok((made, Seconds { wall, thread: (thread_time() - thread).as_secs_f64() }))
-}
-
-pub fn thread_time() -> Duration {
-    now(ClockId::CLOCK_THREAD_CPUTIME_ID)
 }
 
 fn now(clock: ClockId) -> Duration {

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
-use neural_mesh::io::{Format, read_path};
+use crate::evaluate::mesh_files;
+use anyhow::{Context, Result};
+use neural_mesh::io::read_path;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{TriMesh, compact, shapes};
 
@@ -18,14 +19,10 @@ pub fn name(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-pub fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let entries =
-        std::fs::read_dir(folder).with_context(|| format!("{}: unpack the meshes there", folder.display()))?;
-    let mut files = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
-    files.retain(|path| path.is_file() && Format::from_path(path).is_some());
-    files.sort();
-    ensure!(!files.is_empty(), "{} holds no mesh", folder.display());
-    Ok(files)
+/// Returns the mesh files of a folder, ordered by name.
+pub fn mesh_paths(folder: &Path) -> Result<Vec<PathBuf>> {
+    let files = mesh_files(folder, &[]).with_context(|| format!("{}: unpack the meshes there", folder.display()))?;
+    Ok(files.into_iter().map(|file| file.path).collect())
 }
 
 /// Makes a bumpy torus of about `n_faces` faces.

@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::command::worker;
-use crate::measure::meshes::mesh_files;
+use crate::measure::meshes::mesh_paths;
 use crate::measure::versions::{Subsystem, stamp};
 
 pub struct Bench {
@@ -35,7 +35,7 @@ impl Bench {
     }
 
     pub fn meshes(&self, set: &str) -> Result<Vec<PathBuf>> {
-        mesh_files(&self.set_folder(set))
+        mesh_paths(&self.set_folder(set))
     }
 
     pub fn scratch(&self, name: &str) -> Result<PathBuf> {

@@ -16,20 +16,20 @@ use tempfile::TempDir;
 
 pub struct Run {
     pub code: Option<i32>,
-    pub out: Vec<u8>,
-    pub words: String,
+    pub stdout: Vec<u8>,
+    pub stderr: String,
 }
 
 pub fn folder() -> TempDir {
     tempfile::tempdir().unwrap()
 }
 
-pub fn welded(path: &Path) -> TriMesh {
+pub fn read_welded(path: &Path) -> TriMesh {
     let raw = io::read(&std::fs::read(path).unwrap(), None).unwrap();
     clean(raw, &CleanOptions::default()).unwrap().mesh
 }
 
-pub fn shipped(name: &str) -> PathBuf {
+pub fn test_mesh_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/meshes").join(name)
 }
 
@@ -57,9 +57,9 @@ pub fn run_with_input(folder: &Path, arguments: &[&str], input: &[u8]) -> Run {
 
 pub fn finish(child: Child) -> Run {
     let output = child.wait_with_output().unwrap();
-    let words = String::from_utf8(output.stderr).unwrap();
-    assert!(!words.contains("panicked"), "{words}");
-    Run { code: output.status.code(), out: output.stdout, words }
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    Run { code: output.status.code(), stdout: output.stdout, stderr }
 }
 
 #[track_caller]
@@ -113,13 +113,13 @@ pub fn json(path: &Path) -> Value {
 
 pub fn info(folder: &Path, mesh: &str) -> Value {
     let run = run(folder, &["info", mesh, "--json"]);
-    assert_eq!(run.code, Some(0), "{}", run.words);
-    serde_json::from_slice(&run.out).unwrap()
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    serde_json::from_slice(&run.stdout).unwrap()
 }
 
-pub fn the_line(run: &Run) -> String {
-    let lines: Vec<&str> = run.words.lines().collect();
-    assert_eq!(lines.len(), 1, "{}", run.words);
+pub fn error_line(run: &Run) -> String {
+    let lines: Vec<&str> = run.stderr.lines().collect();
+    assert_eq!(lines.len(), 1, "{}", run.stderr);
     assert!(lines[0].starts_with("neural-mesh: ") && lines[0].matches(": ").count() >= 2, "{}", lines[0]);
     lines[0].to_string()
 }

@@ -11,7 +11,7 @@ import { NeuralMeshError } from './error.js';
 export function makeRunner() {
   let listen = null;
   let thrown = null;
-  // An exception cannot cross the frames of WebAssembly without leaving them half done, so that the run ends first.
+  // An exception cannot cross the frames of WebAssembly without leaving them half free_messages, so that the run ends first.
   const progress = (share, part) => {
     try {
       return listen(share, part >>> 0) ? 1 : 0;
@@ -30,13 +30,13 @@ export function makeRunner() {
 }
 
 /** Copies the request in and the answer out. Addresses arrive as signed numbers; views are made after each call, as memory grows. */
-function answerTo({ memory, room, answer, answer_length, done }, request) {
-  const from = room(request.length) >>> 0;
+function answerTo({ memory, allocate_request, answer, answer_length, free_messages }, request) {
+  const from = allocate_request(request.length) >>> 0;
   if (from === 0) throw new NeuralMeshError(`no memory for a request of ${request.length} bytes`);
   new Uint8Array(memory.buffer, from, request.length).set(request);
   const to = answer(request.length) >>> 0;
   const bytes = new Uint8Array(memory.buffer, to, answer_length() >>> 0).slice();
-  done();
+  free_messages();
   return bytes;
 }
 

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 use super::file::File;
 use super::look::read_scene;
-use crate::answer::Tell;
+use crate::answer::ProgressListener;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
@@ -23,9 +23,14 @@ struct CompareRequest {
 }
 
 /// Compares each result with the original: all measures, and distances at sample points in both directions.
-pub fn compare_files(message: &Message, json: Value, answer: &mut Answer, mut tell: Tell) -> Result<Value, Refusal> {
-    let asked: CompareRequest = serde_json::from_value(json)?;
-    let files: Vec<&File> = std::iter::once(&asked.original).chain(&asked.results).collect();
+pub fn compare_files(
+    message: &Message,
+    json: Value,
+    answer: &mut Answer,
+    mut listener: ProgressListener,
+) -> Result<Value, Refusal> {
+    let request_json: CompareRequest = serde_json::from_value(json)?;
+    let files: Vec<&File> = std::iter::once(&request_json.original).chain(&request_json.results).collect();
     let mut cleaned = Vec::new();
     for file in &files {
         let (bytes, folder) = file.open(message)?;
@@ -33,16 +38,16 @@ pub fn compare_files(message: &Message, json: Value, answer: &mut Answer, mut te
         cleaned.push((mesh, frame));
     }
     let meshes = move_to_common_frame(cleaned).map_err(Refusal::new)?;
-    let mut judging = CompareOptions::default();
-    judging.samples = asked.samples.unwrap_or(judging.samples);
+    let mut options = CompareOptions::default();
+    options.samples = request_json.samples.unwrap_or(options.samples);
     let Some((original, results)) = meshes.split_first() else { return Err(Refusal::new("there is no original")) };
-    let (prepared, near) = (ReferenceMesh::new(original, &judging), closest_point_tree(original));
-    let (mut judged, mut distances) = (Vec::new(), Vec::new());
+    let (prepared, near) = (ReferenceMesh::new(original, &options), closest_point_tree(original));
+    let (mut figures_of_results, mut distances) = (Vec::new(), Vec::new());
     for (number, result) in results.iter().enumerate() {
-        if tell(number as f64 / results.len() as f64, 3).is_break() {
+        if listener(number as f64 / results.len() as f64, 3).is_break() {
             return Err(Refusal { what: "interrupted".into(), is_interrupted: true });
         }
-        judged.push(compare(&prepared, result));
+        figures_of_results.push(compare(&prepared, result));
         let painted = [
             PaintedMesh::new(result).distances_to(&near),
             PaintedMesh::new(original).distances_to(&closest_point_tree(result)),
@@ -50,14 +55,14 @@ pub fn compare_files(message: &Message, json: Value, answer: &mut Answer, mut te
         let [of_result, of_original] = painted.map(|values| answer.add_numbers(values, f32::to_le_bytes));
         distances.push(json!({ "of_result": of_result, "of_original": of_original }));
     }
-    let _: ControlFlow<()> = tell(1.0, 3);
+    let _: ControlFlow<()> = listener(1.0, 3);
     let surfaces: Vec<Value> = meshes.iter().map(|mesh| add_surface(mesh, answer)).collect();
-    let figures = judged.first().map_or(&[][..], |figures| figures);
-    let named = asked.results.iter().zip(results).zip(&judged);
+    let figures = figures_of_results.first().map_or(&[][..], |figures| figures);
+    let named = request_json.results.iter().zip(results).zip(&figures_of_results);
     let comparison = json!({
         "program": concat!("neural-mesh ", env!("CARGO_PKG_VERSION")),
-        "settings": { "samples": judging.samples, "seed": judging.seed },
-        "original": size_of(&asked.original.name, original),
+        "settings": { "samples": options.samples, "seed": options.seed },
+        "original": size_of(&request_json.original.name, original),
         "figures": figures.iter().map(|it| json!({ "name": it.name, "unit": it.unit, "about": it.about })).collect::<Vec<_>>(),
         "results": named.map(|((file, mesh), figures)| with_values(size_of(&file.name, mesh), figures)).collect::<Vec<_>>(),
     });

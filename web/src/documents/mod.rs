@@ -11,7 +11,7 @@ use neural_mesh::io::{Format, can_read, write_obstacle};
 use neural_mesh::job::JobError;
 use serde_json::{Value, json};
 
-use crate::answer::Tell;
+use crate::answer::ProgressListener;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
@@ -24,11 +24,11 @@ pub fn answer_call(
     message: &Message,
     json: Value,
     answer: &mut Answer,
-    tell: Tell,
+    listener: ProgressListener,
 ) -> Result<Value, Refusal> {
     match call {
-        "simplify" => simplify::simplify_document(message, json, answer, tell),
-        "compare" => compare::compare_files(message, json, answer, tell),
+        "simplify" => simplify::simplify_document(message, json, answer, listener),
+        "compare" => compare::compare_files(message, json, answer, listener),
         "look" => look::describe_surface(message, json, answer),
         "formats" => Ok(list_formats()),
         _ => Err(Refusal::new(format!("{call}: no such call"))),

@@ -12,12 +12,12 @@ use serde_json::{Value, json};
 use super::arrays::{Arrays, add_result};
 use super::clock::seconds;
 use super::file::File;
-use crate::answer::Tell;
+use crate::answer::ProgressListener;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
 /// Steps of a job, by their numbers in calls of `progress`.
-const PARTS: [JobStage; 6] =
+const STEPS: [JobStage; 6] =
     [JobStage::Read, JobStage::Simplify, JobStage::Bake, JobStage::Check, JobStage::Write, JobStage::Picture];
 
 #[derive(Deserialize)]
@@ -26,32 +26,38 @@ struct SimplifyRequest {
     options: Arguments,
     file: Option<File>,
     mesh: Option<Arrays>,
-    /// Name of the result; without it no file is made.
+    /// Name of the result; without it no file is written.
     out: Option<String>,
     #[serde(default)]
     arrays: bool,
 }
 
-pub fn simplify_document(message: &Message, json: Value, answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
-    let asked: SimplifyRequest = serde_json::from_value(json)?;
-    let mut job = asked.to_job()?;
-    let mut watch = Watcher { tell, part: 0, is_ended: false, since: seconds(), seconds: [0.0; PARTS.len()] };
+pub fn simplify_document(
+    message: &Message,
+    json: Value,
+    answer: &mut Answer,
+    listener: ProgressListener,
+) -> Result<Value, Refusal> {
+    let request_json: SimplifyRequest = serde_json::from_value(json)?;
+    let mut job = request_json.to_job()?;
+    let mut watch = Watcher { listener, step: 0, is_ended: false, since: seconds(), seconds: [0.0; STEPS.len()] };
     watch.begin(JobStage::Read);
-    let document = asked.read_document(message, &job)?;
-    asked.name_files(&mut job, &document);
+    let document = request_json.read_document(message, &job)?;
+    request_json.name_files(&mut job, &document);
     let mut outcome = run(&document, &job, None, &mut watch)?;
     watch.begin(JobStage::Write);
     let mut files = Vec::new();
-    if asked.out.is_some() {
+    if request_json.out.is_some() {
         let written = outcome.write(&document, &job)?;
         let named = job.names.files.iter().zip(written);
-        files = named.map(|(name, made)| add_file(name, made, answer)).collect::<Result<Vec<Value>, Refusal>>()?;
+        files =
+            named.map(|(name, written)| add_file(name, written, answer)).collect::<Result<Vec<Value>, Refusal>>()?;
     }
     if watch.is_ended {
         return Err(Refusal { what: "interrupted".into(), is_interrupted: true });
     }
     let mut results = Vec::new();
-    for result in outcome.results.iter().filter(|_| asked.arrays) {
+    for result in outcome.results.iter().filter(|_| request_json.arrays) {
         results.push(add_result(&document, result, document.exact_positions(result, &job), answer));
     }
     outcome.report.seconds = watch.seconds();
@@ -104,11 +110,11 @@ impl SimplifyRequest {
     }
 }
 
-fn add_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refusal> {
-    let bytes =
-        io::compress_by_name(name.as_ref(), &made.bytes).map_err(|error| Refusal::new(format!("{name}: {error}")))?;
+fn add_file(name: &str, written: Files, answer: &mut Answer) -> Result<Value, Refusal> {
+    let bytes = io::compress_by_name(name.as_ref(), &written.bytes)
+        .map_err(|error| Refusal::new(format!("{name}: {error}")))?;
     let bytes = answer.add(bytes.into_owned());
-    let beside = made.companion_files.into_iter().map(|file| {
+    let beside = written.companion_files.into_iter().map(|file| {
         let name = file.path.to_string_lossy().into_owned();
         json!({ "name": name, "bytes": answer.add(file.bytes) })
     });
@@ -117,23 +123,23 @@ fn add_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refus
 }
 
 struct Watcher {
-    tell: Tell,
-    part: u32,
+    listener: ProgressListener,
+    step: u32,
     is_ended: bool,
     /// Start of the step, in seconds.
     since: f64,
     /// Duration of each step, in seconds.
-    seconds: [f64; PARTS.len()],
+    seconds: [f64; STEPS.len()],
 }
 
 impl Watcher {
-    fn end_part(&mut self) {
+    fn end_step(&mut self) {
         let now = seconds();
-        self.seconds[self.part as usize] += now - std::mem::replace(&mut self.since, now);
+        self.seconds[self.step as usize] += now - std::mem::replace(&mut self.since, now);
     }
 
     fn seconds(&mut self) -> Seconds {
-        self.end_part();
+        self.end_step();
         let [read, simplify, bake, check, write, _] = self.seconds;
         let bake = Some(bake).filter(|bake| *bake > 0.0);
         Seconds { read, simplify, bake, check, write, ..Seconds::default() }
@@ -141,14 +147,14 @@ impl Watcher {
 }
 
 impl Watch for Watcher {
-    fn begin(&mut self, part: JobStage) {
-        self.end_part();
-        self.part = PARTS.iter().position(|other| *other == part).unwrap_or_default() as u32;
-        self.is_ended |= (self.tell)(0.0, self.part).is_break();
+    fn begin(&mut self, step: JobStage) {
+        self.end_step();
+        self.step = STEPS.iter().position(|other| *other == step).unwrap_or_default() as u32;
+        self.is_ended |= (self.listener)(0.0, self.step).is_break();
     }
 
     fn event(&mut self, event: Event) -> ControlFlow<()> {
-        self.is_ended |= (self.tell)(f64::from(event.total), self.part).is_break();
+        self.is_ended |= (self.listener)(f64::from(event.total), self.step).is_break();
         if self.is_ended { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }

@@ -6,14 +6,14 @@ use neural_mesh::indices::{self, Buffers, IndexError, IndexOptions, Indices};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::answer::Tell;
+use crate::answer::ProgressListener;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
 pub use points::select_points;
 
 #[derive(Deserialize)]
-struct Parts {
+struct BufferParts {
     /// Vertices of the triangles, n_faces x 3.
     indices: usize,
     /// Positions, n_vertices x 3.
@@ -29,7 +29,7 @@ struct Parts {
     groups: Option<usize>,
 }
 
-impl Parts {
+impl BufferParts {
     fn read(self, message: &Message) -> Result<Buffers, Refusal> {
         let attributes = self.attributes.map(|part| message.numbers(part, f32::from_le_bytes)).transpose()?;
         let groups = self.groups.map(|part| message.numbers(part, u32::from_le_bytes)).transpose()?;
@@ -45,7 +45,7 @@ impl Parts {
 #[derive(Deserialize)]
 struct IndexRequest {
     #[serde(flatten)]
-    parts: Parts,
+    parts: BufferParts,
     /// Requested number of indices, three per face.
     target: usize,
     /// Largest distance to the original, as a share of the extent or in its unit.
@@ -60,21 +60,26 @@ struct IndexRequest {
 ///
 /// # Errors
 /// [`Refusal`] if buffers are wrong or the listener ends the run.
-pub fn simplify_indices(message: &Message, json: Value, answer: &mut Answer, mut tell: Tell) -> Result<Value, Refusal> {
-    let asked: IndexRequest = serde_json::from_value(json)?;
-    let has = |flag: &str| asked.flags.iter().any(|name| name == flag);
-    let mut options = IndexOptions::new(asked.target / 3, asked.error);
-    (options.is_absolute, options.moves) = (has("ErrorAbsolute"), asked.moves);
+pub fn simplify_indices(
+    message: &Message,
+    json: Value,
+    answer: &mut Answer,
+    mut listener: ProgressListener,
+) -> Result<Value, Refusal> {
+    let request_json: IndexRequest = serde_json::from_value(json)?;
+    let has = |flag: &str| request_json.flags.iter().any(|name| name == flag);
+    let mut options = IndexOptions::new(request_json.target / 3, request_json.error);
+    (options.is_absolute, options.moves) = (has("ErrorAbsolute"), request_json.moves);
     (options.lock_borders, options.prune, options.is_sparse) = (has("LockBorder"), has("Prune"), has("Sparse"));
-    let buffers = asked.parts.read(message)?;
-    let made = indices::simplify_indices(buffers, &options, &mut |event| tell(f64::from(event.total), 0))?;
-    let Indices { indices, groups, error, buffers, .. } = made;
+    let buffers = request_json.parts.read(message)?;
+    let result = indices::simplify_indices(buffers, &options, &mut |event| listener(f64::from(event.total), 0))?;
+    let Indices { indices, groups, error, buffers, .. } = result;
     let mut json = json!({
         "indices": answer.add_numbers(indices.into_flattened(), u32::to_le_bytes),
         "groups": answer.add_numbers(groups, u32::to_le_bytes),
         "error": error,
     });
-    if asked.moves {
+    if request_json.moves {
         json["positions"] = answer.add_numbers(buffers.positions.into_flattened(), f32::to_le_bytes).into();
         json["attributes"] = answer.add_numbers(buffers.attributes, f32::to_le_bytes).into();
     }
@@ -93,7 +98,7 @@ impl From<IndexError> for Refusal {
 #[derive(Deserialize)]
 struct PruneRequest {
     #[serde(flatten)]
-    parts: Parts,
+    parts: BufferParts,
     /// Largest radius of dropped components, as a share of the extent.
     error: f64,
 }

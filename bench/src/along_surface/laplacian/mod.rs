@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_are_told_apart() {
+    fn components_are_separated() {
         let boxes = Laplacian::new(&shapes::many_boxes(3)).unwrap();
         let mut components = boxes.component.clone();
         components.dedup();

@@ -7,7 +7,7 @@ use crate::along_surface::laplacian::Laplacian;
 #[derive(Default)]
 pub struct Component {
     // Indices into `Laplacian::vertices`, ascending, n.
-    pub places: Vec<u32>,
+    pub vertices: Vec<u32>,
     pub mass: Vec<f64>,
     pub edges: Vec<([u32; 2], f64)>,
 }
@@ -27,8 +27,8 @@ pub fn components(laplacian: &Laplacian) -> Vec<Component> {
         if index == components.len() {
             components.push(Component::default());
         }
-        within.push(components[index].places.len() as u32);
-        components[index].places.push(place as u32);
+        within.push(components[index].vertices.len() as u32);
+        components[index].vertices.push(place as u32);
         components[index].mass.push(mass);
     }
     for &(ends, weight) in &laplacian.edges {
@@ -46,7 +46,7 @@ mod tests {
     use neural_mesh::mesh::{TriMesh, shapes};
 
     #[test]
-    fn pieces_share_out_vertices_and_edges() {
+    fn components_partition_vertices_and_edges() {
         let small = shapes::icosphere(0);
         let large = shapes::grid(5, 4);
         let away = large.positions().iter().map(|p| [20.0 * p[0], 20.0 * p[1], 9.0]);
@@ -54,12 +54,12 @@ mod tests {
         let faces = small.faces().iter().copied().chain(large.faces().iter().map(|face| face.map(|v| v + 12)));
         let laplacian = Laplacian::new(&TriMesh::new(positions, faces.collect()).unwrap()).unwrap();
         let components = components(&laplacian);
-        assert_eq!(components.iter().map(|component| component.places.len()).collect::<Vec<_>>(), [30, 12]);
-        assert!((components[0].area() - 400.0).abs() < 0.1 && components[1].places == (0..12).collect::<Vec<u32>>());
+        assert_eq!(components.iter().map(|component| component.vertices.len()).collect::<Vec<_>>(), [30, 12]);
+        assert!((components[0].area() - 400.0).abs() < 0.1 && components[1].vertices == (0..12).collect::<Vec<u32>>());
         assert_eq!(components.iter().map(|component| component.edges.len()).sum::<usize>(), laplacian.edges.len());
         for component in components {
             for ([i, j], weight) in component.edges {
-                let ends = [i, j].map(|end| component.places[end as usize]);
+                let ends = [i, j].map(|end| component.vertices[end as usize]);
                 assert!(laplacian.edges.contains(&(ends, weight)));
             }
         }

@@ -46,7 +46,11 @@ impl Eigenpairs {
         let mut functions = Mat::zeros(n, chosen.len());
         for (pair, &(component, index)) in chosen.iter().enumerate() {
             let function = solved[component].functions.col(index).iter();
-            components[component].places.iter().zip(function).for_each(|(&at, &u)| functions[(at as usize, pair)] = u);
+            components[component]
+                .vertices
+                .iter()
+                .zip(function)
+                .for_each(|(&at, &u)| functions[(at as usize, pair)] = u);
         }
         Some(Self {
             values: chosen.iter().map(|&(component, index)| solved[component].values[index]).collect(),
@@ -85,7 +89,7 @@ fn solve_components(components: &[Component], n_pairs: usize) -> Option<Vec<Eige
             chosen.last().filter(|_| is_full).map_or(f64::INFINITY, |&(component, i)| solved[component].values[i]);
         let more = |(component, pairs): (&Component, &mut Eigenpairs)| {
             let known = pairs.values.len();
-            let is_short = known < component.places.len().min(n_pairs) && pairs.values[known - 1] < highest;
+            let is_short = known < component.vertices.len().min(n_pairs) && pairs.values[known - 1] < highest;
             // Its highest known value is still among the lowest of all, so it may have more of them.
             if is_short {
                 *pairs = solve_component(component, (2 * known).min(n_pairs))?;
@@ -109,12 +113,12 @@ fn select_lowest(solved: &[Eigenpairs], n_pairs: usize) -> Vec<(usize, usize)> {
 }
 
 fn solve_component(component: &Component, n_pairs: usize) -> Option<Eigenpairs> {
-    let n_pairs = n_pairs.min(component.places.len());
+    let n_pairs = n_pairs.min(component.vertices.len());
     if n_pairs == 1 {
         let height = 1.0 / component.area().sqrt();
         return Some(Eigenpairs {
             values: vec![0.0],
-            functions: Mat::from_fn(component.places.len(), 1, |_, _| height),
+            functions: Mat::from_fn(component.vertices.len(), 1, |_, _| height),
         });
     }
     let roots: Vec<f64> = component.mass.iter().map(|mass| mass.sqrt()).collect();
@@ -222,7 +226,7 @@ mod tests {
 
     // Twenty equal spheres have each eigenvalue of one sphere twenty times.
     #[test]
-    fn equal_pieces_have_equal_eigenvalues_each() {
+    fn equal_components_have_equal_eigenvalues() {
         let sphere = shapes::icosphere(3);
         let (n, n_components) = (sphere.positions().len() as u32, 20u32);
         let shifted = |by: u32| sphere.positions().iter().map(move |p| [p[0] + 4.0 * by as f32, p[1], p[2]]);
@@ -247,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn of_many_pieces_the_largest_constants_come_first() {
+    fn largest_components_have_the_first_constant_functions() {
         let boxes = Laplacian::new(&shapes::many_boxes(6)).unwrap();
         let pairs = Eigenpairs::compute_lowest(&boxes, 4).unwrap();
         assert_eq!(pairs.values, [0.0; 4]);

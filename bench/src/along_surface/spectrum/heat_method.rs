@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn other_pieces_are_infinitely_far() {
+    fn other_components_are_infinitely_far() {
         let laplacian = Laplacian::new(&shapes::many_boxes(3)).unwrap();
         let distances = HeatMethod::new(&laplacian).unwrap().distances(&laplacian, 0);
         let infinite = distances.iter().zip(&laplacian.component).filter(|(distance, _)| distance.is_infinite());

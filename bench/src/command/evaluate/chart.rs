@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use crate::axis_range::axis_range;
 use crate::evaluate::{Chart, MethodLine};
 use plotters::prelude::*;
 
@@ -36,7 +37,8 @@ pub fn draw_chart(chart: &Chart) -> Result<String, Failure> {
         root.fill(&WHITE).map_err(drawing_failure)?;
         let mut builder = ChartBuilder::on(&root);
         builder.margin(16).x_label_area_size(44).y_label_area_size(76).caption(chart.title, ("sans-serif", 17));
-        let [x, y] = [bounds(chart, |point| point.0), bounds(chart, |point| point.1)];
+        let points = || chart.lines.iter().flat_map(|line| &line.points);
+        let [x, y] = [axis_range(points().map(|point| point.0), 1.3), axis_range(points().map(|point| point.1), 1.3)];
         let axes = builder.build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale());
         let mut axes = axes.map_err(drawing_failure)?;
         let mut mesh = axes.configure_mesh();
@@ -59,12 +61,6 @@ pub fn draw_chart(chart: &Chart) -> Result<String, Failure> {
 
 fn drawing_failure(error: impl Display) -> Failure {
     Failure::Failed(format!("cannot be drawn: {error}: check the rows"))
-}
-
-fn bounds(chart: &Chart, coordinate: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
-    let values = chart.lines.iter().flat_map(|line| &line.points).map(coordinate);
-    let (low, high) = values.fold((f64::INFINITY, 0.0), |(low, high), value| (value.min(low), value.max(high)));
-    (low / 1.3, high * 1.3)
 }
 
 fn emptiest_corner(chart: &Chart, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPosition {

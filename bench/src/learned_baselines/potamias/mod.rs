@@ -51,7 +51,7 @@ pub struct PointLoss {
 /// ```
 /// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplify_points};
 /// let sphere = neural_mesh::mesh::shapes::icosphere(3);
-/// let weights = LearnedWeights::shipped(LearnedBaseline::Potamias);
+/// let weights = LearnedWeights::load_shipped(LearnedBaseline::Potamias);
 /// assert_eq!(simplify_points(sphere.positions(), 100, 0, weights.tensors()).len(), 100);
 /// ```
 pub fn simplify_points(points: &[[f32; 3]], n: usize, first: u32, tensors: &Tensors<Arc<Matrix>>) -> Vec<[f32; 3]> {

@@ -1,5 +1,6 @@
 //! Time against distance as a picture.
 
+use crate::axis_range::axis_range;
 use std::fmt::Display;
 
 use anyhow::{Result, anyhow};
@@ -24,7 +25,8 @@ pub fn draw_curve(points: &[CurvePoint]) -> Result<String> {
     {
         let root = SVGBackend::with_string(&mut picture, SIZE).into_drawing_area();
         root.fill(&WHITE).map_err(drawing_error)?;
-        let [x, y] = [bounds(points, |place| place.0), bounds(points, |place| place.1)];
+        let places = || points.iter().map(|point| point.place);
+        let [x, y] = [axis_range(places().map(|place| place.0), 1.1), axis_range(places().map(|place| place.1), 1.1)];
         let mut builder = ChartBuilder::on(&root);
         builder.margin(16).x_label_area_size(44).y_label_area_size(60);
         let mut axes = builder.build_cartesian_2d((x.0..x.1).log_scale(), y.0..y.1).map_err(drawing_error)?;
@@ -48,12 +50,6 @@ pub fn draw_curve(points: &[CurvePoint]) -> Result<String> {
 
 fn drawing_error(error: impl Display) -> anyhow::Error {
     anyhow!("the curve cannot be drawn: {error}")
-}
-
-fn bounds(points: &[CurvePoint], coordinate: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
-    let values = points.iter().map(|point| coordinate(point.place));
-    let (low, high) = values.fold((f64::INFINITY, 0.0), |(low, high), value| (value.min(low), value.max(high)));
-    (low / 1.3, high * 1.1)
 }
 
 #[cfg(test)]

@@ -17,11 +17,11 @@ use crate::measure::workbench::Bench;
 // Samples per surface for the distances.
 const SAMPLES: usize = 20_000;
 // Step through the meshes of the classes.
-const EVERY: usize = 3;
+const MESH_STEP: usize = 3;
 
 // A mesh at a ratio; in arrays the learned maps come first, then the exact ones.
 #[derive(Serialize, Deserialize)]
-struct Measured {
+struct MapFigures {
     // Mean distances in percent of the diagonal.
     distances: [f64; 2],
     // Edges without two faces in percent.
@@ -32,10 +32,13 @@ struct Measured {
 pub fn section(bench: &Bench) -> Result<String> {
     let meshes = bench.meshes("tosca")?;
     let of_class = |path: &&std::path::PathBuf| CLASSES.iter().any(|class| name(path).starts_with(class));
-    let chosen: Vec<_> = meshes.iter().filter(of_class).step_by(EVERY).collect();
+    let chosen: Vec<_> = meshes.iter().filter(of_class).step_by(MESH_STEP).collect();
     let at = |ratio: f64| {
         let key = |path: &Path| format!("dse/{}-{:.0}", name(path), 100.0 * ratio);
-        chosen.iter().map(|path| bench.measure_once(&key(path), || measured(path, ratio))).collect::<Result<Vec<_>>>()
+        chosen
+            .iter()
+            .map(|path| bench.measure_once(&key(path), || measure_maps(path, ratio)))
+            .collect::<Result<Vec<_>>>()
     };
     let rows = RATIOS.into_iter().map(|ratio| Ok(row(ratio, &at(ratio)?))).collect::<Result<Vec<_>>>()?;
     let head = ["ratio", "distance, %", "WA, %", "s"].map(String::from);
@@ -47,23 +50,23 @@ pub fn section(bench: &Bench) -> Result<String> {
     ))
 }
 
-fn measured(path: &Path, ratio: f64) -> Result<Measured> {
+fn measure_maps(path: &Path, ratio: f64) -> Result<MapFigures> {
     let mesh = load(path)?;
     let n = (mesh.positions().len() as f64 * ratio) as usize;
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    let weights = LearnedWeights::shipped(LearnedBaseline::Dse);
-    let of = |maps| -> Result<(f64, f64, f64)> {
-        let (lighter, time) = one.install(|| measure_time(|| Ok(remesh(&mesh, n, 0, maps)?)))?;
-        let distance = quick_distance(&mesh, &lighter, SAMPLES, 0).context("no faces")?;
-        Ok((100.0 * distance.mean / mesh.diagonal(), open_edges(&mesh, &lighter).wa_percent(), time.thread))
+    let weights = LearnedWeights::load_shipped(LearnedBaseline::Dse);
+    let remesh_with = |maps| -> Result<(f64, f64, f64)> {
+        let (result, time) = one.install(|| measure_time(|| Ok(remesh(&mesh, n, 0, maps)?)))?;
+        let distance = quick_distance(&mesh, &result, SAMPLES, 0).context("no faces")?;
+        Ok((100.0 * distance.mean / mesh.diagonal(), open_edges(&mesh, &result).wa_percent(), time.thread))
     };
-    let [learned, exact] = [of(Maps::Learned(weights.tensors()))?, of(Maps::Exact)?];
-    Ok(Measured { distances: [learned.0, exact.0], edges: [learned.1, exact.1], seconds: [learned.2, exact.2] })
+    let [learned, exact] = [remesh_with(Maps::Learned(weights.tensors()))?, remesh_with(Maps::Exact)?];
+    Ok(MapFigures { distances: [learned.0, exact.0], edges: [learned.1, exact.1], seconds: [learned.2, exact.2] })
 }
 
-fn row(ratio: f64, of: &[Measured]) -> Vec<String> {
-    let mean = |value: &dyn Fn(&Measured) -> f64| of.iter().map(value).sum::<f64>() / of.len() as f64;
-    let both = |values: &dyn Fn(&Measured) -> [f64; 2]| {
+fn row(ratio: f64, figures: &[MapFigures]) -> Vec<String> {
+    let mean = |value: &dyn Fn(&MapFigures) -> f64| figures.iter().map(value).sum::<f64>() / figures.len() as f64;
+    let both = |values: &dyn Fn(&MapFigures) -> [f64; 2]| {
         let [learned, exact] = [0, 1].map(|which| number(Some(mean(&|it| values(it)[which]))));
         format!("{learned} / {exact}")
     };

@@ -75,7 +75,7 @@ pub fn page(bench: &Bench) -> Result<String> {
          ## Table 1: simplified meshes\n\n{}{}{}\n\
          ## Learned and exact maps\n\n{}\n## Table 2: samplers\n\n{}",
         first_part(&of_tosca, &link),
-        print::beside(&tosca) + ORDER,
+        print::format_comparison(&tosca) + ORDER,
         other_meshes(&of_test),
         maps::section(bench)?,
         samplers::table_2(bench)?

@@ -9,15 +9,15 @@ use crate::measure::markdown::{number, table};
 type Cells = [f64; 5];
 
 // A row of the paper's Table 1.
-struct Printed {
+struct PaperRow {
     // Name of the method here.
     method: &'static str,
     // Cells at each of the ratios.
     cells: [Cells; 4],
 }
 
-const TABLE_1: [Printed; 5] = [
-    Printed {
+const TABLE_1: [PaperRow; 5] = [
+    PaperRow {
         method: "paper",
         cells: [
             [1.02, 2.17, 0.90, 0.19, 4.1],
@@ -26,7 +26,7 @@ const TABLE_1: [Printed; 5] = [
             [0.06, 3.57, 0.10, 0.06, 4.4],
         ],
     },
-    Printed {
+    PaperRow {
         method: "pointtrinet",
         cells: [
             [1.06, 12.14, 0.98, 0.20, 107.2],
@@ -35,7 +35,7 @@ const TABLE_1: [Printed; 5] = [
             [0.08, 14.92, 0.12, 0.08, 1333.3],
         ],
     },
-    Printed {
+    PaperRow {
         method: "dse",
         cells: [
             [1.39, 6.64, 0.95, 0.23, 271.8],
@@ -44,7 +44,7 @@ const TABLE_1: [Printed; 5] = [
             [0.07, 2.39, 0.12, 0.08, 2245.2],
         ],
     },
-    Printed {
+    PaperRow {
         method: "potamias",
         cells: [
             [10.47, 8.53, 1.23, 0.21, 105.2],
@@ -53,7 +53,7 @@ const TABLE_1: [Printed; 5] = [
             [0.20, 4.67, 0.22, 0.10, 183.7],
         ],
     },
-    Printed {
+    PaperRow {
         method: "qem",
         cells: [
             [0.45, 0.00, 0.94, 0.14, 45.6],
@@ -65,12 +65,12 @@ const TABLE_1: [Printed; 5] = [
 ];
 
 // Number of meshes in the printed times.
-const TIMED: f64 = 20.0;
+const TIMED_MESHES: f64 = 20.0;
 // Index of the ratio at which methods are put in order.
-const ORDERED_AT: usize = 1;
+const ORDER_RATIO: usize = 1;
 
 /// Formats the paper's numbers next to those of a table of rows.
-pub fn beside(rows: &Table) -> String {
+pub fn format_comparison(rows: &Table) -> String {
     let head = ["ratio", "method", "CD over `qem`'s", "WA, %", "LE", "NE, radians", "s for 20 meshes"];
     let lines = (0..RATIOS.len()).flat_map(|at| TABLE_1.iter().map(move |printed| (at, printed)));
     let lines: Vec<Vec<String>> = lines.map(|(at, printed)| line(rows, at, printed)).collect();
@@ -80,12 +80,15 @@ pub fn beside(rows: &Table) -> String {
          the size of the mean angle between the normals in radians; that angle is compared. The paper's times are from another machine.\n\n{}\n\
          Methods at a ratio of 0.1, the least figure first:\n\n{}",
         table(&head, &lines),
-        table(&["figure", "here", "in the paper"], &[("CD", 0), ("WA", 1), ("time", 4)].map(|of| order(rows, of)))
+        table(
+            &["figure", "here", "in the paper"],
+            &[("CD", 0), ("WA", 1), ("time", 4)].map(|figure| order(rows, figure))
+        )
     )
 }
 
-fn line(rows: &Table, at: usize, printed: &Printed) -> Vec<String> {
-    let [own, qem] = [printed.method, "qem"].map(|method| ours(rows, RATIOS[at], method));
+fn line(rows: &Table, at: usize, printed: &PaperRow) -> Vec<String> {
+    let [own, qem] = [printed.method, "qem"].map(|method| mean_cells(rows, RATIOS[at], method));
     let print_of_qem = TABLE_1.iter().find(|other| other.method == "qem").map(|other| other.cells[at]);
     let over = |own: Option<f64>, qem: Option<f64>| own.zip(qem).map(|(own, qem)| own / qem);
     let cells = (0..5).map(|column| {
@@ -99,26 +102,27 @@ fn line(rows: &Table, at: usize, printed: &Printed) -> Vec<String> {
 }
 
 fn order(rows: &Table, (name, column): (&str, usize)) -> Vec<String> {
-    let here = |printed: &Printed| ours(rows, RATIOS[ORDERED_AT], printed.method)[column].unwrap_or(f64::INFINITY);
-    let sorted = |value: &dyn Fn(&Printed) -> f64| {
-        let mut methods: Vec<&Printed> = TABLE_1.iter().collect();
+    let here =
+        |printed: &PaperRow| mean_cells(rows, RATIOS[ORDER_RATIO], printed.method)[column].unwrap_or(f64::INFINITY);
+    let sorted = |value: &dyn Fn(&PaperRow) -> f64| {
+        let mut methods: Vec<&PaperRow> = TABLE_1.iter().collect();
         methods.sort_by(|a, b| value(a).total_cmp(&value(b)));
         methods.iter().map(|printed| printed.method).collect::<Vec<_>>().join(", ")
     };
-    vec![name.into(), sorted(&here), sorted(&|printed| printed.cells[ORDERED_AT][column])]
+    vec![name.into(), sorted(&here), sorted(&|printed| printed.cells[ORDER_RATIO][column])]
 }
 
-fn ours(rows: &Table, ratio: f64, method: &str) -> [Option<f64>; 5] {
-    let of: Vec<&ResultRow> = rows.rows.iter().filter(|row| row.method == method && row.ratio == ratio).collect();
+fn mean_cells(rows: &Table, ratio: f64, method: &str) -> [Option<f64>; 5] {
+    let results: Vec<&ResultRow> = rows.rows.iter().filter(|row| row.method == method && row.ratio == ratio).collect();
     // Columns of Table 1 are means over the results.
     let mean = |values: Vec<f64>| (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
-    let figure = |name: &str| mean(of.iter().filter_map(|row| rows.figure(row, name)).collect());
+    let figure = |name: &str| mean(results.iter().filter_map(|row| rows.figure(row, name)).collect());
     [
         figure("chamfer"),
         figure("edges_without_two_faces"),
         figure("laplacian_functions"),
         figure("normal_angle").map(f64::to_radians),
-        mean(of.iter().filter_map(|row| row.seconds).collect()).map(|seconds| TIMED * seconds),
+        mean(results.iter().filter_map(|row| row.seconds).collect()).map(|seconds| TIMED_MESHES * seconds),
     ]
 }
 
@@ -136,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_stand_beside_the_print_and_methods_in_order() {
+    fn cells_pair_our_figures_with_the_papers_and_methods_are_ordered() {
         let row = |method: &str, chamfer, seconds| ResultRow {
             method: method.into(),
             ratio: 0.1,
@@ -145,7 +149,7 @@ mod tests {
             ..ResultRow::default()
         };
         let rows = vec![row("qem", 2.0, 0.5), row("paper", 3.0, 0.25), row("dse", 8.0, 1.0)];
-        let text = beside(&Table { figures: vec!["chamfer".into()], rows });
+        let text = format_comparison(&Table { figures: vec!["chamfer".into()], rows });
         assert!(
             text.contains("| 0.1 | `paper` | 1.50 / 1.91 | - / 2.21 | - / 0.47 | - / 0.15 | 5.00 / 4.20 |"),
             "{text}"

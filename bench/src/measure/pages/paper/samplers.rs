@@ -26,9 +26,9 @@ const RATIOS: [f64; 3] = [0.05, 0.2, 0.8];
 // Standard deviations in percent of the diagonal.
 const NOISE: [f64; 3] = [0.0, 0.5, 1.0];
 // Those with figures in the paper, which the page shows.
-const SHOWN: [f64; 2] = [NOISE[0], NOISE[2]];
+const PRINTED_NOISE: [f64; 2] = [NOISE[0], NOISE[2]];
 // Step through the meshes of the classes.
-const EVERY: usize = 3;
+const MESH_STEP: usize = 3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Sampler {
@@ -70,13 +70,13 @@ impl Sampler {
         let drawn = match self {
             Self::WithReplacement => with_replacement(mesh.positions().len(), n),
             Self::WithoutReplacement => gumbel_top_k(&even(), n, 0),
-            Self::Scattered => apart(mesh, &even(), n),
+            Self::Scattered => draw_scattered(mesh, &even(), n),
             Self::Farthest => farthest_points(mesh.positions(), n, 0),
             Self::Potamias => {
-                let weights = LearnedWeights::shipped(LearnedBaseline::Potamias);
+                let weights = LearnedWeights::load_shipped(LearnedBaseline::Potamias);
                 return simplify_points(mesh.positions(), n, 0, weights.tensors());
             }
-            Self::Network => apart(mesh, &network_scores(mesh, weights), n),
+            Self::Network => draw_scattered(mesh, &network_scores(mesh, weights), n),
             Self::Independent => gumbel_top_k(&network_scores(mesh, weights), n, 0),
         };
         drawn.iter().map(|&v| mesh.positions()[v as usize]).collect()
@@ -84,7 +84,7 @@ impl Sampler {
 }
 
 /// Draws vertices by score and apart from each other, as the paper's assembly does.
-fn apart(mesh: &TriMesh, scores: &[f32], n: usize) -> Vec<u32> {
+fn draw_scattered(mesh: &TriMesh, scores: &[f32], n: usize) -> Vec<u32> {
     let rings = edge_graph(mesh);
     scattered_samples(&in_edge_lengths(mesh.positions(), &rings), &rings, scores, n, 0)
 }
@@ -98,7 +98,7 @@ fn with_replacement(n_vertices: usize, n: usize) -> Vec<u32> {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Drawn {
+struct SampleFigures {
     sampler: Sampler,
     ratio: f64,
     noise: f64,
@@ -111,14 +111,16 @@ struct Drawn {
 pub fn table_2(bench: &Bench) -> Result<String> {
     let meshes = bench.meshes("tosca")?;
     let is_class = |path: &&std::path::PathBuf| CLASSES.iter().any(|class| name(path).starts_with(class));
-    let mut drawn: Vec<Drawn> = Vec::new();
+    let mut drawn: Vec<SampleFigures> = Vec::new();
     let mut n_meshes = 0;
-    for path in meshes.iter().filter(is_class).step_by(EVERY) {
-        drawn.extend(bench.measure_once::<Vec<Drawn>>(&format!("table-2/{}", name(path)), || of_mesh(path))?);
+    for path in meshes.iter().filter(is_class).step_by(MESH_STEP) {
+        drawn.extend(
+            bench.measure_once::<Vec<SampleFigures>>(&format!("table-2/{}", name(path)), || measure_mesh(path))?,
+        );
         n_meshes += 1;
     }
     let link = write_csv("paper-samplers", &CSV_HEAD, &csv_rows(&drawn))?;
-    let sections: String = SHOWN.iter().map(|&noise| section(&drawn, noise)).collect();
+    let sections: String = PRINTED_NOISE.iter().map(|&noise| section(&drawn, noise)).collect();
     Ok(format!(
         "The drawn vertices are compared, as a set of points, with all vertices of the input without noise. Cells are means over \
          {n_meshes} of the meshes of TOSCA, divided by those of uniform sampling with replacement, where a vertex drawn twice counts once: *here / in \
@@ -131,7 +133,7 @@ pub fn table_2(bench: &Bench) -> Result<String> {
     ))
 }
 
-fn of_mesh(path: &Path) -> Result<Vec<Drawn>> {
+fn measure_mesh(path: &Path) -> Result<Vec<SampleFigures>> {
     let mesh = load(path)?;
     let weights = Weights::from_bytes(&std::fs::read(weights())?)?;
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
@@ -143,7 +145,7 @@ fn of_mesh(path: &Path) -> Result<Vec<Drawn>> {
             for sampler in Sampler::ALL {
                 let (points, time) = one.install(|| measure_time(|| Ok(sampler.draw(&noisy, n, &weights))))?;
                 let distance = chamfer(&double(mesh.positions()), &double(&points)).unwrap_or_default();
-                all.push(Drawn {
+                all.push(SampleFigures {
                     sampler,
                     ratio,
                     noise,
@@ -183,27 +185,27 @@ fn unit(rng: &mut Xoshiro256PlusPlus) -> f64 {
 // A figure of a sampler: mean, over that of uniform sampling, the same of the paper.
 type Compared = [Option<f64>; 3];
 
-fn compare(drawn: &[Drawn], (sampler, ratio, noise): (Sampler, f64, f64)) -> [Compared; 2] {
-    let at = |sampler: Sampler, figure: fn(&Drawn) -> f64| mean(drawn, (sampler, ratio, noise), figure);
-    let figures: [fn(&Drawn) -> f64; 2] = [|drawn| 1e6 * drawn.chamfer, |drawn| 1e4 * drawn.curvature];
+fn compare(drawn: &[SampleFigures], (sampler, ratio, noise): (Sampler, f64, f64)) -> [Compared; 2] {
+    let at = |sampler: Sampler, figure: fn(&SampleFigures) -> f64| mean(drawn, (sampler, ratio, noise), figure);
+    let figures: [fn(&SampleFigures) -> f64; 2] = [|drawn| 1e6 * drawn.chamfer, |drawn| 1e4 * drawn.curvature];
     [0, 1].map(|column| {
         let own = at(sampler, figures[column]);
         let over = own.zip(at(Sampler::WithReplacement, figures[column])).map(|(own, other)| own / other);
-        [own, over, printed(sampler, noise, ratio, column)]
+        [own, over, paper_quotient(sampler, noise, ratio, column)]
     })
 }
 
-fn mean(drawn: &[Drawn], case: (Sampler, f64, f64), figure: fn(&Drawn) -> f64) -> Option<f64> {
-    let is_case = |drawn: &&Drawn| (drawn.sampler, drawn.ratio, drawn.noise) == case;
+fn mean(drawn: &[SampleFigures], case: (Sampler, f64, f64), figure: fn(&SampleFigures) -> f64) -> Option<f64> {
+    let is_case = |drawn: &&SampleFigures| (drawn.sampler, drawn.ratio, drawn.noise) == case;
     let values: Vec<f64> = drawn.iter().filter(is_case).map(figure).collect();
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-fn milliseconds(drawn: &[Drawn], case: (Sampler, f64, f64)) -> String {
+fn milliseconds(drawn: &[SampleFigures], case: (Sampler, f64, f64)) -> String {
     number(mean(drawn, case, |drawn| 1e3 * drawn.seconds))
 }
 
-fn section(drawn: &[Drawn], noise: f64) -> String {
+fn section(drawn: &[SampleFigures], noise: f64) -> String {
     let mut head = vec!["sampler".to_owned()];
     RATIOS.iter().for_each(|ratio| head.extend([format!("CD at {ratio}"), "curvature".into()]));
     head.push(format!("ms at {}", RATIOS[1]));
@@ -233,7 +235,7 @@ const CSV_HEAD: [&str; 10] = [
     "ms",
 ];
 
-fn csv_rows(drawn: &[Drawn]) -> Vec<Vec<String>> {
+fn csv_rows(drawn: &[SampleFigures]) -> Vec<Vec<String>> {
     let mut rows = Vec::new();
     for noise in NOISE {
         for sampler in Sampler::ALL {
@@ -250,8 +252,9 @@ fn csv_rows(drawn: &[Drawn]) -> Vec<Vec<String>> {
 }
 
 /// Returns a column of the paper's Table 2 over that of uniform sampling; `None` where it has none.
-fn printed(sampler: Sampler, noise: f64, ratio: f64, column: usize) -> Option<f64> {
-    let [of_noise, at] = [SHOWN.iter().position(|&own| own == noise)?, RATIOS.iter().position(|&own| own == ratio)?];
+fn paper_quotient(sampler: Sampler, noise: f64, ratio: f64, column: usize) -> Option<f64> {
+    let [of_noise, at] =
+        [PRINTED_NOISE.iter().position(|&own| own == noise)?, RATIOS.iter().position(|&own| own == ratio)?];
     let of = |sampler: Sampler| {
         let row = TABLE_2.iter().find(|(name, _)| *name == sampler.name())?;
         Some(row.1[of_noise][2 * at + column])
@@ -265,7 +268,7 @@ mod tests {
     use neural_mesh::mesh::shapes;
 
     #[test]
-    fn with_replacement_a_share_is_drawn_twice() {
+    fn draws_with_replacement_repeat_a_share() {
         let drawn = with_replacement(10_000, 10_000);
         // A share of 1 - 1 / e is drawn.
         assert!((6_200..=6_450).contains(&drawn.len()), "{}", drawn.len());
@@ -281,9 +284,15 @@ mod tests {
     }
 
     #[test]
-    fn figures_stand_over_those_of_uniform_sampling() {
-        let drawn =
-            |sampler, chamfer| Drawn { sampler, ratio: 0.2, noise: 0.0, chamfer, curvature: 1e-4, seconds: 0.002 };
+    fn figures_are_divided_by_those_of_uniform_sampling() {
+        let drawn = |sampler, chamfer| SampleFigures {
+            sampler,
+            ratio: 0.2,
+            noise: 0.0,
+            chamfer,
+            curvature: 1e-4,
+            seconds: 0.002,
+        };
         let both = [drawn(Sampler::WithReplacement, 4e-6), drawn(Sampler::Network, 2e-6)];
         let text = section(&both, 0.0);
         assert!(text.contains("| network | - / 0.76 | - / 0.92 | 0.50 / 0.66 | 1.00 / 0.92 | - / 0.21 |"), "{text}");

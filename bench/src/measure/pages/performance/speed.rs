@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::super::RATIOS;
 use super::threads;
-use crate::measure::clock::{format_spread, measure_time, thread_time};
+use crate::evaluate::thread_time;
+use crate::measure::clock::{format_spread, measure_time};
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;

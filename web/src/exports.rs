@@ -1,7 +1,7 @@
 //! The exported functions.
 //!
-//! JavaScript calls `room`, writes a request there, calls `answer`, reads `answer_length` bytes at the returned
-//! address, and calls `done`. Memory may move in each call.
+//! JavaScript calls `allocate_request`, writes a request there, calls `answer`, reads `answer_length` bytes at the returned
+//! address, and calls `free_messages`. Memory may move in each call.
 #![allow(unsafe_code, reason = "exported names are unsafe to declare")]
 
 use std::cell::RefCell;
@@ -10,33 +10,33 @@ use crate::answer::answer_to;
 use crate::caller::report_progress;
 
 thread_local! {
-    static ROOM: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+    static REQUEST: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
     static ANSWER: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Allocates `n_bytes` bytes for a request; returns their address, or 0 without memory.
 #[unsafe(no_mangle)]
-pub extern "C" fn room(n_bytes: usize) -> usize {
-    ROOM.with_borrow_mut(|room| {
-        room.clear();
+pub extern "C" fn allocate_request(n_bytes: usize) -> usize {
+    REQUEST.with_borrow_mut(|request| {
+        request.clear();
         // JavaScript receives an error without memory, and no panic ends the module.
-        if room.try_reserve_exact(n_bytes).is_err() {
+        if request.try_reserve_exact(n_bytes).is_err() {
             return 0;
         }
-        room.resize(n_bytes, 0);
-        room.as_ptr().addr()
+        request.resize(n_bytes, 0);
+        request.as_ptr().addr()
     })
 }
 
 /// Answers the request of `n_bytes` bytes, and returns the address of the answer.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer(n_bytes: usize) -> usize {
-    let mut request = ROOM.take();
+    let mut request = REQUEST.take();
     request.truncate(n_bytes);
     let answer = answer_to(&request, Box::new(report_progress));
-    ANSWER.with_borrow_mut(|place| {
-        *place = answer;
-        place.as_ptr().addr()
+    ANSWER.with_borrow_mut(|stored| {
+        *stored = answer;
+        stored.as_ptr().addr()
     })
 }
 
@@ -48,7 +48,7 @@ pub extern "C" fn answer_length() -> usize {
 
 /// Frees request and answer.
 #[unsafe(no_mangle)]
-pub extern "C" fn done() {
-    drop(ROOM.take());
+pub extern "C" fn free_messages() {
+    drop(REQUEST.take());
     drop(ANSWER.take());
 }
