@@ -13,14 +13,14 @@ fn size(vertices: usize) -> Size {
 }
 
 fn simplify_valid(baseline: Baseline, mesh: &TriMesh, size: Size) -> TriMesh {
-    let lighter = simplify_by(baseline, mesh, size, 1).unwrap_or_else(|error| panic!("{baseline:?}: {error}"));
-    assert_eq!(topology(&lighter).unreferenced_vertices, 0, "{baseline:?}");
-    lighter
+    let simplified = simplify_by(baseline, mesh, size, 1).unwrap_or_else(|error| panic!("{baseline:?}: {error}"));
+    assert_eq!(topology(&simplified).unreferenced_vertices, 0, "{baseline:?}");
+    simplified
 }
 
-fn distance(original: &TriMesh, lighter: &TriMesh) -> f64 {
-    let [original, lighter] = [original, lighter].map(|mesh| Surface::new(mesh, 4000, 0));
-    surface_distance(&original, &lighter).unwrap().both.mean
+fn distance(original: &TriMesh, simplified: &TriMesh) -> f64 {
+    let [original, simplified] = [original, simplified].map(|mesh| Surface::new(mesh, 4000, 0));
+    surface_distance(&original, &simplified).unwrap().both.mean
 }
 
 fn area(mesh: &TriMesh) -> f64 {
@@ -41,9 +41,9 @@ fn a_sphere_stays_near_and_at_its_size() {
     let sphere = shapes::icosphere(4);
     let asked = size(300);
     for baseline in Baseline::ALL {
-        let lighter = simplify_valid(baseline, &sphere, asked);
-        let far = distance(&sphere, &lighter);
-        let (n_vertices, n_faces) = (lighter.positions().len(), lighter.faces().len());
+        let simplified = simplify_valid(baseline, &sphere, asked);
+        let far = distance(&sphere, &simplified);
+        let (n_vertices, n_faces) = (simplified.positions().len(), simplified.faces().len());
         // An edge of 596 even faces is 0.22 long, and such a chord sags by 0.006.
         let uneven = [Baseline::Clustering, Baseline::MeshoptimizerSloppy, Baseline::UniformBallPivoting];
         let most = if uneven.contains(&baseline) { 0.04 } else { 0.012 };
@@ -53,8 +53,8 @@ fn a_sphere_stays_near_and_at_its_size() {
         } else {
             assert!(n_vertices.abs_diff(300) <= 12, "{baseline:?}: {n_vertices}");
         }
-        assert_eq!(simplify_valid(baseline, &sphere, asked), lighter, "{baseline:?}");
-        assert!(turned_faces(&Surface::new(&sphere, 1, 0), &lighter).is_empty(), "{baseline:?}");
+        assert_eq!(simplify_valid(baseline, &sphere, asked), simplified, "{baseline:?}");
+        assert!(turned_faces(&Surface::new(&sphere, 1, 0), &simplified).is_empty(), "{baseline:?}");
     }
 }
 
@@ -78,24 +78,24 @@ fn optimal_placement_beats_the_vertices_of_the_input() {
 #[test]
 fn a_flat_grid_loses_nothing_by_qem() {
     let grid = shapes::grid(20, 20);
-    let lighter = simplify_valid(Baseline::Qem, &grid, Size { vertices: 0, faces: 40 });
-    assert_eq!(lighter.faces().len(), 40);
-    assert!((area(&lighter) - 1.0).abs() < 1e-5 && distance(&grid, &lighter) < 1e-6);
+    let simplified = simplify_valid(Baseline::Qem, &grid, Size { vertices: 0, faces: 40 });
+    assert_eq!(simplified.faces().len(), 40);
+    assert!((area(&simplified) - 1.0).abs() < 1e-5 && distance(&grid, &simplified) < 1e-6);
     for corner in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]] {
         let near = |p: &[f32; 3]| (0..3).all(|k| (p[k] - corner[k]).abs() < 1e-5);
-        assert!(lighter.positions().iter().any(near), "{corner:?} went");
+        assert!(simplified.positions().iter().any(near), "{corner:?} went");
     }
-    assert!(lighter.positions().iter().all(|p| p[2] == 0.0));
+    assert!(simplified.positions().iter().all(|p| p[2] == 0.0));
 }
 
 #[test]
 fn a_cube_keeps_its_corners_by_qem_and_by_clustering() {
     let cube = shapes::cuboid([1.0; 3], 12);
     for (baseline, n) in [(Baseline::Qem, 8), (Baseline::Clustering, 8), (Baseline::Clustering, 98)] {
-        let lighter = simplify_valid(baseline, &cube, size(n));
+        let simplified = simplify_valid(baseline, &cube, size(n));
         for corner in cube.positions().iter().filter(|p| p.iter().all(|x| x.abs() == cube.positions()[0][0].abs())) {
             let near = |p: &[f32; 3]| (0..3).all(|k| (p[k] - corner[k]).abs() < 1e-3);
-            assert!(lighter.positions().iter().any(near), "{baseline:?} {n}: {corner:?} went");
+            assert!(simplified.positions().iter().any(near), "{baseline:?} {n}: {corner:?} went");
         }
     }
 }
@@ -103,8 +103,8 @@ fn a_cube_keeps_its_corners_by_qem_and_by_clustering() {
 #[test]
 fn balls_close_an_evenly_sampled_sphere() {
     for n in [200, 500, 1200] {
-        let lighter = simplify_valid(Baseline::FarthestBallPivoting, &shapes::icosphere(5), size(n));
-        let topology = topology(&lighter);
+        let simplified = simplify_valid(Baseline::FarthestBallPivoting, &shapes::icosphere(5), size(n));
+        let topology = topology(&simplified);
         assert!(topology.is_closed_manifold() && topology.euler == 2, "{n}: {topology:?}");
         assert_eq!(topology.vertices, n);
     }
@@ -152,7 +152,9 @@ fn run_all(mesh: &TriMesh) {
     {
         let size = Size { vertices: n, faces: n.saturating_mul(2) };
         match simplify_by(baseline, mesh, size, 3) {
-            Ok(lighter) => assert!(!lighter.faces().is_empty() && topology(&lighter).unreferenced_vertices == 0),
+            Ok(simplified) => {
+                assert!(!simplified.faces().is_empty() && topology(&simplified).unreferenced_vertices == 0)
+            }
             Err(error) => assert_ne!(error, BaselineError::Empty),
         }
     }

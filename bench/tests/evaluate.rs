@@ -30,7 +30,7 @@ fn rows(folder: &Path, run: &str) -> Vec<Value> {
     json(&folder.join(run).join("rows.json")).as_array().unwrap().clone()
 }
 
-fn timeless(folder: &Path, run: &str) -> Vec<Vec<String>> {
+fn rows_without_times(folder: &Path, run: &str) -> Vec<Vec<String>> {
     let text = std::fs::read_to_string(folder.join(run).join("rows.csv")).unwrap();
     let rows = text.lines().map(|line| line.split(',').map(String::from).collect::<Vec<_>>());
     let mut rows: Vec<Vec<String>> = rows.collect();
@@ -144,7 +144,7 @@ fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
     assert!(n_killed >= 2, "killed only {n_killed} times");
     let finished = run(folder.path(), &resuming);
     assert_eq!(finished.code, Some(0), "{}", finished.stderr);
-    assert_eq!(timeless(folder.path(), "killed"), timeless(folder.path(), "whole"));
+    assert_eq!(rows_without_times(folder.path(), "killed"), rows_without_times(folder.path(), "whole"));
     let worst = |run: &str| {
         let kept = folder.path().join(run).join("worst");
         files(&kept).into_iter().map(|name| (std::fs::read(kept.join(&name)).unwrap(), name)).collect::<Vec<_>>()
@@ -179,7 +179,7 @@ fn runs(id: &str) -> bool {
 }
 
 #[test]
-fn what_a_tool_does_to_its_files_does_nothing_to_the_others() {
+fn changes_of_a_tool_to_its_files_do_not_affect_others() {
     let folder = data_folder(&[ball()]);
     let tool = "spoils=sh -c 'echo $OMP_NUM_THREADS >> threads; cp $0 $1; echo rubbish > $0' {in} {out}";
     let more = ["--methods", "spoils,qem", "--ratios", "0.2,0.5", "--tool", tool];
@@ -204,7 +204,7 @@ fn ctrl_c_keeps_what_is_done() {
 }
 
 #[test]
-fn what_it_leaves_is_what_the_help_says() {
+fn an_evaluation_writes_the_files_that_the_help_lists() {
     let folder = data_folder(&[ball()]);
     assert_eq!(run(folder.path(), &evaluation("run", &["--methods", "qem,meshopt", "--ratios", "0.5"])).code, Some(0));
     let expected = [

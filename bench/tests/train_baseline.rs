@@ -43,7 +43,7 @@ fn weights_are_those_of_the_method_and_the_same_after_a_stop() {
 }
 
 #[test]
-fn what_cannot_be_trained_is_one_line() {
+fn untrainable_requests_are_refused_in_one_line() {
     let folder = data_folder();
     let refused = |code: i32, arguments: &[&str], words: &str| {
         let refusal = run(folder.path(), arguments);

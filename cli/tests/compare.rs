@@ -135,7 +135,7 @@ fn the_page_holds_all_meshes_and_names() {
 }
 
 #[test]
-fn what_cannot_be_done_is_a_usage_error() {
+fn malformed_arguments_are_usage_errors() {
     let folder = folder_of_octahedra();
     for bad in [
         &["a.obj"][..],

@@ -96,14 +96,14 @@ pub struct Size {
 /// ```
 /// use neural_mesh_bench::baselines::{Baseline, Size, simplify_by};
 /// let sphere = neural_mesh::mesh::shapes::icosphere(3);
-/// let lighter = simplify_by(Baseline::Qem, &sphere, Size { vertices: 66, faces: 128 }, 0).unwrap();
-/// assert_eq!(lighter.faces().len(), 128);
+/// let simplified = simplify_by(Baseline::Qem, &sphere, Size { vertices: 66, faces: 128 }, 0).unwrap();
+/// assert_eq!(simplified.faces().len(), 128);
 /// ```
 pub fn simplify_by(baseline: Baseline, mesh: &TriMesh, size: Size, seed: u64) -> Result<TriMesh, BaselineError> {
     if mesh.faces().is_empty() {
         return Err(BaselineError::Empty);
     }
-    let lighter = match baseline {
+    let simplified = match baseline {
         Baseline::Qem => qem(mesh, size.faces),
         Baseline::Meshoptimizer => meshoptimizer::simplify(mesh, size.faces),
         Baseline::MeshoptimizerUpdate => meshoptimizer::simplify_updating(mesh, size.faces),
@@ -112,5 +112,5 @@ pub fn simplify_by(baseline: Baseline, mesh: &TriMesh, size: Size, seed: u64) ->
         Baseline::FarthestBallPivoting => farthest_ball_pivoting(mesh, size.vertices, seed),
         Baseline::UniformBallPivoting => uniform_ball_pivoting(mesh, size.vertices, seed),
     }?;
-    if lighter.faces().is_empty() { Err(BaselineError::NothingLeft) } else { Ok(lighter) }
+    if simplified.faces().is_empty() { Err(BaselineError::NothingLeft) } else { Ok(simplified) }
 }

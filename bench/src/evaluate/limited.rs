@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn what_it_says_is_heard() {
+    fn output_of_a_program_is_captured() {
         let finished = shell("read x; echo got $x", 600.0).unwrap();
         assert_eq!(finished.out, "got a line\n");
         let Err(RunFailure::Failed(why)) = shell("echo alas >&2; exit 3", 600.0) else { panic!() };
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_takes_too_long_is_killed_with_its_children() {
+    fn programs_over_the_time_limit_are_killed_with_their_children() {
         let folder = tempfile::tempdir().unwrap();
         let [alive, go, mark] = ["alive", "go", "mark"].map(|name| folder.path().join(name));
         // A child that outlives its parent leaves the file `mark` once the file `go` exists.

@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_counts_for_nothing() {
+    fn missing_values_are_left_out() {
         let rows = [row("a", "x", Some(1.0)), row("b", "x", None)];
         let rows: Vec<&ResultRow> = rows.iter().collect();
         assert_eq!(mean(&values(&rows, Value::Figure(0, 2.0))), Some(2.0));

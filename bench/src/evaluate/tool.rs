@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_tool_is_refused() {
+    fn malformed_tools_are_refused() {
         for text in ["cmd {in} {out}", "=cmd {in} {out}", "a b=cmd {in} {out}", "a=", "a=cmd {in}", "a='cmd {in} {out}"]
         {
             assert!(Tool::parse(text).is_err(), "{text}");

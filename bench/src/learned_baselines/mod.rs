@@ -89,8 +89,8 @@ impl LearnedBaseline {
 /// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_learned};
 /// let sphere = neural_mesh::mesh::shapes::icosphere(3);
 /// let weights = LearnedWeights::load_shipped(LearnedBaseline::Potamias);
-/// let lighter = simplify_by_learned(weights, &sphere, 160, 0).unwrap();
-/// assert!((100..=160).contains(&lighter.positions().len()));
+/// let simplified = simplify_by_learned(weights, &sphere, 160, 0).unwrap();
+/// assert!((100..=160).contains(&simplified.positions().len()));
 /// ```
 pub fn simplify_by_learned(
     weights: &LearnedWeights,
@@ -98,12 +98,12 @@ pub fn simplify_by_learned(
     n_vertices: usize,
     seed: u64,
 ) -> Result<TriMesh, LearnedBaselineError> {
-    let lighter = match weights.baseline() {
+    let simplified = match weights.baseline() {
         LearnedBaseline::Dse => dse::remesh(mesh, n_vertices, seed, dse::Maps::Learned(weights.tensors())),
         LearnedBaseline::Potamias => potamias::simplify(mesh, n_vertices, seed, weights.tensors()),
         LearnedBaseline::PointTriNet => pointtrinet::simplify(mesh, n_vertices, seed, weights.tensors()),
     }?;
-    if lighter.faces().is_empty() { Err(LearnedBaselineError::NothingLeft) } else { Ok(lighter) }
+    if simplified.faces().is_empty() { Err(LearnedBaselineError::NothingLeft) } else { Ok(simplified) }
 }
 
 fn scale_width(width: usize, share: f64) -> usize {

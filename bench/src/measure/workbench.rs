@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_measured_is_not_measured_again() {
+    fn measurements_are_stored_and_not_repeated() {
         let folder = tempfile::tempdir().unwrap();
         let bench = Bench::new(folder.path().into(), folder.path(), &[Subsystem::Closed]).unwrap();
         assert_eq!(bench.measure_once("a/b", || Ok(1)).unwrap(), 1);

@@ -62,8 +62,8 @@ pub enum Maps<'a> {
 /// ```
 /// use neural_mesh::mesh::shapes;
 /// use neural_mesh_bench::learned_baselines::dse::{Maps, remesh};
-/// let lighter = remesh(&shapes::icosphere(3), 160, 0, Maps::Exact).unwrap();
-/// assert!((310..=316).contains(&lighter.faces().len()));
+/// let simplified = remesh(&shapes::icosphere(3), 160, 0, Maps::Exact).unwrap();
+/// assert!((310..=316).contains(&simplified.faces().len()));
 /// ```
 pub fn remesh(mesh: &TriMesh, n_vertices: usize, seed: u64, maps: Maps<'_>) -> Result<TriMesh, LearnedBaselineError> {
     let (mesh, first) = compact_with_first_point(mesh, seed)?;
@@ -216,12 +216,12 @@ mod tests {
     #[test]
     fn a_mesh_is_made_again_on_its_side() {
         let sphere = neural_mesh::mesh::shapes::icosphere(3);
-        let lighter = remesh(&sphere, 160, 3, Maps::Exact).unwrap();
+        let simplified = remesh(&sphere, 160, 3, Maps::Exact).unwrap();
         let outward = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.map(|v| Vec3::from(lighter.positions()[v as usize]));
+            let [a, b, c] = corners.map(|v| Vec3::from(simplified.positions()[v as usize]));
             (b - a).cross(c - a).dot(a + b + c) > 0.0
         };
-        assert!(lighter.faces().iter().all(outward));
+        assert!(simplified.faces().iter().all(outward));
         let nothing = TriMesh::new(Vec::new(), Vec::new()).unwrap();
         assert_eq!(remesh(&nothing, 9, 0, Maps::Exact), Err(LearnedBaselineError::NothingLeft));
     }

@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_small_is_said() {
+    fn too_small_meshes_are_errors() {
         let settings = Settings::from_toml("").unwrap();
         let tensors = crate::learned_baselines::dse::initial_tensors(0.03, 1);
         let refused = |mesh, ratio| {

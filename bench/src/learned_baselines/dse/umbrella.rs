@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn what_spans_nothing_has_no_triangles() {
+    fn degenerate_patches_have_no_triangles() {
         assert!(umbrella(&Patch::default()).is_empty());
         assert!(umbrella(&patch(&[[0.0; 2]; 4])).is_empty());
         assert!(umbrella(&patch(&[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])).is_empty());

@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_surface_is_said() {
+    fn meshes_without_surface_are_errors() {
         let settings = Settings::from_toml("").unwrap();
         let item = TrainingItem { name: "nothing".into(), mesh: TriMesh::default(), ratio: 0.5 };
         let random = &mut Xoshiro256PlusPlus::seed_from_u64(0);

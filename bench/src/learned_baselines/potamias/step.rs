@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_small_is_said() {
+    fn too_small_meshes_are_errors() {
         let settings = Settings::from_toml("").unwrap();
         let item = TrainingItem { name: "box".into(), mesh: shapes::cuboid([1.0; 3], 1), ratio: 0.5 };
         let tensors = crate::learned_baselines::potamias::initial_tensors(0.25, 1);

@@ -75,8 +75,10 @@ fn measure(path: &Path) -> Result<Option<LevelsCase>> {
         (chain, single) = (levels, results);
     }
     let original = Surface::new(&mesh, SAMPLES, 0);
-    let distance = |lighter: &TriMesh| {
-        surface_distance(&original, &Surface::new(lighter, SAMPLES, 1)).map(|found| found.both.mean).context("no faces")
+    let distance = |simplified: &TriMesh| {
+        surface_distance(&original, &Surface::new(simplified, SAMPLES, 1))
+            .map(|found| found.both.mean)
+            .context("no faces")
     };
     let mut distances = [0.0; 4];
     for (at, quotient) in distances.iter_mut().enumerate() {

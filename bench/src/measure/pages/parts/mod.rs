@@ -87,11 +87,11 @@ fn measure(path: &Path) -> Result<Vec<AblationResult>> {
         let n = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
         for (method, importance, parts) in cases {
             let simplify = || Ok(simplify_with_importance(&mesh, n, importance, &parts)?.mesh);
-            let (lighter, time) =
+            let (simplified, time) =
                 one.install(|| measure_time(simplify)).with_context(|| format!("{method} at {ratio}"))?;
-            let distance = surface_distance(&original, &Surface::new(&lighter, SAMPLES, 1)).context("no faces")?;
+            let distance = surface_distance(&original, &Surface::new(&simplified, SAMPLES, 1)).context("no faces")?;
             let (both, share) = (distance.both, 100.0 / distance.diagonal);
-            let figures = [both.mean * share, hausdorff_distance(&mesh, &lighter)? * share, both.normal_error];
+            let figures = [both.mean * share, hausdorff_distance(&mesh, &simplified)? * share, both.normal_error];
             measured.push(AblationResult { method: method.into(), ratio, seconds: time.thread, figures });
         }
     }

@@ -31,8 +31,8 @@ pub fn run_meshoptimizer(args: &MeshoptimizerArgs) -> Result<()> {
     let positions = positions.into_iter().map(|p| p.map(|x| x as f32)).collect();
     let mesh = TriMesh::new(positions, faces)?;
     let faces = meshoptimizer_faces(&mesh, args.faces);
-    let lighter = compact(mesh.positions(), faces)?.0;
-    Ok(write_path(&args.output, &write(&lighter, &Frame::default(), Format::Ply)?, true)?)
+    let simplified = compact(mesh.positions(), faces)?.0;
+    Ok(write_path(&args.output, &write(&simplified, &Frame::default(), Format::Ply)?, true)?)
 }
 
 type TimeQuotients = Vec<(f64, [f64; 2])>;
