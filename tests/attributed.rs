@@ -1,6 +1,6 @@
 //! Attributes, groups and materials survive reading and writing, where the format has them.
 
-use crate::common::changed;
+use crate::common::with_changes;
 use std::path::Path;
 
 use neural_mesh::io::{
@@ -18,23 +18,23 @@ struct Opened {
     notes: Vec<String>,
 }
 
-fn opened(read: ReadMesh, weld: bool) -> Opened {
-    let cleaned = clean(read.mesh, &changed(CleanOptions::default(), |options| options.weld = weld)).unwrap();
+fn clean_read(read: ReadMesh, weld: bool) -> Opened {
+    let cleaned = clean(read.mesh, &with_changes(CleanOptions::default(), |options| options.weld = weld)).unwrap();
     Opened { cleaned, extra: read.extra, notes: read.notes }
 }
 
 fn from_text(text: &str) -> Opened {
-    opened(read_attributed(text.as_bytes(), None).unwrap(), true)
+    clean_read(read_attributed(text.as_bytes(), None).unwrap(), true)
 }
 
-fn written(opened: &Opened, format: Format) -> WrittenModel {
-    written_as(opened, format, false)
+fn write_model(opened: &Opened, format: Format) -> WrittenModel {
+    write_with_access(opened, format, false)
 }
 
-fn written_as(opened: &Opened, format: Format, allow_outside: bool) -> WrittenModel {
+fn write_with_access(opened: &Opened, format: Format, allow_outside: bool) -> WrittenModel {
     let Opened { cleaned, extra, .. } = opened;
     let model = Model::new(&cleaned.mesh, cleaned.frame, &cleaned.attributes, extra);
-    let options = changed(WriteOptions::new(format, "out"), |options| options.allow_outside = allow_outside);
+    let options = with_changes(WriteOptions::new(format, "out"), |options| options.allow_outside = allow_outside);
     write_attributed(&model, &options).unwrap()
 }
 
@@ -94,7 +94,7 @@ fn any_model(channels: &'static [Columns]) -> impl Strategy<Value = Opened> {
             groups: faces.iter().map(|face| face.2).collect(),
         };
         let faces = faces.iter().map(|face| face.0).collect();
-        let raw = changed(RawMesh::new(positions, faces), |raw| raw.attributes = attributes);
+        let raw = with_changes(RawMesh::new(positions, faces), |raw| raw.attributes = attributes);
         let mut cleaned = clean(raw, &CleanOptions::default()).unwrap();
         // Groups are numbered in order of first use, as a reader does.
         let mut used = cleaned.attributes.groups.clone();
@@ -102,14 +102,14 @@ fn any_model(channels: &'static [Columns]) -> impl Strategy<Value = Opened> {
         let number = |group: &u32| used.iter().position(|other| other == group).unwrap() as u32;
         cleaned.attributes.groups = cleaned.attributes.groups.iter().map(number).collect();
         let group = |i: u32| {
-            changed(Group::default(), |group| {
+            with_changes(Group::default(), |group| {
                 group.name = Some(format!("group {i}"));
                 group.material = Some(format!("paint{}", i / 2));
                 group.values = vec![f64::from(i) - 1.0];
             })
         };
         let groups = (0..used.len() as u32).map(group).collect();
-        let extra = changed(Extra::default(), |extra| {
+        let extra = with_changes(Extra::default(), |extra| {
             extra.groups = groups;
             extra.layouts = layouts;
         });
@@ -136,9 +136,9 @@ const WITH_CORNERS: &[Columns] =
 proptest! {
     #[test]
     fn obj_gives_corners_and_groups_back(model in any_model(FOR_OBJ)) {
-        let written = written(&model, Format::Obj);
+        let written = write_model(&model, Format::Obj);
         prop_assert!(written.notes.is_empty(), "{:?}", written.notes);
-        let back = opened(read_attributed(&written.bytes, None).unwrap(), true);
+        let back = clean_read(read_attributed(&written.bytes, None).unwrap(), true);
         let roles = [Role::Uv, Role::Normal];
         prop_assert_eq!(corners(&back.cleaned, &roles), corners(&model.cleaned, &roles));
         for (found, group) in back.extra.groups.iter().zip(&model.extra.groups) {
@@ -151,7 +151,7 @@ proptest! {
         let mut model = model;
         model.cleaned.attributes.groups.clear();
         model.extra.groups.clear();
-        let back = opened(read_attributed(&written(&model, format).bytes, None).unwrap(), true);
+        let back = clean_read(read_attributed(&write_model(&model, format).bytes, None).unwrap(), true);
         let roles = [Role::Colour, Role::Normal, Role::Uv, Role::Other, Role::Label];
         prop_assert_eq!(corners(&back.cleaned, &roles), corners(&model.cleaned, &roles));
         prop_assert_eq!(&back.cleaned.mesh, &model.cleaned.mesh);
@@ -167,8 +167,8 @@ proptest! {
     ) {
         let mut model = model;
         model.extra.face_columns = vec![Column { name: "region".into(), scalar: Scalar::I8 }];
-        model.extra.groups.iter_mut().for_each(|group| *group = changed(Group::default(), |bare| bare.values = group.values.clone()));
-        let back = opened(read_attributed(&written(&model, format).bytes, None).unwrap(), true);
+        model.extra.groups.iter_mut().for_each(|group| *group = with_changes(Group::default(), |bare| bare.values = group.values.clone()));
+        let back = clean_read(read_attributed(&write_model(&model, format).bytes, None).unwrap(), true);
         let roles = [Role::Label, Role::Uv];
         prop_assert_eq!(corners(&back.cleaned, &roles), corners(&model.cleaned, &roles));
         prop_assert_eq!(&back.extra.groups, &model.extra.groups);
@@ -219,8 +219,8 @@ proptest! {
                 if let Ok(cleaned) = clean(read.mesh, &CleanOptions::default()) {
                     let model = Opened { cleaned, extra: read.extra, notes: Vec::new() };
                     for format in [Format::Obj, Format::Ply, Format::PlyAscii] {
-                        let written = written(&model, format);
-                        let back = opened(read_attributed(&written.bytes, None).unwrap(), true);
+                        let written = write_model(&model, format);
+                        let back = clean_read(read_attributed(&written.bytes, None).unwrap(), true);
                         prop_assert_eq!(back.cleaned.mesh.faces().len(), model.cleaned.mesh.faces().len());
                     }
                 }
@@ -296,9 +296,9 @@ const QUAD: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nvt 0 0\nvt 1 0\
 fn a_seam_makes_no_vertices() {
     let model = from_text(&format!("{QUAD}f 1/1 2/2 3/3 4/4\nf 2/5 5/1 3/3\n"));
     assert_eq!((model.cleaned.mesh.positions().len(), model.cleaned.attributes.n_wedges()), (5, 6));
-    let ply = written(&model, Format::PlyAscii);
+    let ply = write_model(&model, Format::PlyAscii);
     assert_eq!(ply.notes, ["ply stores one set of values per vertex: 1 vertices are duplicated at seams"]);
-    let back = opened(read_attributed(&ply.bytes, None).unwrap(), true);
+    let back = clean_read(read_attributed(&ply.bytes, None).unwrap(), true);
     assert_eq!(back.cleaned.counts.welded_vertices, 1);
     assert_eq!(corners(&back.cleaned, &[Role::Uv]), corners(&model.cleaned, &[Role::Uv]));
 }
@@ -311,12 +311,12 @@ fn colours_come_back_in_the_kind_that_they_were() {
         let columns: String = ["red", "green", "blue"].map(|name| format!("property {kind} {name}\n")).concat();
         let text = format!("{head}{columns}{rest}0 0 0 {colour} 0.5\n1 0 0 {colour} 2\n0 1 0 {colour} -3\n3 0 1 2\n");
         let model = from_text(&text);
-        assert_eq!(self::text(&written(&model, Format::PlyAscii)), text);
-        let obj = written(&model, Format::Obj);
+        assert_eq!(self::text(&write_model(&model, Format::PlyAscii)), text);
+        let obj = write_model(&model, Format::Obj);
         assert_eq!(obj.notes, ["obj cannot store quality: dropped"]);
         let back = from_text(&self::text(&obj));
         assert_eq!(corners(&back.cleaned, &[Role::Colour]), corners(&model.cleaned, &[Role::Colour]));
-        let stl = written(&model, Format::Stl);
+        let stl = write_model(&model, Format::Stl);
         assert_eq!(stl.notes, ["stl stores only geometry: colour, quality dropped"]);
     }
 }
@@ -329,7 +329,7 @@ fn groups_come_back_in_their_order() {
     let model = from_text(&text);
     let names: Vec<_> = model.extra.groups.iter().map(|group| group.material.as_deref()).collect();
     assert_eq!(names, [None, Some("wood"), Some("cloth")]);
-    let out = self::text(&written(&model, Format::Obj));
+    let out = self::text(&write_model(&model, Format::Obj));
     let words: Vec<&str> = out.lines().filter(|line| !line.starts_with(['v', 'f'])).collect();
     assert_eq!(words, ["mtllib a.mtl", "o chair", "g back top", "usemtl wood", "s 1", "usemtl cloth", "s off"]);
     assert_eq!(from_text(&out).extra.groups, model.extra.groups);
@@ -350,7 +350,7 @@ fn odd_texts() {
     for case in &cases {
         let found = from_text(case);
         assert_eq!(corners(&found.cleaned, &[Role::Uv]), corners(&expected.cleaned, &[Role::Uv]), "{case}");
-        assert_eq!(found.extra.groups, [changed(Group::default(), |group| group.material = Some("x".into()))]);
+        assert_eq!(found.extra.groups, [with_changes(Group::default(), |group| group.material = Some("x".into()))]);
     }
     let lacking = from_text(&format!("{QUAD}f 1 2/99 3/-99 4/2\nvt 7 7\n"));
     let uv = &lacking.cleaned.attributes.channels[0];
@@ -380,8 +380,8 @@ fn asset(files: &[(&str, &str)]) -> tempfile::TempDir {
     folder
 }
 
-fn opened_path(path: &Path) -> Opened {
-    opened(read_attributed_path(path, None).unwrap(), true)
+fn open_path(path: &Path) -> Opened {
+    clean_read(read_attributed_path(path, None).unwrap(), true)
 }
 
 fn places(written: &WrittenModel) -> Vec<&str> {
@@ -398,8 +398,8 @@ fn libraries_and_textures_lie_beside_the_output_as_they_lay_beside_the_input() {
         ("in/textures/my skin.png", "skin"),
         ("in/textures/bump.png", "bump"),
     ]);
-    let model = opened_path(&folder.path().join("in/mesh.obj"));
-    let written = written(&model, Format::Obj);
+    let model = open_path(&folder.path().join("in/mesh.obj"));
+    let written = write_model(&model, Format::Obj);
     assert_eq!(places(&written), ["textures/my skin.png", "textures/bump.png", "sub/a b.mtl"]);
     assert_eq!(written.notes, ["\"none.png\" is missing: it is not copied, but the result refers to it"]);
     assert_eq!(written.companion_files[2].bytes, mtl.as_bytes());
@@ -420,14 +420,14 @@ fn what_lies_outside_is_read_only_where_that_is_allowed() {
     std::fs::write(folder.path().join("in/a.mtl"), &mtl).unwrap();
     let mesh = format!("mtllib a.mtl\nmtllib ../out.mtl\n{QUAD}usemtl x\nf 1/1 2/2 3/3\n");
     std::fs::write(folder.path().join("in/mesh.obj"), mesh).unwrap();
-    let model = opened_path(&folder.path().join("in/mesh.obj"));
+    let model = open_path(&folder.path().join("in/mesh.obj"));
 
-    let closed = written(&model, Format::Obj);
+    let closed = write_model(&model, Format::Obj);
     assert_eq!((places(&closed), &closed.companion_files[0].bytes[..]), (vec!["a.mtl"], mtl.as_bytes()));
     assert_eq!(closed.notes.iter().filter(|note| note.contains("is outside the folder")).count(), 3);
     assert!(text(&closed).starts_with("mtllib a.mtl\nmtllib ../out.mtl\n"));
 
-    let open = written_as(&model, Format::Obj, true);
+    let open = write_with_access(&model, Format::Obj, true);
     assert_eq!(places(&open), ["secret.png", "a.mtl", "out.mtl"]);
     assert_eq!(open.companion_files[1].bytes, b"newmtl x\nmap_Kd secret.png\nmap_Ks secret.png\n");
     assert!(open.notes.is_empty(), "{:?}", open.notes);
@@ -440,15 +440,15 @@ fn links_lead_nowhere_else() {
     let folder = asset(&[("secret.png", "secret"), ("in/a.mtl", "newmtl x\nmap_Kd link.png\n")]);
     std::os::unix::fs::symlink(folder.path().join("secret.png"), folder.path().join("in/link.png")).unwrap();
     std::fs::write(folder.path().join("in/mesh.obj"), format!("mtllib a.mtl\n{QUAD}f 1 2 3\n")).unwrap();
-    let model = opened_path(&folder.path().join("in/mesh.obj"));
-    assert_eq!(places(&written(&model, Format::Obj)), ["a.mtl"]);
-    assert_eq!(places(&written_as(&model, Format::Obj, true)), ["link.png", "a.mtl"]);
+    let model = open_path(&folder.path().join("in/mesh.obj"));
+    assert_eq!(places(&write_model(&model, Format::Obj)), ["a.mtl"]);
+    assert_eq!(places(&write_with_access(&model, Format::Obj, true)), ["link.png", "a.mtl"]);
 }
 
 #[test]
 fn a_mesh_without_its_folder_says_what_is_not_copied() {
     let model = from_text(&format!("mtllib a.mtl\n{QUAD}usemtl x\nf 1/1 2/2 3/3\n"));
-    let written = written(&model, Format::Obj);
+    let written = write_model(&model, Format::Obj);
     assert!(written.companion_files.is_empty() && written.notes[0].contains("was read without its folder"));
     assert!(text(&written).starts_with("mtllib a.mtl\n"));
 }
@@ -462,8 +462,8 @@ fn textures_go_from_obj_to_ply_and_back() {
         ("x.png", "x"),
         ("y.png", "y"),
     ]);
-    let model = opened_path(&folder.path().join("mesh.obj"));
-    let ply = written(&model, Format::PlyAscii);
+    let model = open_path(&folder.path().join("mesh.obj"));
+    let ply = write_model(&model, Format::PlyAscii);
     assert_eq!(places(&ply), ["y.png", "x.png"]);
     let header = text(&ply);
     assert!(header.contains("comment TextureFile x.png\ncomment TextureFile y.png\n"), "{header}");
@@ -471,7 +471,7 @@ fn textures_go_from_obj_to_ply_and_back() {
     assert!(header.contains("element vertex 4\n"), "a vertex was repeated: {header}");
 
     std::fs::write(folder.path().join("mesh.ply"), &ply.bytes).unwrap();
-    let obj = written(&opened_path(&folder.path().join("mesh.ply")), Format::Obj);
+    let obj = write_model(&open_path(&folder.path().join("mesh.ply")), Format::Obj);
     assert_eq!(places(&obj), ["x.png", "y.png", "out.mtl"]);
     let library = String::from_utf8(obj.companion_files[2].bytes.clone()).unwrap();
     assert_eq!(library, "newmtl texture_0\nKd 1 1 1\nmap_Kd x.png\nnewmtl texture_1\nKd 1 1 1\nmap_Kd y.png\n");
@@ -496,12 +496,12 @@ fn compressed_files_are_read_and_written_by_name() {
     let model = from_text(&format!("{QUAD}f 1/1 2/2 3/3\n"));
     for (name, format) in [("mesh.obj.gz", Format::Obj), ("mesh.PLY.GZ", Format::Ply), ("mesh.stl.gz", Format::Stl)] {
         let path = folder.path().join(name);
-        io::write_path(&path, &written(&model, format).bytes, false).unwrap();
+        io::write_path(&path, &write_model(&model, format).bytes, false).unwrap();
         assert!(std::fs::read(&path).unwrap().starts_with(b"\x1f\x8b"));
         assert_eq!(io::read_path(&path, None).unwrap().faces, [[0, 1, 2]], "{name}");
         let plain = folder.path().join(Format::without_gz(name.as_ref()));
         std::fs::copy(&path, &plain).unwrap();
-        assert_eq!(opened_path(&plain).cleaned.mesh, opened_path(&path).cleaned.mesh, "{name}");
+        assert_eq!(open_path(&plain).cleaned.mesh, open_path(&path).cleaned.mesh, "{name}");
         assert_eq!(io::read_points(&std::fs::read(&path).unwrap()).unwrap().positions.len() % 3, 0);
     }
 }
@@ -514,7 +514,7 @@ fn what_is_not_read_of_a_file_is_said() {
     assert_eq!(notes(format!("{off} 255 0 0\n").as_bytes()), ["colours of off faces are dropped"]);
     let coloured = off.replace("1 0 0\n", "1 0 0 0.5 0.5 0.5 1\n").replacen("OFF", "COFF", 1);
     assert_eq!(notes(coloured.as_bytes()), ["colours, normals or texture coordinates of off vertices are dropped"]);
-    let mut stl = written(&from_text(&format!("{QUAD}f 1 2 3\n")), Format::Stl).bytes;
+    let mut stl = write_model(&from_text(&format!("{QUAD}f 1 2 3\n")), Format::Stl).bytes;
     assert!(notes(&stl).is_empty());
     *stl.last_mut().unwrap() = 0x80;
     assert_eq!(notes(&stl), ["colours or other marks of 1 stl facets are dropped"]);
@@ -567,9 +567,9 @@ fn groups_of_every_face_are_said_and_dropped_and_many_groups_are_kept() {
     );
     let many = strips(8, 800_000);
     assert_eq!((many.extra.groups.len(), many.extra.materials().len(), many.notes.len()), (100_000, 100_000, 0));
-    let obj = written(&many, Format::Obj);
+    let obj = write_model(&many, Format::Obj);
     assert_eq!(text(&obj).matches("usemtl").count(), 100_000);
-    let ply = written(&many, Format::Ply);
+    let ply = write_model(&many, Format::Ply);
     assert!(String::from_utf8_lossy(&ply.bytes[..600]).contains("property int material_index"));
     assert_eq!(io::read_looks(&many.extra, false).0.of_groups.len(), 100_000);
     // The time is seconds if it grows linearly with the groups, minutes if quadratically.

@@ -1,6 +1,6 @@
 //! Attributes of whole meshes: seams stay seams, values stay in place.
 
-use crate::common::changed;
+use crate::common::with_changes;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
@@ -13,8 +13,8 @@ use neural_mesh::simplify::{
     Input, Options, Outcome, SEAM_ERROR, Simplified, Target, simplify_input, simplify_levels_of_detail,
 };
 
-fn simplified(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Simplified {
-    let input = changed(Input::bare(mesh), |input| input.attributes = attributes);
+fn simplify_with_attributes(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Simplified {
+    let input = with_changes(Input::bare(mesh), |input| input.attributes = attributes);
     simplify_input(&input, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
@@ -59,10 +59,10 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
         (false, 150, SEAM_ERROR),
     ] {
         attributes.groups = if with_groups { groups.clone() } else { Vec::new() };
-        let options = changed(Options::new(Target::Vertices(n)), |options| {
+        let options = with_changes(Options::new(Target::Vertices(n)), |options| {
             options.seam_error = seam_error;
         });
-        let result = simplified(&mesh, &attributes, &options);
+        let result = simplify_with_attributes(&mesh, &attributes, &options);
         assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
         assert!(topology(&result.mesh).is_closed_manifold());
         let carried = &result.attributes;
@@ -107,7 +107,7 @@ fn a_seam_within_one_chart_stays_a_seam() {
     let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
     let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
     let attributes = Attributes { wedges, channels, groups: Vec::new() };
-    let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(300)));
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(300)));
     for wedges in &result.attributes.wedges {
         let u = wedges.map(|wedge| result.attributes.channels[0].value(wedge)[0]);
         let width = u.iter().copied().fold(f32::MIN, f32::max) - u.iter().copied().fold(f32::MAX, f32::min);
@@ -117,7 +117,7 @@ fn a_seam_within_one_chart_stays_a_seam() {
 }
 
 // Builds patches of materials over a bumpy sphere, `n` along each side of a cube around it.
-fn patched(n: f32) -> (TriMesh, Attributes) {
+fn build_patches(n: f32) -> (TriMesh, Attributes) {
     let mesh = shapes::wavy_sphere(5, 6.0);
     let patch = |face: &[u32; 3]| {
         let centre = face.iter().map(|&v| Vec3::from(mesh.positions()[v as usize])).sum::<Vec3>() / 3.0;
@@ -130,12 +130,13 @@ fn patched(n: f32) -> (TriMesh, Attributes) {
 
 #[test]
 fn what_is_held_never_ruins_the_rest() {
-    let (mesh, attributes) = patched(12.0);
+    let (mesh, attributes) = build_patches(12.0);
     let far = |found: &TriMesh| quick_distance(&mesh, found, 8000, 0).unwrap().mean;
     let mut sizes = Vec::new();
     for n in [4000, 700, 500] {
         let options = Options::new(Target::Vertices(n));
-        let [held, bare] = [&attributes, &Attributes::default()].map(|it| simplified(&mesh, it, &options));
+        let [held, bare] =
+            [&attributes, &Attributes::default()].map(|it| simplify_with_attributes(&mesh, it, &options));
         let (held_far, bare_far) = (far(&held.mesh), far(&bare.mesh));
         // A result this close is not distorted.
         assert!(held_far < (3.3 * bare_far).max(2e-4), "{n}: {held_far} {bare_far}");
@@ -150,7 +151,7 @@ fn what_is_held_never_ruins_the_rest() {
     assert!(sizes[0].0 && !sizes[2].0, "{sizes:?}");
     // Levels of detail stop where a single result of their size stops.
     let levels = simplify_levels_of_detail(
-        &changed(Input::bare(&mesh), |input| input.attributes = &attributes),
+        &with_changes(Input::bare(&mesh), |input| input.attributes = &attributes),
         None,
         &Options::new(Target::Vertices(4000)),
         &[Target::Vertices(500)],
@@ -167,7 +168,7 @@ fn flat_shading_holds_nothing_and_stays_flat() {
     let mesh = shapes::wavy_sphere(5, 6.0);
     let flat = with_flat_normals(&mesh, &Attributes::default(), "NORMAL");
     let options = Options::new(Target::Vertices(150));
-    let [result, bare] = [&flat, &Attributes::default()].map(|it| simplified(&mesh, it, &options));
+    let [result, bare] = [&flat, &Attributes::default()].map(|it| simplify_with_attributes(&mesh, it, &options));
     assert_eq!((&result.report.outcome, &result.mesh), (&Outcome::Reached, &bare.mesh));
     assert_eq!(result.attributes, with_flat_normals(&bare.mesh, &Attributes::default(), "NORMAL"));
 }
@@ -187,7 +188,7 @@ fn hard_edges_make_way_and_stay_where_they_are() {
     let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
     let attributes = Attributes { wedges, channels, groups: Vec::new() };
     for n in [400, 40] {
-        let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(n)));
+        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(n)));
         assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
         assert!(topology(&result.mesh).is_closed_manifold());
         let off = |seam: &FeatureEdge| {
@@ -216,9 +217,13 @@ fn small_charts_make_way_for_the_size_asked_for() {
     let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
     let attributes = Attributes { wedges, channels, groups: Vec::new() };
     let size = Target::Vertices(230);
-    let held = simplified(&mesh, &attributes, &changed(Options::new(size), |options| options.seam_error = 0.0));
-    let result = simplified(&mesh, &attributes, &Options::new(size));
-    let bare = simplified(&mesh, &Attributes::default(), &Options::new(size));
+    let held = simplify_with_attributes(
+        &mesh,
+        &attributes,
+        &with_changes(Options::new(size), |options| options.seam_error = 0.0),
+    );
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(size));
+    let bare = simplify_with_attributes(&mesh, &Attributes::default(), &Options::new(size));
     assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, 230));
     assert!(topology(&result.mesh).is_closed_manifold());
     let far = |found: &TriMesh| quick_distance(&mesh, found, 8000, 0).unwrap().mean;
@@ -242,14 +247,14 @@ fn locked_boundaries_keep_every_bit() {
         ends.into_iter().collect()
     };
     for n in [1500, 250, 150] {
-        let options = changed(Options::new(Target::Vertices(n)), |options| options.lock_boundaries = true);
-        let result = simplified(&mesh, &Attributes::default(), &options);
+        let options = with_changes(Options::new(Target::Vertices(n)), |options| options.lock_boundaries = true);
+        let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
         assert_eq!(result.mesh.positions().len(), n);
         assert_eq!(boundary(&result.mesh), boundary(&mesh));
         assert_eq!(result.report.locked_vertices, 120);
     }
-    let options = changed(Options::new(Target::Vertices(50)), |options| options.lock_boundaries = true);
-    let result = simplified(&mesh, &Attributes::default(), &options);
+    let options = with_changes(Options::new(Target::Vertices(50)), |options| options.lock_boundaries = true);
+    let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
     assert!(result.mesh.positions().len() >= 120 && result.report.outcome != Outcome::Reached);
     assert_eq!(boundary(&result.mesh), boundary(&mesh));
 }
@@ -258,8 +263,8 @@ fn locked_boundaries_keep_every_bit() {
 fn a_subset_moves_no_vertex() {
     let mesh = shapes::wavy_sphere(5, 7.0);
     for n in [2000, 300] {
-        let options = changed(Options::new(Target::Vertices(n)), |options| options.subset = true);
-        let result = simplified(&mesh, &Attributes::default(), &options);
+        let options = with_changes(Options::new(Target::Vertices(n)), |options| options.subset = true);
+        let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
         let sources = result.source_vertices.unwrap();
         assert_eq!(result.mesh.positions().len(), n);
         assert!(topology(&result.mesh).is_closed_manifold());
@@ -272,9 +277,9 @@ fn a_subset_moves_no_vertex() {
 #[test]
 fn the_map_leads_from_every_corner_to_a_point_near_it() {
     let (mesh, attributes) = charted_sphere();
-    let options = changed(Options::new(Target::Vertices(700)), |options| options.map = true);
+    let options = with_changes(Options::new(Target::Vertices(700)), |options| options.map = true);
     for attributes in [&attributes, &Attributes::default()] {
-        let result = simplified(&mesh, attributes, &options);
+        let result = simplify_with_attributes(&mesh, attributes, &options);
         let map = result.map.unwrap();
         let point = |v: u32| Vec3::from(mesh.positions()[v as usize]);
         for (f, corners) in result.mesh.faces().iter().enumerate() {
@@ -290,16 +295,19 @@ fn the_map_leads_from_every_corner_to_a_point_near_it() {
             assert_eq!(map.output_vertices[v as usize], x);
         }
     }
-    let whole =
-        simplified(&mesh, &attributes, &changed(Options::new(Target::Ratio(1.0)), |options| options.map = true));
+    let whole = simplify_with_attributes(
+        &mesh,
+        &attributes,
+        &with_changes(Options::new(Target::Ratio(1.0)), |options| options.map = true),
+    );
     assert_eq!(whole.map.unwrap().output_vertices, (0..mesh.positions().len() as u32).collect::<Vec<_>>());
 }
 
 #[test]
 fn creases_stay_edges() {
     let mesh = shapes::cuboid([1.0, 0.6, 0.3], 24);
-    let options = changed(Options::new(Target::Vertices(60)), |options| options.crease_angle = Some(40.0));
-    let result = simplified(&mesh, &Attributes::default(), &options);
+    let options = with_changes(Options::new(Target::Vertices(60)), |options| options.crease_angle = Some(40.0));
+    let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
     let near = |x: f32, side: f32| x.abs().min((x - side).abs()) < 1e-4;
     let corner = |p: &[f32; 3]| p.iter().zip([1.0, 0.6, 0.3]).all(|(x, side)| near(*x, side));
     assert_eq!(result.mesh.positions().iter().filter(|p| corner(p)).count(), 8);
@@ -316,7 +324,7 @@ fn creases_stay_edges() {
 fn attributes_of_another_mesh_are_refused() {
     let mesh = shapes::icosphere(1);
     let attributes = Attributes { groups: vec![1], ..Attributes::default() };
-    let input = changed(Input::bare(&mesh), |input| input.attributes = &attributes);
+    let input = with_changes(Input::bare(&mesh), |input| input.attributes = &attributes);
     let result = simplify_input(&input, None, &Options::new(Target::Vertices(9)), &mut |_| ControlFlow::Continue(()));
     assert!(result.is_err_and(|error| error.to_string().contains("attributes")));
 }
@@ -368,7 +376,7 @@ fn rough(x: f32, y: f32) -> f32 {
 fn the_boundary_of_a_rough_terrain_stays_straight() {
     let mesh = terrain(80, rough);
     for ratio in [0.3, 0.1] {
-        let result = simplified(&mesh, &Attributes::default(), &Options::new(Target::Ratio(ratio)));
+        let result = simplify_with_attributes(&mesh, &Attributes::default(), &Options::new(Target::Ratio(ratio)));
         let boundary = edges(&result.mesh).into_iter().filter(|edge| edge.n_faces() == 1).flat_map(|edge| edge.ends);
         let off = |v: u32| {
             let [x, y, _] = result.mesh.positions()[v as usize];
@@ -385,8 +393,8 @@ fn values_are_fitted_over_the_faces() {
     let meant = |p: Vec3| 0.5 + 0.4 * (11.0 * p.x + 3.0 * p.y).sin();
     for (role, width) in [(Role::Colour, 3), (Role::Uv, 2)] {
         let attributes = at_vertices(&mesh, role, width, |p| vec![meant(p); width]);
-        let options = changed(Options::new(Target::Vertices(150)), |options| options.map = true);
-        let result = simplified(&mesh, &attributes, &options);
+        let options = with_changes(Options::new(Target::Vertices(150)), |options| options.map = true);
+        let result = simplify_with_attributes(&mesh, &attributes, &options);
         let map = result.map.unwrap();
         let nearest = |f: usize| {
             let at = |k: usize| {
@@ -406,10 +414,10 @@ fn values_of_vertices_that_stay_are_those_of_the_input() {
     let mesh = terrain(40, rough);
     let meant = |p: Vec3| 0.5 + 0.4 * (11.0 * p.x + 3.0 * p.y).sin();
     let attributes = at_vertices(&mesh, Role::Colour, 3, |p| vec![meant(p); 3]);
-    let subset = changed(Options::new(Target::Ratio(0.2)), |options| options.subset = true);
-    let locked = changed(Options::new(Target::Ratio(0.2)), |options| options.lock_boundaries = true);
+    let subset = with_changes(Options::new(Target::Ratio(0.2)), |options| options.subset = true);
+    let locked = with_changes(Options::new(Target::Ratio(0.2)), |options| options.lock_boundaries = true);
     for options in [subset, locked] {
-        let result = simplified(&mesh, &attributes, &options);
+        let result = simplify_with_attributes(&mesh, &attributes, &options);
         let is_inner = |p: Vec3| options.lock_boundaries && [p.x, p.y].iter().all(|x| (0.001..0.999).contains(x));
         for (face, wedges) in result.mesh.faces().iter().zip(&result.attributes.wedges) {
             for (&v, &wedge) in face.iter().zip(wedges) {
@@ -425,7 +433,7 @@ fn vertices_stay_where_colours_change() {
     let mesh = shapes::grid(60, 60);
     let meant = |p: Vec3| (4.0 * ((p.x - 0.5).powi(2) + (p.y - 0.5).powi(2)).sqrt() - 0.6).clamp(0.0, 1.0);
     let attributes = at_vertices(&mesh, Role::Colour, 3, |p| vec![meant(p); 3]);
-    let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(80)));
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(80)));
     let error = error(&result.mesh, |f| at_corners(&result.attributes, f), meant);
     assert!(error < 0.03, "{error}");
 }
@@ -442,7 +450,7 @@ fn small_charts_do_not_hold_what_is_around_them() {
     cells.dedup();
     let groups = groups.iter().map(|cell| cells.binary_search(cell).unwrap() as u32).collect();
     let attributes = Attributes { groups, ..Attributes::default() };
-    let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(1200)));
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(1200)));
     assert!(topology(&result.mesh).is_closed_manifold());
     let left: BTreeSet<u32> = result.attributes.groups.iter().copied().collect();
     assert_eq!((result.report.outcome, left.len()), (Outcome::Reached, cells.len()));
@@ -475,8 +483,8 @@ fn normals_are_fitted_over_the_faces() {
         Vec3::new(-slope[0], -slope[1], 1.0).normalize()
     };
     let attributes = at_vertices(&mesh, Role::Normal, 3, |p| meant(p).to_array().to_vec());
-    let options = changed(Options::new(Target::Vertices(150)), |options| options.map = true);
-    let result = simplified(&mesh, &attributes, &options);
+    let options = with_changes(Options::new(Target::Vertices(150)), |options| options.map = true);
+    let result = simplify_with_attributes(&mesh, &attributes, &options);
     let map = result.map.unwrap();
     let nearest = |f: usize| {
         [0, 1, 2].map(|k| {
@@ -499,7 +507,7 @@ fn shading_does_not_jump_where_only_texture_or_material_does() {
     let groups = std::mem::take(&mut attributes.groups);
     for (with_groups, n) in [(false, 150), (true, 800), (false, 2000)] {
         attributes.groups = if with_groups { groups.clone() } else { Vec::new() };
-        let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(n)));
+        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(n)));
         assert!(topology(&result.mesh).is_closed_manifold());
         let mut of_vertices = vec![None; result.mesh.positions().len()];
         for (f, face) in result.mesh.faces().iter().enumerate() {
@@ -517,7 +525,7 @@ fn vertices_stay_where_normals_change() {
     // A flat sheet is shaded as if it bent in the middle.
     let meant = |p: Vec3| Vec3::new(0.8 * (1.0 - 4.0 * (p - 0.5).truncate().length()).max(0.0), 0.0, 1.0).normalize();
     let attributes = at_vertices(&mesh, Role::Normal, 3, |p| meant(p).to_array().to_vec());
-    let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(80)));
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(80)));
     let error = normal_error(&result.mesh, |f| normals_at_corners(&result.attributes, f), meant);
     assert!(error < 0.03, "{error}");
 }

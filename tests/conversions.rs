@@ -32,18 +32,18 @@ fn folder(files: &[(&str, &[u8])]) -> tempfile::TempDir {
     folder
 }
 
-fn cleaned(read: ReadMesh) -> (Cleaned, Extra) {
+fn clean_read(read: ReadMesh) -> (Cleaned, Extra) {
     (clean(read.mesh, &CleanOptions::default()).unwrap(), read.extra)
 }
 
-fn written((cleaned, extra): &(Cleaned, Extra), format: Format) -> WrittenModel {
+fn write_model((cleaned, extra): &(Cleaned, Extra), format: Format) -> WrittenModel {
     let Cleaned { mesh, frame, attributes, .. } = cleaned;
     let model = Model::new(mesh, *frame, attributes, extra);
     write_attributed(&model, &WriteOptions::new(format, "out")).unwrap()
 }
 
 // Returns position and values in a role for each corner, sorted.
-fn carried((cleaned, _): &(Cleaned, Extra), role: Role) -> Vec<Vec<f32>> {
+fn corner_values((cleaned, _): &(Cleaned, Extra), role: Role) -> Vec<Vec<f32>> {
     let Cleaned { mesh, attributes, .. } = cleaned;
     let channel = attributes.channels.iter().find(|channel| channel.role == role).unwrap();
     let corners = mesh.faces().as_flattened().iter().zip(attributes.wedges.as_flattened());
@@ -64,9 +64,9 @@ fn assert_alike(x: &[Vec<f32>], y: &[Vec<f32>]) {
 fn from_obj_to_glb_and_back_with_materials_and_textures() {
     let tiles = tiles();
     let source = folder(&[("a.mtl", LIBRARY.as_bytes()), ("maps/tiles.png", &tiles), ("roof.obj", ROOF.as_bytes())]);
-    let obj = cleaned(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
+    let obj = clean_read(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
     let (before, _) = io::read_looks(&obj.1, false);
-    let glb = written(&obj, Format::Glb);
+    let glb = write_model(&obj, Format::Glb);
     assert!(glb.companion_files.is_empty());
     let asset = Asset::from_bytes(&glb.bytes, &|_| panic!("all is inside")).unwrap();
     let of_parts = asset.looks().0;
@@ -74,17 +74,17 @@ fn from_obj_to_glb_and_back_with_materials_and_textures() {
     assert_eq!(of_parts[0][0].texture.as_ref().unwrap().wrap, [Wrap::Clamp; 2]);
     assert!((Vec3::from(of_parts[0][1].colour) - Vec3::from(before.of_groups[1].colour)).length() < 1e-6);
 
-    let read = cleaned(read_attributed(&glb.bytes, None).unwrap());
+    let read = clean_read(read_attributed(&glb.bytes, None).unwrap());
     for role in [Role::Uv, Role::Normal, Role::Colour] {
-        assert_alike(&carried(&read, role), &carried(&obj, role));
+        assert_alike(&corner_values(&read, role), &corner_values(&obj, role));
     }
-    let again = written(&read, Format::Obj);
+    let again = write_model(&read, Format::Obj);
     let target = tempfile::tempdir().unwrap();
     io::write_files(target.path(), &again.companion_files, false).unwrap();
     std::fs::write(target.path().join("out.obj"), &again.bytes).unwrap();
     let names: Vec<_> = again.companion_files.iter().map(|file| file.path.to_str().unwrap()).collect();
     assert_eq!(names, ["out_0.png", "out.mtl"]);
-    let back = cleaned(read_attributed_path(&target.path().join("out.obj"), None).unwrap());
+    let back = clean_read(read_attributed_path(&target.path().join("out.obj"), None).unwrap());
     assert_eq!(back.1.materials(), ["tiles", "tin"]);
     let (after, notes) = io::read_looks(&back.1, false);
     assert!(notes.is_empty(), "{notes:?}");
@@ -93,7 +93,7 @@ fn from_obj_to_glb_and_back_with_materials_and_textures() {
         assert!((Vec3::from(x.colour) - Vec3::from(y.colour)).length() < 1e-5);
     }
     for role in [Role::Uv, Role::Normal, Role::Colour] {
-        assert_alike(&carried(&back, role), &carried(&obj, role));
+        assert_alike(&corner_values(&back, role), &corner_values(&obj, role));
     }
 }
 
@@ -102,15 +102,15 @@ fn a_single_material_comes_along_with_its_texture() {
     let tiles = tiles();
     let one = ROOF.replace("usemtl tin\n", "");
     let source = folder(&[("a.mtl", LIBRARY.as_bytes()), ("maps/tiles.png", &tiles), ("roof.obj", one.as_bytes())]);
-    let obj = cleaned(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
-    let glb = written(&obj, Format::Glb);
+    let obj = clean_read(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
+    let glb = write_model(&obj, Format::Glb);
     let asset = Asset::from_bytes(&glb.bytes, &|_| panic!("all is inside")).unwrap();
     assert_eq!(asset.parts()[0].materials, ["tiles"]);
     assert_eq!(&asset.looks().0[0][0].texture.as_ref().unwrap().image[..], &tiles[..]);
     // Without a material in the file, none is kept.
     let bare = folder(&[("roof.obj", one.replace("usemtl tiles\n", "").as_bytes())]);
-    let bare = cleaned(read_attributed_path(&bare.path().join("roof.obj"), None).unwrap());
-    let json = String::from_utf8(written(&bare, Format::Gltf).bytes).unwrap();
+    let bare = clean_read(read_attributed_path(&bare.path().join("roof.obj"), None).unwrap());
+    let json = String::from_utf8(write_model(&bare, Format::Gltf).bytes).unwrap();
     assert!(serde_json::from_str::<Value>(&json).unwrap().get("materials").is_none());
 }
 
@@ -118,17 +118,17 @@ fn a_single_material_comes_along_with_its_texture() {
 fn from_glb_to_ply_with_columns_and_textures() {
     let (tiles, library) = (tiles(), LIBRARY.replace("Kd 0.5 0.25 1", "map_Kd maps/tiles.png"));
     let source = folder(&[("a.mtl", library.as_bytes()), ("maps/tiles.png", &tiles), ("roof.obj", ROOF.as_bytes())]);
-    let obj = cleaned(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
-    let glb = cleaned(read_attributed(&written(&obj, Format::Glb).bytes, None).unwrap());
-    let ply = written(&glb, Format::PlyAscii);
+    let obj = clean_read(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
+    let glb = clean_read(read_attributed(&write_model(&obj, Format::Glb).bytes, None).unwrap());
+    let ply = write_model(&glb, Format::PlyAscii);
     let text = String::from_utf8(ply.bytes.clone()).unwrap();
     for line in ["comment TextureFile out_0.png", "property float nx", "property uchar red", "property int texnumber"] {
         assert!(text.lines().any(|found| found == line), "{line} is not in {text}");
     }
     assert_eq!((ply.companion_files.len(), &ply.companion_files[0].bytes), (1, &tiles));
-    let back = cleaned(read_attributed(&ply.bytes, None).unwrap());
-    assert_alike(&carried(&back, Role::Uv), &carried(&obj, Role::Uv));
-    assert_alike(&carried(&back, Role::Normal), &carried(&obj, Role::Normal));
+    let back = clean_read(read_attributed(&ply.bytes, None).unwrap());
+    assert_alike(&corner_values(&back, Role::Uv), &corner_values(&obj, Role::Uv));
+    assert_alike(&corner_values(&back, Role::Normal), &corner_values(&obj, Role::Normal));
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn normals_turn_with_their_node_and_a_mirrored_one_turns_its_faces() {
         let mut document: Value = serde_json::from_slice(&bytes).unwrap();
         document["nodes"][0]["scale"] = scale.to_vec().into();
         document["nodes"][0]["rotation"] = vec![0.5, 0.5, -0.5, 0.5].into();
-        let (cleaned, _) = cleaned(read_attributed(document.to_string().as_bytes(), Some(Format::Gltf)).unwrap());
+        let (cleaned, _) = clean_read(read_attributed(document.to_string().as_bytes(), Some(Format::Gltf)).unwrap());
         let [a, b, c] = cleaned.mesh.faces()[0].map(|v| Vec3::from(cleaned.mesh.positions()[v as usize]));
         let found = Vec3::from_slice(cleaned.attributes.channels[0].value(0));
         assert!(found.dot((b - a).cross(c - a).normalize()) > 0.9999, "{scale:?} {found}");
@@ -169,8 +169,8 @@ fn what_belongs_to_a_scene_is_said_to_stay_behind() {
 fn a_texture_that_gltf_does_not_hold_is_said() {
     let source =
         folder(&[("a.mtl", LIBRARY.as_bytes()), ("maps/tiles.png", b"not a picture"), ("roof.obj", ROOF.as_bytes())]);
-    let obj = cleaned(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
-    let glb = written(&obj, Format::Glb);
+    let obj = clean_read(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
+    let glb = write_model(&obj, Format::Glb);
     assert!(
         glb.notes.iter().any(|note| note.contains("PNG, JPEG, WebP or KTX2: a texture of tiles")),
         "{:?}",
@@ -186,9 +186,9 @@ fn textures_beside_the_mesh_are_found_from_a_library_in_a_folder() {
         ("maps/tiles.png", &tiles()),
         ("roof.obj", ROOF.replace("a.mtl", "materials/a.mtl").as_bytes()),
     ]);
-    let obj = cleaned(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
+    let obj = clean_read(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
     assert!(io::read_looks(&obj.1, false).0.of_groups[0].texture.is_some());
-    let out = written(&obj, Format::Obj);
+    let out = write_model(&obj, Format::Obj);
     let places: Vec<&Path> = out.companion_files.iter().map(|file| file.path.as_path()).collect();
     assert_eq!(places, [Path::new("maps/tiles.png"), Path::new("materials/a.mtl")]);
     assert!(out.notes.iter().any(|note| note.contains("secret.png") && note.contains("outside")), "{:?}", out.notes);

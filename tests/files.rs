@@ -1,6 +1,6 @@
 //! Mesh files through the public readers and writers: every format restores the written mesh.
 
-use crate::common::changed;
+use crate::common::with_changes;
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Frame, RawMesh, TriMesh};
@@ -25,12 +25,12 @@ fn any_mesh(coordinates: impl Strategy<Value = f32>) -> impl Strategy<Value = Cl
     let faces = prop::collection::vec(prop::array::uniform3(0u32..20), 1..30);
     (positions, faces).prop_map(|(positions, mut faces)| {
         faces.push([0, 1, 2]);
-        clean(RawMesh::new(positions, faces), &unwelded()).unwrap()
+        clean(RawMesh::new(positions, faces), &options_without_welding()).unwrap()
     })
 }
 
-fn unwelded() -> CleanOptions {
-    changed(CleanOptions::default(), |options| options.weld = false)
+fn options_without_welding() -> CleanOptions {
+    with_changes(CleanOptions::default(), |options| options.weld = false)
 }
 
 proptest! {
@@ -41,7 +41,7 @@ proptest! {
             for hint in [None, Some(format)] {
                 let back = io::read(&bytes, hint).unwrap();
                 prop_assert!(!back.double, "{:?}", format);
-                let back = clean(back, &unwelded()).unwrap();
+                let back = clean(back, &options_without_welding()).unwrap();
                 prop_assert_eq!(corners(&back.mesh), corners(&cleaned.mesh), "{:?}", format);
             }
         }
@@ -80,8 +80,8 @@ proptest! {
         let bytes = ply(&cleaned.mesh, encoding, &order, wide, length, faces_first);
         let raw = io::read(&bytes, None).unwrap();
         prop_assert_eq!(raw.double, wide);
-        let raw = changed(raw, |raw| raw.double = false);
-        prop_assert_eq!(corners(&clean(raw, &unwelded()).unwrap().mesh), corners(&cleaned.mesh));
+        let raw = with_changes(raw, |raw| raw.double = false);
+        prop_assert_eq!(corners(&clean(raw, &options_without_welding()).unwrap().mesh), corners(&cleaned.mesh));
     }
 
     #[test]
@@ -156,7 +156,7 @@ fn surveyed_coordinates_keep_their_millimetres() {
     let text: String =
         positions.iter().map(|[x, y, z]| format!("v {x:.3} {y:.3} {z:.3}\n")).collect::<String>() + "f 1 2 3\n";
     assert!(io::read(text.as_bytes(), None).unwrap().double);
-    let raw = changed(RawMesh::new(positions.clone(), faces), |raw| raw.double = true);
+    let raw = with_changes(RawMesh::new(positions.clone(), faces), |raw| raw.double = true);
     let Cleaned { mesh, frame, source, .. } = clean(raw, &CleanOptions::default()).unwrap();
     for format in [Format::Obj, Format::Ply, Format::PlyAscii, Format::Off] {
         let back = io::read(&io::write(&mesh, &frame, format).unwrap(), None).unwrap();

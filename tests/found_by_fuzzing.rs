@@ -11,7 +11,7 @@ fn run(mesh: &TriMesh, options: &Options) -> Simplified {
     simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-fn welded(mesh: TriMesh) -> TriMesh {
+fn weld_positions(mesh: TriMesh) -> TriMesh {
     let (positions, faces) = mesh.into_parts();
     let positions = positions.into_iter().map(|p| p.map(f64::from)).collect();
     clean(RawMesh::new(positions, faces), &CleanOptions::default()).unwrap().mesh
@@ -28,7 +28,7 @@ fn a_number_of_faces_is_reached_from_above_where_boundaries_cost_faces() {
 #[test]
 fn a_mesh_that_is_small_enough_still_comes_out_as_a_manifold() {
     let touching = shapes::touching_spheres(1);
-    for mesh in [touching.clone(), welded(touching)] {
+    for mesh in [touching.clone(), weld_positions(touching)] {
         let n_vertices = mesh.positions().len();
         let result = run(&mesh, &Options::new(Target::Vertices(n_vertices)));
         assert_closed_manifold(&result.mesh);
@@ -67,6 +67,6 @@ fn narrow_rings_keep_both_boundaries() {
 fn a_surface_pressed_flat_leaves_no_vertex_without_faces() {
     let (mut positions, faces) = shapes::chain_of_tori(2).into_parts();
     positions.iter_mut().for_each(|p| p[0] = 0.0);
-    let flat = welded(TriMesh::new(positions, faces).unwrap());
+    let flat = weld_positions(TriMesh::new(positions, faces).unwrap());
     assert_manifold(&run(&flat, &Options::new(Target::Ratio(0.02))).mesh);
 }

@@ -2,18 +2,18 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{assert_closed_manifold, assert_same_topology, changed, uneven_closed_mesh};
+use crate::common::{assert_closed_manifold, assert_same_topology, uneven_closed_mesh, with_changes};
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh, shapes, topology};
 use neural_mesh::simplify::{Options, Outcome, Simplified, SimplifyError, Target, simplify};
 use proptest::prelude::*;
 
-fn to(mesh: &TriMesh, target: Target) -> Simplified {
-    with(mesh, &Options::new(target))
+fn simplify_to(mesh: &TriMesh, target: Target) -> Simplified {
+    simplify_with(mesh, &Options::new(target))
 }
 
-fn with(mesh: &TriMesh, options: &Options) -> Simplified {
+fn simplify_with(mesh: &TriMesh, options: &Options) -> Simplified {
     simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
@@ -29,7 +29,7 @@ fn corners_and_creases_of_large_parts_stay() {
     let size = [3.0, 2.0, 1.0];
     let mesh = shapes::cuboid(size, 60);
     assert!(mesh.positions().len() > 20_000);
-    let lighter = to(&mesh, Target::Ratio(0.01));
+    let lighter = simplify_to(&mesh, Target::Ratio(0.01));
     let bounds: [f32; 3] = size.map(|x| x as f32);
     for corner in 0..8 {
         let place: [f32; 3] = std::array::from_fn(|k| if corner >> k & 1 == 1 { bounds[k] } else { 0.0 });
@@ -50,13 +50,13 @@ fn check(original: &TriMesh, ratio: f64) {
     let result = check_with(original, ratio, &options);
     let components = topology(original).components - result.report.components_pruned;
     assert_eq!(topology(&result.mesh).components, components);
-    let result = check_with(original, ratio, &changed(options, |options| options.prune = false));
+    let result = check_with(original, ratio, &with_changes(options, |options| options.prune = false));
     assert_same_topology(original, &result.mesh);
 }
 
 fn check_with(original: &TriMesh, ratio: f64, options: &Options) -> Simplified {
     let n_vertices = original.positions().len();
-    let result = with(original, options);
+    let result = simplify_with(original, options);
     assert_closed_manifold(&result.mesh);
     let welded = through_stl(&result.mesh);
     assert_closed_manifold(&welded);
@@ -101,11 +101,11 @@ fn threads_and_repetition_change_no_bit() {
     for (mesh, ratio) in [(shapes::wavy_sphere(5, 20.0), 0.1), (shapes::torus(600, 300, 1.0, 0.4), 0.15)] {
         let with = |n_threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-            pool.install(|| to(&mesh, Target::Ratio(ratio)))
+            pool.install(|| simplify_to(&mesh, Target::Ratio(ratio)))
         };
-        let first = with(1);
+        let first = simplify_with(1);
         for n_threads in [1, 2, 8] {
-            assert_eq!(with(n_threads), first);
+            assert_eq!(simplify_with(n_threads), first);
         }
     }
 }
@@ -114,7 +114,7 @@ fn threads_and_repetition_change_no_bit() {
 fn what_is_collapsed_in_blocks_is_closed_and_of_the_size_asked_for() {
     let mesh = shapes::torus(600, 300, 1.0, 0.4);
     for ratio in [0.02, 0.15, 0.5, 0.9] {
-        let lighter = to(&mesh, Target::Ratio(ratio));
+        let lighter = simplify_to(&mesh, Target::Ratio(ratio));
         assert_eq!(lighter.mesh.positions().len(), (ratio * mesh.positions().len() as f64) as usize);
         assert_closed_manifold(&lighter.mesh);
         assert_same_topology(&mesh, &lighter.mesh);

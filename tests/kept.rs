@@ -9,14 +9,14 @@ use neural_mesh::simplify::{
     simplify_levels_of_detail,
 };
 
-use crate::common::{assert_closed_manifold, changed};
+use crate::common::{assert_closed_manifold, with_changes};
 
 fn go_on() -> impl FnMut(neural_mesh::simplify::Event) -> ControlFlow<()> {
     |_| ControlFlow::Continue(())
 }
 
 fn input<'a>(mesh: &'a TriMesh, attributes: &'a Attributes, kept: &'a [bool]) -> Input<'a> {
-    changed(Input::bare(mesh), |input| (input.attributes, input.kept) = (attributes, kept))
+    with_changes(Input::bare(mesh), |input| (input.attributes, input.kept) = (attributes, kept))
 }
 
 type Corner = (Vec<u32>, Vec<(String, Vec<u32>)>);
@@ -56,7 +56,7 @@ fn assert_kept(before: &Input, result: &Simplified) {
 }
 
 // Builds a bumpy sphere with texture coordinates; the faces above a height are kept.
-fn capped(height: f32) -> (TriMesh, Attributes, Vec<bool>) {
+fn sphere_with_kept_cap(height: f32) -> (TriMesh, Attributes, Vec<bool>) {
     let mesh = shapes::wavy_sphere(5, 6.0);
     let z = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() / 3.0;
     let kept: Vec<bool> = mesh.faces().iter().map(|face| z(face) > height).collect();
@@ -68,7 +68,7 @@ fn capped(height: f32) -> (TriMesh, Attributes, Vec<bool>) {
 
 #[test]
 fn kept_faces_come_back_bit_for_bit_and_the_rest_makes_up_the_size() {
-    let (mesh, attributes, kept) = capped(0.8);
+    let (mesh, attributes, kept) = sphere_with_kept_cap(0.8);
     let bare = Attributes::default();
     let flat = with_flat_normals(&mesh, &attributes, "normal");
     for carried in [&bare, &attributes, &flat] {
@@ -85,7 +85,7 @@ fn kept_faces_come_back_bit_for_bit_and_the_rest_makes_up_the_size() {
 
 #[test]
 fn what_is_kept_is_a_limit_that_is_told() {
-    let (mesh, attributes, kept) = capped(0.0);
+    let (mesh, attributes, kept) = sphere_with_kept_cap(0.0);
     let before = input(&mesh, &attributes, &kept);
     let result = simplify_input(&before, None, &Options::new(Target::Ratio(0.02)), &mut go_on()).unwrap();
     assert!(matches!(result.report.outcome, Outcome::Stopped(_)), "{:?}", result.report);
@@ -98,7 +98,7 @@ fn what_is_kept_is_a_limit_that_is_told() {
 
 #[test]
 fn all_levels_keep_what_is_kept() {
-    let (mesh, attributes, kept) = capped(0.9);
+    let (mesh, attributes, kept) = sphere_with_kept_cap(0.9);
     let before = input(&mesh, &attributes, &kept);
     let further = [Target::Ratio(0.3), Target::Ratio(0.2)];
     let options = Options::new(Target::Ratio(0.5));
@@ -108,7 +108,7 @@ fn all_levels_keep_what_is_kept() {
 }
 
 // Builds a large sphere with small ones inside, of which the last two are kept.
-fn nested() -> (TriMesh, Vec<bool>) {
+fn nested_spheres() -> (TriMesh, Vec<bool>) {
     let [large, small] = [shapes::icosphere(4), shapes::icosphere(1)];
     let (mut positions, mut faces) = (large.positions().to_vec(), large.faces().to_vec());
     for number in 0..6 {
@@ -124,12 +124,12 @@ fn nested() -> (TriMesh, Vec<bool>) {
 
 #[test]
 fn kept_components_are_dropped_for_nothing() {
-    let (mesh, kept) = nested();
+    let (mesh, kept) = nested_spheres();
     let attributes = Attributes::default();
     let before = input(&mesh, &attributes, &kept);
     let plain = Options::new(Target::Vertices(150));
-    let pruned = changed(plain.clone(), |options| options.prune_below = 0.1);
-    let hidden = changed(plain.clone(), |options| options.hidden = Hidden::Drop);
+    let pruned = with_changes(plain.clone(), |options| options.prune_below = 0.1);
+    let hidden = with_changes(plain.clone(), |options| options.hidden = Hidden::Drop);
     for (options, n_components) in [(&plain, None), (&pruned, Some(3)), (&hidden, Some(3))] {
         let result = simplify_input(&before, None, options, &mut go_on()).unwrap();
         assert_kept(&before, &result);
@@ -159,7 +159,7 @@ fn flags_that_do_not_fit_and_mirrored_results_are_refused() {
     let refused = simplify_input(&input(&mesh, &attributes, &short), None, &options, &mut go_on());
     assert_eq!(refused.unwrap_err(), SimplifyError::BadInput);
     let kept = vec![true; mesh.faces().len()];
-    let mirrored = changed(options, |options| options.symmetric = Some(Symmetry::Best));
+    let mirrored = with_changes(options, |options| options.symmetric = Some(Symmetry::Best));
     let refused = simplify_input(&input(&mesh, &attributes, &kept), None, &mirrored, &mut go_on());
     assert!(matches!(refused, Err(SimplifyError::NotWithSymmetry(_))));
 }
@@ -171,7 +171,7 @@ fn locked_vertices_keep_every_bit_with_and_without_vertices_that_no_face_uses() 
     positions.insert(0, [7.0; 3]);
     let mesh = TriMesh::new(positions, faces.into_iter().map(|face| face.map(|v| v + 1)).collect()).unwrap();
     let locked: Vec<bool> = (0..mesh.positions().len()).map(|v| v % 20 == 5).collect();
-    let input = changed(Input::bare(&mesh), |input| input.locked = &locked);
+    let input = with_changes(Input::bare(&mesh), |input| input.locked = &locked);
     let result = simplify_input(&input, None, &Options::new(Target::Faces(800)), &mut go_on()).unwrap();
     assert_eq!((result.mesh.faces().len(), result.report.locked_vertices), (800, 128));
     assert_closed_manifold(&result.mesh);
@@ -179,20 +179,20 @@ fn locked_vertices_keep_every_bit_with_and_without_vertices_that_no_face_uses() 
     let left: BTreeSet<[u32; 3]> = result.mesh.positions().iter().map(bits).collect();
     let held = mesh.positions().iter().zip(&locked).filter(|(_, locked)| **locked);
     assert!(held.map(|(p, _)| bits(p)).all(|p| left.contains(&p)));
-    let short = changed(Input::bare(&mesh), |input| input.locked = &locked[1..]);
+    let short = with_changes(Input::bare(&mesh), |input| input.locked = &locked[1..]);
     let refused = simplify_input(&short, None, &Options::new(Target::Faces(800)), &mut go_on()).unwrap_err();
     assert_eq!(refused, SimplifyError::BadInput);
 }
 
 #[test]
 fn components_with_locked_vertices_are_dropped_for_nothing() {
-    let (mesh, kept) = nested();
+    let (mesh, kept) = nested_spheres();
     let mut locked = vec![false; mesh.positions().len()];
     mesh.faces().iter().zip(&kept).filter(|(_, kept)| **kept).for_each(|(face, _)| locked[face[0] as usize] = true);
-    let input = changed(Input::bare(&mesh), |input| input.locked = &locked);
+    let input = with_changes(Input::bare(&mesh), |input| input.locked = &locked);
     for options in [
-        changed(Options::new(Target::Vertices(60)), |options| options.prune_below = 10.0),
-        changed(Options::new(Target::Vertices(60)), |options| options.hidden = Hidden::Drop),
+        with_changes(Options::new(Target::Vertices(60)), |options| options.prune_below = 10.0),
+        with_changes(Options::new(Target::Vertices(60)), |options| options.hidden = Hidden::Drop),
     ] {
         let result = simplify_input(&input, None, &options, &mut go_on()).unwrap();
         let left: BTreeSet<[u32; 3]> = result.mesh.positions().iter().map(|p| p.map(f32::to_bits)).collect();

@@ -108,7 +108,7 @@ fn name(path: &str) -> String {
 }
 
 // Lists `path: word` for each forbidden word in the code of a file.
-fn found(files: &[Source], words: &[&str]) -> Vec<String> {
+fn find_words(files: &[Source], words: &[&str]) -> Vec<String> {
     let hits = |source: &Source| {
         let held = words.iter().filter(|word| source.code.contains(**word));
         held.map(|word| format!("{}: {word}", source.path)).collect::<Vec<_>>()
@@ -153,25 +153,25 @@ fn the_table_names_only_modules_that_exist() {
 fn the_library_touches_nothing_outside_itself() {
     let library = sources("src");
     let speech = ["println!", "print!(", "eprint!(", "dbg!("];
-    assert_eq!(found(&library, &speech), Vec::<String>::new());
+    assert_eq!(find_words(&library, &speech), Vec::<String>::new());
     let world = ["std::env", "std::process", "Instant", "SystemTime"];
-    assert_eq!(found(&library, &world), Vec::<String>::new());
+    assert_eq!(find_words(&library, &world), Vec::<String>::new());
     let may_touch = |source: &Source| matches!(module(source), Some("io" | "train"));
     let no_files: Vec<Source> = library.into_iter().filter(|source| !may_touch(source)).collect();
-    assert_eq!(found(&no_files, &["std::fs", "fs::", "File::"]), Vec::<String>::new());
+    assert_eq!(find_words(&no_files, &["std::fs", "fs::", "File::"]), Vec::<String>::new());
 }
 
 #[test]
 fn nothing_gives_up() {
     let all: Vec<Source> =
         ["src", "c/src", "cli/src", "bench/src", "python/src", "web/src"].into_iter().flat_map(sources).collect();
-    assert_eq!(found(&all, &[".unwrap()", "todo!(", "unimplemented!(", "allow(dead_code"]), Vec::<String>::new());
+    assert_eq!(find_words(&all, &[".unwrap()", "todo!(", "unimplemented!(", "allow(dead_code"]), Vec::<String>::new());
     // Readers get arbitrary data and must not panic; elsewhere an `expect` may state an invariant.
     let boundary = |source: &Source| {
         ["c/", "cli/", "python/", "web/", "src/io/"].iter().any(|place| source.path.starts_with(place))
     };
     let boundary: Vec<Source> = all.into_iter().filter(boundary).collect();
-    assert_eq!(found(&boundary, &[".expect(", "panic!(", "unreachable!("]), Vec::<String>::new());
+    assert_eq!(find_words(&boundary, &[".expect(", "panic!(", "unreachable!("]), Vec::<String>::new());
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn unsafe_code_for_c_stands_in_one_file_and_says_why_it_is_sound() {
     let (pointers, others): (Vec<Source>, Vec<Source>) =
         all.into_iter().partition(|source| source.path == "c/src/pointers.rs");
     // Other files only declare names and functions with pointers.
-    assert_eq!(found(&others, &["unsafe {", "unsafe impl"]), Vec::<String>::new());
+    assert_eq!(find_words(&others, &["unsafe {", "unsafe impl"]), Vec::<String>::new());
     let [Source { code, text, .. }] = &pointers[..] else { panic!("c/src/pointers.rs is missing") };
     let n_of = |text: &str, word: &str| text.matches(word).count();
     assert_eq!(n_of(text, "// SAFETY: "), n_of(code, "unsafe {") + n_of(code, "unsafe impl"));
@@ -200,7 +200,7 @@ fn unsafe_code_stands_in_kernels_the_allocator_and_names_for_javascript_alone() 
     let declared = ["#[unsafe(no_mangle)]", "unsafe extern \"C\" {", "allow(unsafe_code"].map(n_of);
     assert_eq!((declared, n_of("unsafe ")), ([4, 2, 3], 5));
     let elsewhere: Vec<Source> = others.into_iter().filter(|source| module(source) != Some("linalg")).collect();
-    assert_eq!(found(&elsewhere, &["unsafe ", "allow(unsafe_code)"]), Vec::<String>::new());
+    assert_eq!(find_words(&elsewhere, &["unsafe ", "allow(unsafe_code)"]), Vec::<String>::new());
     // The allocator file must justify its use of `unsafe` and stay small.
     let [Source { code, text, .. }] = &allocator[..] else { panic!("cli/src/allocator.rs is missing") };
     assert_eq!((code.matches("unsafe impl").count(), code.matches("unsafe impl GlobalAlloc for").count()), (1, 1));

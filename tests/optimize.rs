@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::common::{assert_closed_manifold, assert_same_topology, changed};
+use crate::common::{assert_closed_manifold, assert_same_topology, with_changes};
 use neural_mesh::io::read_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
@@ -17,8 +17,8 @@ fn mesh(name: &str) -> TriMesh {
     clean(read_path(&path, None).unwrap(), &CleanOptions::default()).unwrap().mesh
 }
 
-fn to(mesh: &TriMesh, ratio: f64, optimize: Optimize, effort: Effort) -> Simplified {
-    let options = changed(Options::new(Target::Ratio(ratio)), |options| {
+fn simplify_to_ratio(mesh: &TriMesh, ratio: f64, optimize: Optimize, effort: Effort) -> Simplified {
+    let options = with_changes(Options::new(Target::Ratio(ratio)), |options| {
         (options.optimize, options.effort) = (optimize, effort);
     });
     simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
@@ -31,7 +31,7 @@ fn figures(optimize: Optimize, effort: Effort) -> [f64; 3] {
         let mesh = mesh(name);
         let original = Surface::new(&mesh, 20_000, 1);
         for ratio in [0.05, 0.1, 0.2, 0.5] {
-            let result = to(&mesh, ratio, optimize, effort).mesh;
+            let result = simplify_to_ratio(&mesh, ratio, optimize, effort).mesh;
             assert_closed_manifold(&result);
             assert_same_topology(&mesh, &result);
             let both = surface_distance(&original, &Surface::new(&result, 20_000, 2)).unwrap().both;
@@ -63,6 +63,6 @@ fn the_more_effort_the_nearer() {
 #[test]
 fn the_mean_asks_for_no_scores_and_says_so() {
     let mesh = mesh(NAMES[0]);
-    assert_eq!(to(&mesh, 0.1, Optimize::Mean, Effort::Standard).report.scores, ScoreSource::Geometry);
-    assert_eq!(to(&mesh, 0.1, Optimize::Max, Effort::Standard).report.scores, ScoreSource::Bending);
+    assert_eq!(simplify_to_ratio(&mesh, 0.1, Optimize::Mean, Effort::Standard).report.scores, ScoreSource::Geometry);
+    assert_eq!(simplify_to_ratio(&mesh, 0.1, Optimize::Max, Effort::Standard).report.scores, ScoreSource::Bending);
 }

@@ -2,16 +2,16 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, changed, repeated_positions};
+use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, repeated_positions, with_changes};
 use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::simplify::{Options, Outcome, ScoreSource, Simplified, Target, simplify};
 
-fn to(mesh: &TriMesh, ratio: f64) -> Simplified {
-    with_scores(mesh, ratio, ScoreSource::Network)
+fn simplify_to_ratio(mesh: &TriMesh, ratio: f64) -> Simplified {
+    simplify_with_scores(mesh, ratio, ScoreSource::Network)
 }
 
-fn with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
-    let options = changed(Options::new(Target::Ratio(ratio)), |options| {
+fn simplify_with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
+    let options = with_changes(Options::new(Target::Ratio(ratio)), |options| {
         options.scores = scores;
         options.prune = false;
     });
@@ -36,7 +36,7 @@ const ROOM: f64 = 2.5;
 fn check(mesh: &TriMesh, ratios_and_fractions: [(f64, f64); 3]) {
     for (ratio, fraction) in ratios_and_fractions {
         for scores in [ScoreSource::Network, ScoreSource::Geometry] {
-            let result = with_scores(mesh, ratio, scores);
+            let result = simplify_with_scores(mesh, ratio, scores);
             assert_closed_manifold(&result.mesh);
             assert_same_topology(mesh, &result.mesh);
             assert_size(mesh, ratio, &result);
@@ -79,7 +79,7 @@ fn surfaces_with_boundaries_or_one_side_stay_what_they_are() {
     let one_sided = [shapes::klein_bottle(60, 24), shapes::moebius_strip(60, 8)];
     for mesh in open.iter().chain(&one_sided) {
         for (ratio, fraction) in [(0.1, 0.05), (0.5, 0.02)] {
-            let result = to(mesh, ratio);
+            let result = simplify_to_ratio(mesh, ratio);
             let (before, after) = (topology(mesh), topology(&result.mesh));
             assert_eq!((after.non_manifold_edges, after.non_manifold_vertices, after.unreferenced_vertices), (0, 0, 0));
             assert_eq!((after.euler, after.components), (before.euler, before.components));
@@ -100,7 +100,7 @@ fn many_small_pieces_take_no_longer_than_their_number() {
     let faces =
         (0..3000).flat_map(|i| shapes::tetrahedron().faces().to_vec().into_iter().map(move |f| f.map(|v| v + 4 * i)));
     let mesh = TriMesh::new(places.collect(), faces.collect()).unwrap();
-    let result = to(&mesh, 0.001);
+    let result = simplify_to_ratio(&mesh, 0.001);
     assert_eq!(result.mesh.faces().len(), mesh.faces().len());
     assert_close(&mesh, &result.mesh, 1e-5);
     assert!(matches!(result.report.outcome, Outcome::Stopped(_)));

@@ -67,11 +67,11 @@ impl Tensors {
 }
 
 // Returns input gradients that are easy to reproduce: whole numbers from -5 to 5.
-fn given(n: usize) -> Vec<f32> {
+fn input_gradients(n: usize) -> Vec<f32> {
     (0..n).map(|i| (5 * i % 11) as f32 - 5.0).collect()
 }
 
-fn computed() -> Tensors {
+fn compute_tensors() -> Tensors {
     let mesh = shapes::wavy_sphere(1, 5.0);
     let rings = Arc::new(edge_graph(&mesh));
     let (points, normals) = (in_edge_lengths(mesh.positions(), &rings), vertex_normals(&mesh));
@@ -83,12 +83,12 @@ fn computed() -> Tensors {
     found.numbers("points", 3, points.as_flattened());
     found.numbers("normals", 3, normals.as_flattened());
     found.graph("edges", &rings);
-    of_the_point_sampler(&mut found, &weights, &points, &normals, &rings);
-    of_edges_and_faces(&mut found, &weights, &points, &rings);
+    record_point_sampler(&mut found, &weights, &points, &normals, &rings);
+    record_edges_and_faces(&mut found, &weights, &points, &rings);
     found
 }
 
-fn of_the_point_sampler(
+fn record_point_sampler(
     found: &mut Tensors,
     weights: &Weights,
     points: &[[f32; 3]],
@@ -96,30 +96,30 @@ fn of_the_point_sampler(
     rings: &Arc<Csr>,
 ) {
     let pass = point_sampler_forward(weights, points, Some(normals), rings);
-    let gradients = point_sampler_backward(&pass, &given(points.len()));
+    let gradients = point_sampler_backward(&pass, &input_gradients(points.len()));
     found.numbers("scores", 1, &pass.scores);
     found.numbers("gradient.point_sampler.points", 3, gradients.points.as_flattened());
     found.numbers("gradient.point_sampler.normals", 3, gradients.normals.as_flattened());
-    of_tensors(found, |f| gradients.tensors.try_map("gradient.point_sampler", f).map(drop));
+    record_tensors(found, |f| gradients.tensors.try_map("gradient.point_sampler", f).map(drop));
 }
 
-fn of_edges_and_faces(found: &mut Tensors, weights: &Weights, points: &[[f32; 3]], original: &Arc<Csr>) {
+fn record_edges_and_faces(found: &mut Tensors, weights: &Weights, points: &[[f32; 3]], original: &Arc<Csr>) {
     let edges = predict_edges(weights, points, original);
     let PredictedEdges { graph, attention, adjacency } = &edges;
     let pass = edge_predictor_forward(weights, points, graph, original);
-    let both = given(2 * graph.n_entries());
+    let both = input_gradients(2 * graph.n_entries());
     let gradients = edge_predictor_backward(&pass, &both[..graph.n_entries()], &both[graph.n_entries()..]);
     found.graph("graph", graph);
     found.numbers("attention", 1, attention);
     found.numbers("adjacency", 1, adjacency);
     found.numbers("gradient.edge_predictor.points", 3, gradients.points.as_flattened());
-    of_tensors(found, |f| gradients.tensors.try_map("gradient.edge_predictor", f).map(drop));
+    record_tensors(found, |f| gradients.tensors.try_map("gradient.edge_predictor", f).map(drop));
 
     let faces = predict_faces(weights, points, &edges, &[]);
     let triangles = &faces.candidates.triangles;
     let graph = triangle_graph(points, triangles, SIZES.face_knn).into();
     let pass = face_classifier_forward(weights, points, triangles, &graph, &faces.prior);
-    let gradients = face_classifier_backward(&pass, &given(triangles.len()));
+    let gradients = face_classifier_backward(&pass, &input_gradients(triangles.len()));
     found.indices("faces", 3, triangles.as_flattened());
     found.indices("entries", 3, faces.candidates.entries.as_flattened());
     found.graph("triangle_graph", &graph);
@@ -127,12 +127,12 @@ fn of_edges_and_faces(found: &mut Tensors, weights: &Weights, points: &[[f32; 3]
     found.numbers("probabilities", 1, &pass.probabilities);
     found.numbers("gradient.face_classifier.points", 3, gradients.points.as_flattened());
     found.numbers("gradient.face_classifier.prior", 1, &gradients.prior);
-    of_tensors(found, |f| gradients.tensors.try_map("gradient.face_classifier", f).map(drop));
+    record_tensors(found, |f| gradients.tensors.try_map("gradient.face_classifier", f).map(drop));
 }
 
 type Found<'a> = dyn FnMut(&str, &Matrix) -> Result<(), ()> + 'a;
 
-fn of_tensors(found: &mut Tensors, walk: impl FnOnce(&mut &mut Found) -> Result<(), ()>) {
+fn record_tensors(found: &mut Tensors, walk: impl FnOnce(&mut &mut Found) -> Result<(), ()>) {
     let mut noted = |name: &str, matrix: &Matrix| {
         found.matrix(name, matrix);
         Ok(())
@@ -143,7 +143,7 @@ fn of_tensors(found: &mut Tensors, walk: impl FnOnce(&mut &mut Found) -> Result<
 #[test]
 fn passes_have_their_golden_values() {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/passes.safetensors");
-    let found = computed();
+    let found = compute_tensors();
     if std::env::var("NEURAL_MESH_PASSES").is_ok_and(|wish| wish == "write") {
         std::fs::write(&path, found.bytes()).unwrap();
     }

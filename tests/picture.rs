@@ -1,6 +1,6 @@
 //! Pictures: near faces hide others, backs are red, lines follow edges.
 
-use crate::common::changed;
+use crate::common::with_changes;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::picture::{Image, PictureOptions, encode_png, render};
 
@@ -12,7 +12,7 @@ fn square(z: f32, turned: bool) -> TriMesh {
 }
 
 fn small(edges: bool) -> PictureOptions {
-    changed(PictureOptions::default(), |options| {
+    with_changes(PictureOptions::default(), |options| {
         options.height = 128;
         options.edges = edges;
     })
@@ -108,7 +108,7 @@ fn flat_meshes_are_not_seen_on_edge() {
 fn captions_are_written_below() {
     let captions = vec!["before\n5,856 faces".to_string(), String::new()];
     let mesh = square(0.0, false);
-    let image = render(&[&mesh, &mesh], &changed(small(true), |options| options.captions = captions));
+    let image = render(&[&mesh, &mesh], &with_changes(small(true), |options| options.captions = captions));
     assert!(image.height > 128);
     let below = &image.rgba[128 * image.width * 4..];
     assert!(below.chunks(4).any(|pixel| pixel[0] < 90));

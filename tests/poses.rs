@@ -1,6 +1,6 @@
 //! Results for other poses, where morph targets move the mesh.
 
-use crate::common::changed;
+use crate::common::with_changes;
 use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shapes, topology};
@@ -10,7 +10,7 @@ use neural_mesh::simplify::{
 };
 
 // Bends a point of a slab into three quarters of a ring.
-fn around([x, y, z]: [f32; 3]) -> [f32; 3] {
+fn bend_point([x, y, z]: [f32; 3]) -> [f32; 3] {
     let (radius, angle) = (2.0 - z, 0.55 * x);
     [radius * angle.sin(), y, 2.0 - radius * angle.cos()]
 }
@@ -18,19 +18,23 @@ fn around([x, y, z]: [f32; 3]) -> [f32; 3] {
 // Builds a slab 8 long, and a morph target that bends it.
 fn slab() -> (TriMesh, Attributes) {
     let mesh = shapes::cuboid([8.0, 1.0, 0.5], 24);
-    let step = |&p: &[f32; 3]| std::array::from_fn::<f32, 3, _>(|i| around(p)[i] - p[i]);
+    let step = |&p: &[f32; 3]| std::array::from_fn::<f32, 3, _>(|i| bend_point(p)[i] - p[i]);
     let values = mesh.positions().iter().flat_map(step).collect();
     let bend = Channel { name: "TARGET_0/POSITION".into(), role: Role::MorphPosition, width: 3, values };
     let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![bend], groups: Vec::new() };
     (mesh, attributes)
 }
 
-fn simplified(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Result<Simplified, SimplifyError> {
-    let input = changed(Input::bare(mesh), |input| input.attributes = attributes);
+fn simplify_with_attributes(
+    mesh: &TriMesh,
+    attributes: &Attributes,
+    options: &Options,
+) -> Result<Simplified, SimplifyError> {
+    let input = with_changes(Input::bare(mesh), |input| input.attributes = attributes);
     simplify_input(&input, None, options, &mut |_| ControlFlow::Continue(()))
 }
 
-fn bent(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {
+fn apply_pose(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {
     let mut positions = mesh.positions().to_vec();
     for (face, wedges) in mesh.faces().iter().zip(&attributes.wedges) {
         for (&v, &wedge) in face.iter().zip(wedges) {
@@ -45,13 +49,13 @@ fn bent(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {
 fn what_is_flat_here_keeps_the_vertices_that_it_needs_where_it_bends() {
     let (mesh, attributes) = slab();
     let plain = Options::new(Target::Vertices(60));
-    let distances = [plain.clone(), changed(plain, |options| options.purpose = Purpose::Poses)].map(|options| {
-        let result = simplified(&mesh, &attributes, &options).unwrap();
+    let distances = [plain.clone(), with_changes(plain, |options| options.purpose = Purpose::Poses)].map(|options| {
+        let result = simplify_with_attributes(&mesh, &attributes, &options).unwrap();
         assert_eq!(result.mesh.positions().len(), 60);
         assert!(topology(&result.mesh).is_closed_manifold());
         let far = |original: &TriMesh, found: &TriMesh| quick_distance(original, found, 20_000, 0).unwrap().mean;
-        let pose = bent(&result.mesh, &result.attributes);
-        [far(&mesh, &result.mesh), far(&bent(&mesh, &attributes), &pose)]
+        let pose = apply_pose(&result.mesh, &result.attributes);
+        [far(&mesh, &result.mesh), far(&apply_pose(&mesh, &attributes), &pose)]
     });
     let [[_, in_pose], [here, in_pose_for_poses]] = distances;
     assert!(in_pose_for_poses < 0.7 * in_pose && here < 0.001, "{distances:?}");
@@ -65,9 +69,9 @@ fn a_pose_that_nobody_knows_is_nearer_where_every_place_may_bend() {
     let limb = moved(&shapes::open_cylinder(24, 96), |[x, y, z]| [4.0 * z, 0.3 * y, 0.3 * x]);
     let ring = |mesh: &TriMesh| moved(mesh, around);
     let plain = Options::new(Target::Vertices(150));
-    let [in_pose, in_pose_bending] =
-        [plain.clone(), changed(plain, |options| options.purpose = Purpose::Poses)].map(|options| {
-            let result = simplified(&limb, &Attributes::default(), &options).unwrap();
+    let [in_pose, in_pose_bending] = [plain.clone(), with_changes(plain, |options| options.purpose = Purpose::Poses)]
+        .map(|options| {
+            let result = simplify_with_attributes(&limb, &Attributes::default(), &options).unwrap();
             assert_eq!(result.mesh.positions().len(), 150);
             assert!(quick_distance(&limb, &result.mesh, 20_000, 0).unwrap().mean < 0.02);
             quick_distance(&ring(&limb), &ring(&result.mesh), 20_000, 0).unwrap().mean
@@ -79,8 +83,8 @@ fn a_pose_that_nobody_knows_is_nearer_where_every_place_may_bend() {
 fn a_mesh_without_area_bends_nowhere() {
     let line =
         TriMesh::new((0..9).map(|i| [i as f32, 0.0, 0.0]).collect(), vec![[0, 3, 8], [1, 4, 7], [2, 5, 6]]).unwrap();
-    let options = changed(Options::new(Target::Ratio(0.5)), |options| options.purpose = Purpose::Poses);
-    let result = simplified(&line, &Attributes::default(), &options).unwrap();
+    let options = with_changes(Options::new(Target::Ratio(0.5)), |options| options.purpose = Purpose::Poses);
+    let result = simplify_with_attributes(&line, &Attributes::default(), &options).unwrap();
     assert!(result.mesh.positions().iter().flatten().all(|x| x.is_finite()));
 }
 
@@ -89,10 +93,10 @@ fn purposes_and_symmetry_are_refused_together() {
     let (mesh, attributes) = slab();
     let symmetric = Some(Symmetry::Across(Axis::X));
     for purpose in [Purpose::Poses, Purpose::Spectrum] {
-        let options = changed(Options::new(Target::Vertices(200)), |options| {
+        let options = with_changes(Options::new(Target::Vertices(200)), |options| {
             (options.purpose, options.symmetric) = (purpose, symmetric);
         });
-        let error = simplified(&mesh, &attributes, &options).unwrap_err();
+        let error = simplify_with_attributes(&mesh, &attributes, &options).unwrap_err();
         assert_eq!(error, SimplifyError::NotWithSymmetry("a purpose other than shape"));
     }
 }

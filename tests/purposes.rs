@@ -2,12 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{assert_closed_manifold, assert_same_topology, changed};
+use crate::common::{assert_closed_manifold, assert_same_topology, with_changes};
 use neural_mesh::mesh::{TriMesh, shapes};
 use neural_mesh::simplify::{Options, Purpose, ScoreSource, Target, simplify, vertex_areas};
 
-fn to(mesh: &TriMesh, n: usize, purpose: Purpose) -> TriMesh {
-    let options = changed(Options::new(Target::Vertices(n)), |options| options.purpose = purpose);
+fn simplify_for_purpose(mesh: &TriMesh, n: usize, purpose: Purpose) -> TriMesh {
+    let options = with_changes(Options::new(Target::Vertices(n)), |options| options.purpose = purpose);
     let result = simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     let is_shape = purpose == Purpose::Shape;
     assert_eq!(result.report.scores, if is_shape { ScoreSource::Bending } else { ScoreSource::Geometry });
@@ -19,7 +19,7 @@ fn to(mesh: &TriMesh, n: usize, purpose: Purpose) -> TriMesh {
 fn faces_for_the_spectrum_are_of_like_areas() {
     let mesh = shapes::wavy_sphere(5, 6.0);
     let spread = |purpose| {
-        let result = to(&mesh, 300, purpose);
+        let result = simplify_for_purpose(&mesh, 300, purpose);
         assert_closed_manifold(&result);
         assert_same_topology(&mesh, &result);
         let areas = vertex_areas(&result);

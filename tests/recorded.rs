@@ -1,12 +1,12 @@
 //! Records of runs: the result as a differentiable function of the input vertices.
 
-use crate::common::changed;
+use crate::common::with_changes;
 use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{TriMesh, shapes};
 use neural_mesh::simplify::{Options, Purpose, Record, Simplified, Target, simplify, simplify_recorded};
 
-fn recorded(mesh: &TriMesh, options: &Options) -> (Simplified, Record) {
+fn simplify_and_record(mesh: &TriMesh, options: &Options) -> (Simplified, Record) {
     simplify_recorded(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
@@ -20,18 +20,18 @@ fn dot(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
 }
 
-fn moved(points: &[[f32; 3]], along: &[[f32; 3]], step: f32) -> Vec<[f32; 3]> {
+fn move_points(points: &[[f32; 3]], along: &[[f32; 3]], step: f32) -> Vec<[f32; 3]> {
     points.iter().zip(along).map(|(p, d)| [0, 1, 2].map(|k| p[k] + step * d[k])).collect()
 }
 
 // Expects that recording changes nothing, that the record reproduces the result, and that its gradients are right.
 fn check(mesh: &TriMesh, options: &Options) -> Record {
-    let (result, record) = recorded(mesh, options);
+    let (result, record) = simplify_and_record(mesh, options);
     assert_eq!(result, simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap());
     let output = record.positions(mesh.positions());
     assert!(output.iter().flatten().zip(result.mesh.positions().iter().flatten()).all(|(p, q)| (p - q).abs() < 1e-6));
     let (along, g) = (directions(mesh.positions().len(), 1), directions(output.len(), 2));
-    let loss = |step: f32| dot(&record.positions(&moved(mesh.positions(), &along, step)), &g);
+    let loss = |step: f32| dot(&record.positions(&move_points(mesh.positions(), &along, step)), &g);
     let gradient = record.backward(mesh.positions(), &g);
     let (numeric, analytic) = ((loss(5e-5) - loss(-5e-5)) / 1e-4, dot(&gradient, &along));
     let scale = dot(&gradient, &gradient).sqrt();
@@ -48,14 +48,14 @@ fn results_are_functions_of_the_input() {
     check(&shapes::icosphere(2), &Options::new(Target::Ratio(1.0)));
     check(
         &shapes::wavy_sphere(3, 5.0),
-        &changed(Options::new(Target::Ratio(0.2)), |options| options.purpose = Purpose::Poses),
+        &with_changes(Options::new(Target::Ratio(0.2)), |options| options.purpose = Purpose::Poses),
     );
 }
 
 #[test]
 fn moving_and_scaling_the_input_moves_and_scales_the_result() {
     for mesh in [shapes::wavy_sphere(3, 5.0), shapes::open_cylinder(24, 12), shapes::bolt(24)] {
-        let (result, record) = recorded(&mesh, &Options::new(Target::Ratio(0.2)));
+        let (result, record) = simplify_and_record(&mesh, &Options::new(Target::Ratio(0.2)));
         let g = directions(result.mesh.positions().len(), 3);
         let gradient = record.backward(mesh.positions(), &g);
         for axis in 0..3 {
@@ -74,8 +74,8 @@ fn vertices_that_took_no_part_have_no_gradient() {
     let unused = vec![[9.0; 3]];
     let faces = boxes.faces().iter().map(|face| face.map(|v| v + 1)).collect();
     let mesh = TriMesh::new([&unused, boxes.positions()].concat(), faces).unwrap();
-    let options = changed(Options::new(Target::Vertices(40)), |options| options.prune = true);
-    let (result, record) = recorded(&mesh, &options);
+    let options = with_changes(Options::new(Target::Vertices(40)), |options| options.prune = true);
+    let (result, record) = simplify_and_record(&mesh, &options);
     assert!(result.report.components_pruned > 0);
     let outputs = record.output_vertices();
     let gradient = record.backward(mesh.positions(), &directions(result.mesh.positions().len(), 4));

@@ -12,27 +12,27 @@ use neural_mesh::simplify::{
     simplify_levels_of_detail,
 };
 
-use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology, changed};
+use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology, with_changes};
 
 fn go_on(_: neural_mesh::simplify::Event) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
 fn options(target: Target, symmetry: Symmetry) -> Options {
-    changed(Options::new(target), |options| options.symmetric = Some(symmetry))
+    with_changes(Options::new(target), |options| options.symmetric = Some(symmetry))
 }
 
-fn simplified(mesh: &TriMesh, options: &Options) -> Simplified {
+fn simplify_mesh(mesh: &TriMesh, options: &Options) -> Simplified {
     simplify_input(&Input::bare(mesh), None, options, &mut go_on).unwrap()
 }
 
-fn moved(mesh: &TriMesh, to: impl Fn(Vec3) -> Vec3) -> TriMesh {
+fn move_vertices(mesh: &TriMesh, to: impl Fn(Vec3) -> Vec3) -> TriMesh {
     let positions = mesh.positions().iter().map(|&p| to(p.into()).to_array()).collect();
     TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
 }
 
 fn bumpy(level: u32) -> TriMesh {
-    moved(&shapes::icosphere(level), |p| {
+    move_vertices(&shapes::icosphere(level), |p| {
         let x = p.x.abs();
         p * (1.0 + 0.15 * (6.0 * x).sin() * (4.0 * p.y + 1.0).cos() + 0.1 * (5.0 * p.z + 3.0 * x).sin())
     })
@@ -68,14 +68,18 @@ fn distance(original: &TriMesh, result: &TriMesh) -> f64 {
 #[test]
 fn closed_stays_closed_and_mirrored_at_the_size_asked_for() {
     let tori = shapes::torus(64, 32, 1.0, 0.4);
-    let meshes =
-        [bumpy(4), moved(&shapes::icosphere(4), |p| p + Vec3::new(0.7, 3.0, -2.0)), tori, shapes::plate(6, 0.02)];
+    let meshes = [
+        bumpy(4),
+        move_vertices(&shapes::icosphere(4), |p| p + Vec3::new(0.7, 3.0, -2.0)),
+        tori,
+        shapes::plate(6, 0.02),
+    ];
     for mesh in &meshes {
         for target in
             [Target::Ratio(0.5), Target::Vertices(301), Target::Vertices(300), Target::Faces(200), Target::Vertices(61)]
         {
             for symmetry in [Symmetry::Best, Symmetry::Across(Axis::X)] {
-                let result = simplified(mesh, &options(target, symmetry));
+                let result = simplify_mesh(mesh, &options(target, symmetry));
                 assert_closed_manifold(&result.mesh);
                 assert_same_topology(mesh, &result.mesh);
                 assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
@@ -95,8 +99,8 @@ fn closed_stays_closed_and_mirrored_at_the_size_asked_for() {
 fn a_mirrored_result_lies_as_close_as_any() {
     for mesh in [bumpy(5), shapes::torus(96, 48, 1.0, 0.4)] {
         let n = mesh.positions().len() / 10;
-        let plain = simplified(&mesh, &Options::new(Target::Vertices(n)));
-        let mirrored = simplified(&mesh, &options(Target::Vertices(n), Symmetry::Across(Axis::X)));
+        let plain = simplify_mesh(&mesh, &Options::new(Target::Vertices(n)));
+        let mirrored = simplify_mesh(&mesh, &options(Target::Vertices(n), Symmetry::Across(Axis::X)));
         let quotient = distance(&mesh, &mirrored.mesh) / distance(&mesh, &plain.mesh);
         assert!(quotient < 1.1, "{quotient}");
     }
@@ -109,22 +113,22 @@ fn planes_where_no_edge_runs_and_where_no_zero_is() {
         (Symmetry::Across(Axis::Y), MirrorPlane { axis: Axis::Y, at: 0.5 }),
         (Symmetry::Plane(MirrorPlane { axis: Axis::Z, at: 0.5 }), MirrorPlane { axis: Axis::Z, at: 0.5 }),
     ] {
-        let result = simplified(&cube, &options(Target::Vertices(101), symmetry));
+        let result = simplify_mesh(&cube, &options(Target::Vertices(101), symmetry));
         assert_eq!((result.report.mirror, result.mesh.positions().len()), (Some(plane), 101));
         assert_closed_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &plane);
         assert!(distance(&cube, &result.mesh) < 2e-3);
     }
     // Coordinates have many digits or are far from the origin, which the frame then stores.
-    let odd = moved(&bumpy(4), |p| p * 0.37 + Vec3::new(12.345, 0.1, -7.0));
-    let result = simplified(&odd, &options(Target::Ratio(0.1), Symmetry::Best));
+    let odd = move_vertices(&bumpy(4), |p| p * 0.37 + Vec3::new(12.345, 0.1, -7.0));
+    let result = simplify_mesh(&odd, &options(Target::Ratio(0.1), Symmetry::Best));
     assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
     let frame = Frame { origin: [5e6, 0.0, 0.0], double: true };
     let far =
-        changed(options(Target::Ratio(0.1), Symmetry::Plane(MirrorPlane { axis: Axis::X, at: 5e6 })), |options| {
+        with_changes(options(Target::Ratio(0.1), Symmetry::Plane(MirrorPlane { axis: Axis::X, at: 5e6 })), |options| {
             options.frame = frame
         });
-    let result = simplified(&bumpy(4), &far);
+    let result = simplify_mesh(&bumpy(4), &far);
     assert_eq!(result.report.mirror.unwrap().at, 5e6);
     assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
 }
@@ -173,7 +177,7 @@ fn the_smallest_has_no_face_twice_and_what_is_not_reached_is_said() {
     for mesh in others.iter().chain([&octahedron, &tetrahedron]) {
         let targets = (1..24).map(Target::Vertices).chain((1..40).map(Target::Faces));
         for target in targets {
-            let result = simplified(mesh, &options(target, Symmetry::Across(Axis::Y)));
+            let result = simplify_mesh(mesh, &options(target, Symmetry::Across(Axis::Y)));
             assert_closed_manifold(&result.mesh);
             let triples: BTreeSet<BTreeSet<u32>> = result.mesh.faces().iter().map(|&face| face.into()).collect();
             assert_eq!(triples.len(), result.mesh.faces().len(), "{target:?}: a face twice");
@@ -188,13 +192,13 @@ fn the_smallest_has_no_face_twice_and_what_is_not_reached_is_said() {
             assert!(!is_reached || size + step >= asked || mesh.positions().len() < asked, "{target:?}: {size}");
         }
         let Outcome::Stopped(why) =
-            simplified(mesh, &options(Target::Vertices(1), Symmetry::Across(Axis::Y))).report.outcome
+            simplify_mesh(mesh, &options(Target::Vertices(1), Symmetry::Across(Axis::Y))).report.outcome
         else {
             panic!("one vertex")
         };
         assert!(why.contains("mirror plane") || why.contains("flip a face"), "{why}");
     }
-    let least = simplified(&octahedron, &options(Target::Ratio(0.5), Symmetry::Best));
+    let least = simplify_mesh(&octahedron, &options(Target::Ratio(0.5), Symmetry::Best));
     assert_eq!((least.mesh.positions().len(), least.mesh.faces().len()), (5, 6));
 }
 
@@ -210,7 +214,7 @@ fn open_surfaces_stay_in_one_piece_down_to_the_smallest() {
     assert_eq!(topology(&strips).components, 3);
     for (mesh, axes) in [(&tube, &Axis::ALL[..]), (&strips, &[Axis::Z]), (&shapes::grid(6, 5), &[Axis::X, Axis::Y])] {
         for (&axis, n) in axes.iter().flat_map(|axis| (1..30).map(move |n| (axis, n))) {
-            let result = simplified(mesh, &options(Target::Vertices(n), Symmetry::Across(axis)));
+            let result = simplify_mesh(mesh, &options(Target::Vertices(n), Symmetry::Across(axis)));
             assert_manifold(&result.mesh);
             assert_same_topology(mesh, &result.mesh);
             assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
@@ -238,7 +242,7 @@ fn a_face_whose_image_is_missing_is_refused_though_all_vertices_have_theirs() {
     let kept = [[false, true, false], [false, true, true], [true, false, true], [true, true, false]];
     assert_eq!(n_alone(&octahedron(|signs| kept.contains(&signs)), Symmetry::Across(Axis::Y)), 1);
     // The sheet is so thin that its other side is where the mirrored face should be.
-    let sheet = moved(&shapes::icosphere(2), |p| Vec3::new(p.x, p.y, 1e-7 * p.z));
+    let sheet = move_vertices(&shapes::icosphere(2), |p| Vec3::new(p.x, p.y, 1e-7 * p.z));
     let keeps = |lost: &dyn Fn(Vec3) -> bool| {
         let middle =
             |face: &[u32; 3]| face.iter().map(|&v| Vec3::from(sheet.positions()[v as usize])).sum::<Vec3>() / 3.0;
@@ -250,14 +254,14 @@ fn a_face_whose_image_is_missing_is_refused_though_all_vertices_have_theirs() {
     assert!(n_alone(&keeps(&|p| is_near(p) && p.x > 0.0), Symmetry::Across(Axis::X)) > 0);
     // Missing on both sides, the face leaves two holes that are mirror images and stay.
     let holes = keeps(&is_near);
-    let result = simplified(&holes, &options(Target::Ratio(0.5), Symmetry::Across(Axis::X)));
+    let result = simplify_mesh(&holes, &options(Target::Ratio(0.5), Symmetry::Across(Axis::X)));
     assert_eq!(topology(&result.mesh).boundary_loops, topology(&holes).boundary_loops);
     assert!(topology(&holes).boundary_loops == 2);
 }
 
 #[test]
 fn a_gap_beside_the_plane_is_refused() {
-    let tube = moved(&shapes::open_cylinder(16, 1), |p| p);
+    let tube = move_vertices(&shapes::open_cylinder(16, 1), |p| p);
     let is_kept = |face: &[u32; 3]| {
         let middle = face.iter().map(|&v| Vec3::from(tube.positions()[v as usize])).sum::<Vec3>() / 3.0;
         middle.x < 0.0 || !(0.0..0.3).contains(&middle.y)
@@ -274,7 +278,7 @@ fn a_gap_beside_the_plane_is_refused() {
 fn of_planes_with_all_vertices_that_is_taken_in_which_faces_have_images() {
     // The two missing faces are mirror images in z = 0 only.
     let two_missing = octahedron(|[x, y, _]| !(x && y));
-    let result = simplified(&two_missing, &options(Target::Vertices(6), Symmetry::Best));
+    let result = simplify_mesh(&two_missing, &options(Target::Vertices(6), Symmetry::Best));
     assert_eq!(result.report.mirror.unwrap().axis, Axis::Z);
     assert_same_topology(&two_missing, &result.mesh);
 }
@@ -292,8 +296,8 @@ fn quads_cut_along_other_diagonals_are_mirrored() {
         let [a, b, c, d] = [alone(0), quad[0][(k + 1) % 3], alone(1), quad[0][(k + 2) % 3]];
         if is_right { [[a, b, c], [a, c, d]] } else { [quad[0], quad[1]] }
     });
-    let mesh = moved(&TriMesh::new(grid.positions().to_vec(), quads.collect()).unwrap(), steep);
-    let result = simplified(&mesh, &options(Target::Ratio(0.8), Symmetry::Across(Axis::X)));
+    let mesh = move_vertices(&TriMesh::new(grid.positions().to_vec(), quads.collect()).unwrap(), steep);
+    let result = simplify_mesh(&mesh, &options(Target::Ratio(0.8), Symmetry::Across(Axis::X)));
     assert_same_topology(&mesh, &result.mesh);
     assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
 }
@@ -301,7 +305,7 @@ fn quads_cut_along_other_diagonals_are_mirrored() {
 #[test]
 fn a_fan_that_touches_a_sheet_on_the_plane_comes_apart_from_its_image() {
     // A fan and its image touch the middle of a sheet that crosses the plane x = 0.
-    let sheet = moved(&shapes::grid(4, 4), |p| Vec3::new(p.x - 0.5, p.y - 0.5, 0.0));
+    let sheet = move_vertices(&shapes::grid(4, 4), |p| Vec3::new(p.x - 0.5, p.y - 0.5, 0.0));
     let middle = sheet.positions().iter().position(|p| *p == [0.0; 3]).unwrap() as u32;
     let (mut positions, mut faces) = (sheet.positions().to_vec(), sheet.faces().to_vec());
     for side in [1.0, -1.0] {
@@ -312,7 +316,7 @@ fn a_fan_that_touches_a_sheet_on_the_plane_comes_apart_from_its_image() {
     }
     let touching = TriMesh::new(positions, faces).unwrap();
     for n in [33, 25, 15] {
-        let result = simplified(&touching, &options(Target::Vertices(n), Symmetry::Across(Axis::X)));
+        let result = simplify_mesh(&touching, &options(Target::Vertices(n), Symmetry::Across(Axis::X)));
         assert_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
         assert_eq!(topology(&result.mesh).components, 3);
@@ -322,7 +326,7 @@ fn a_fan_that_touches_a_sheet_on_the_plane_comes_apart_from_its_image() {
 #[test]
 fn solids_that_touch_the_plane_with_an_edge_come_apart() {
     // A box has an edge in the plane x = 0; its image shares the vertices of that edge.
-    let solid = moved(&shapes::cuboid([1.0; 3], 6), |p| Vec3::new(p.x + p.y, p.y - p.x, p.z));
+    let solid = move_vertices(&shapes::cuboid([1.0; 3], 6), |p| Vec3::new(p.x + p.y, p.y - p.x, p.z));
     let mut positions = solid.positions().to_vec();
     let image = |v: u32, positions: &mut Vec<[f32; 3]>| match solid.positions()[v as usize] {
         [0.0, ..] => v,
@@ -336,7 +340,7 @@ fn solids_that_touch_the_plane_with_an_edge_come_apart() {
     let both = TriMesh::new(positions, solid.faces().iter().copied().chain(turned).collect()).unwrap();
     assert!(topology(&both).non_manifold_edges > 0);
     for n in [200, 60, 16] {
-        let result = simplified(&both, &options(Target::Vertices(n), Symmetry::Best));
+        let result = simplify_mesh(&both, &options(Target::Vertices(n), Symmetry::Best));
         assert_closed_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
         assert_eq!((topology(&result.mesh).components, result.mesh.positions().len()), (2, n));
@@ -345,9 +349,9 @@ fn solids_that_touch_the_plane_with_an_edge_come_apart() {
 
 #[test]
 fn open_surfaces_keep_their_boundaries() {
-    let tube = moved(&shapes::open_cylinder(48, 24), |p| p);
+    let tube = move_vertices(&shapes::open_cylinder(48, 24), |p| p);
     for axis in [Axis::X, Axis::Z] {
-        let result = simplified(&tube, &options(Target::Vertices(150), Symmetry::Across(axis)));
+        let result = simplify_mesh(&tube, &options(Target::Vertices(150), Symmetry::Across(axis)));
         assert_manifold(&result.mesh);
         assert_same_topology(&tube, &result.mesh);
         assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
@@ -380,7 +384,7 @@ fn each_side_keeps_its_own_texture_and_groups() {
         }
         let groups = mesh.faces().iter().map(|face| u32::from(side(face) > 0.0)).collect();
         let attributes = Attributes { wedges, channels, groups };
-        let input = changed(Input::bare(&mesh), |input| input.attributes = &attributes);
+        let input = with_changes(Input::bare(&mesh), |input| input.attributes = &attributes);
         let asked = options(Target::Vertices(250), Symmetry::Across(Axis::X));
         let result = simplify_input(&input, None, &asked, &mut go_on).unwrap();
         assert_closed_manifold(&result.mesh);
@@ -411,12 +415,12 @@ fn each_side_keeps_its_own_texture_and_groups() {
 
 #[test]
 fn a_mesh_that_is_none_is_refused_with_the_number_of_vertices() {
-    let lopsided = moved(&bumpy(3), |p| if p.x > 0.5 { p + Vec3::new(0.1, 0.0, 0.0) } else { p });
+    let lopsided = move_vertices(&bumpy(3), |p| if p.x > 0.5 { p + Vec3::new(0.1, 0.0, 0.0) } else { p });
     let asked = options(Target::Ratio(0.5), Symmetry::Across(Axis::X));
     let error = simplify_input(&Input::bare(&lopsided), None, &asked, &mut go_on).unwrap_err();
     assert!(matches!(error, SimplifyError::NotSymmetric { vertices: 1.., .. }), "{error:?}");
     assert!(error.to_string().contains("not symmetric about x = 0"), "{error}");
-    let both = changed(asked, |options| options.map = true);
+    let both = with_changes(asked, |options| options.map = true);
     let error = simplify_input(&Input::bare(&bumpy(3)), None, &both, &mut go_on).unwrap_err();
     assert_eq!(error, SimplifyError::NotWithSymmetry("a map"));
     let flat = shapes::grid(4, 4);
@@ -446,7 +450,7 @@ fn the_result_does_not_depend_on_the_number_of_threads() {
     let mesh = bumpy(4);
     let result = |n: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-        pool.install(|| simplified(&mesh, &options(Target::Ratio(0.1), Symmetry::Best)))
+        pool.install(|| simplify_mesh(&mesh, &options(Target::Ratio(0.1), Symmetry::Best)))
     };
     assert_eq!(result(1), result(3));
 }

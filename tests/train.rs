@@ -1,6 +1,6 @@
 //! The training loop with a small step: interrupted, resumed, rejected.
 
-use crate::common::changed;
+use crate::common::with_changes;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -46,9 +46,11 @@ fn put(folder: &Path, name: &str, mesh: &TriMesh) {
     std::fs::write(&path, write(mesh, &Frame::default(), Format::from_path(&path).unwrap()).unwrap()).unwrap();
 }
 
-fn opened(folder: &Path, name: &str, settings: Option<&str>, resume: bool) -> Result<TrainingRun, TrainError> {
+fn open_run(folder: &Path, name: &str, settings: Option<&str>, resume: bool) -> Result<TrainingRun, TrainError> {
     let (data, run) = (folder.join("data"), folder.join(name));
-    open(&changed(TrainRequest::new(&data, &run), |request| (request.settings, request.resume) = (settings, resume)))
+    open(&with_changes(TrainRequest::new(&data, &run), |request| {
+        (request.settings, request.resume) = (settings, resume)
+    }))
 }
 
 // Computes the mean of the squared scores, and half the squared difference of the mean and a random number.
@@ -87,7 +89,7 @@ fn network_step(
 fn what_is_abandoned_is_done_again() {
     let folder = folder();
     let run = |name: &str, settings, resume, progress: &mut dyn FnMut(TrainEvent) -> Wish| {
-        train(&mut opened(folder.path(), name, settings, resume).unwrap(), &step, progress).unwrap()
+        train(&mut open_run(folder.path(), name, settings, resume).unwrap(), &step, progress).unwrap()
     };
     assert_eq!(run("whole", Some(SETTINGS), false, &mut go_on), Ending::Finished);
     let mut n_heard = 0;
@@ -96,9 +98,9 @@ fn what_is_abandoned_is_done_again() {
         if n_heard == 3 { Wish::Abandon } else { Wish::Checkpoint }
     };
     assert_eq!(run("twice", Some(SETTINGS), false, abandoned), Ending::Stopped);
-    assert_eq!(opened(folder.path(), "twice", None, true).unwrap().position(), (0, 2));
+    assert_eq!(open_run(folder.path(), "twice", None, true).unwrap().position(), (0, 2));
     assert_eq!(run("twice", None, true, &mut go_on), Ending::Finished);
-    assert!(left(folder.path(), "twice") == left(folder.path(), "whole"));
+    assert!(read_run_files(folder.path(), "twice") == read_run_files(folder.path(), "whole"));
 }
 
 fn go_on(_: TrainEvent) -> Wish {
@@ -106,7 +108,7 @@ fn go_on(_: TrainEvent) -> Wish {
 }
 
 // Reads the files of a training that must not depend on interruptions.
-fn left(folder: &Path, name: &str) -> Vec<Vec<u8>> {
+fn read_run_files(folder: &Path, name: &str) -> Vec<Vec<u8>> {
     let files = ["last.safetensors", "best.safetensors", "steps.csv", "epochs.csv", "config.toml", "data.csv"];
     files.map(|file| std::fs::read(folder.join(name).join(file)).unwrap()).into()
 }
@@ -119,7 +121,7 @@ fn table(folder: &Path, name: &str) -> Vec<Vec<String>> {
 #[test]
 fn it_learns_and_writes_down_how() {
     let folder = folder();
-    let mut run = opened(folder.path(), "run", Some(&format!("{SETTINGS}\nlearning_rate_decay = 0.5")), false);
+    let mut run = open_run(folder.path(), "run", Some(&format!("{SETTINGS}\nlearning_rate_decay = 0.5")), false);
     let run = run.as_mut().unwrap();
     assert_eq!(run.data.left_out[0].0, "broken.obj");
     assert_eq!(train(run, &step, &mut go_on), Ok(Ending::Finished));
@@ -145,7 +147,7 @@ fn it_learns_and_writes_down_how() {
 #[test]
 fn stopped_anywhere_it_ends_in_the_same_bits() {
     let folder = folder();
-    let mut whole = opened(folder.path(), "whole", Some(SETTINGS), false).unwrap();
+    let mut whole = open_run(folder.path(), "whole", Some(SETTINGS), false).unwrap();
     let mut n_events = 0;
     let mut count = |_: TrainEvent| {
         n_events += 1;
@@ -155,7 +157,7 @@ fn stopped_anywhere_it_ends_in_the_same_bits() {
     assert_eq!(n_events, 3 * (5 + 2 + 1));
     for stop_at in [1, 4, 5, 6, 7, 8, 9, 13] {
         let name = format!("stopped_{stop_at}");
-        let mut run = opened(folder.path(), &name, Some(SETTINGS), false).unwrap();
+        let mut run = open_run(folder.path(), &name, Some(SETTINGS), false).unwrap();
         let mut n_heard = 0;
         let mut stop = |_: TrainEvent| {
             n_heard += 1;
@@ -163,18 +165,18 @@ fn stopped_anywhere_it_ends_in_the_same_bits() {
         };
         assert_eq!(train(&mut run, &step, &mut stop), Ok(Ending::Stopped));
         drop(run);
-        let mut run = opened(folder.path(), &name, None, true).unwrap();
+        let mut run = open_run(folder.path(), &name, None, true).unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         assert_eq!(pool.install(|| train(&mut run, &step, &mut go_on)), Ok(Ending::Finished));
-        assert!(left(folder.path(), &name) == left(folder.path(), "whole"), "stopped at {stop_at}");
+        assert!(read_run_files(folder.path(), &name) == read_run_files(folder.path(), "whole"), "stopped at {stop_at}");
     }
 }
 
 #[test]
 fn what_came_after_the_checkpoint_is_done_again() {
     let folder = folder();
-    train(&mut opened(folder.path(), "whole", Some(SETTINGS), false).unwrap(), &step, &mut go_on).unwrap();
-    let mut run = opened(folder.path(), "broken", Some(SETTINGS), false).unwrap();
+    train(&mut open_run(folder.path(), "whole", Some(SETTINGS), false).unwrap(), &step, &mut go_on).unwrap();
+    let mut run = open_run(folder.path(), "broken", Some(SETTINGS), false).unwrap();
     let mut n_heard = 0;
     let mut checkpoint = |_: TrainEvent| {
         n_heard += 1;
@@ -192,29 +194,29 @@ fn what_came_after_the_checkpoint_is_done_again() {
     assert!(train(&mut run, &failing, &mut checkpoint).is_err());
     drop(run);
     assert_eq!(table(folder.path(), "broken/steps.csv").len(), 1 + 4);
-    let mut run = opened(folder.path(), "broken", Some(SETTINGS), true).unwrap();
+    let mut run = open_run(folder.path(), "broken", Some(SETTINGS), true).unwrap();
     assert_eq!(run.position(), (0, 3));
     train(&mut run, &step, &mut go_on).unwrap();
-    assert!(left(folder.path(), "broken") == left(folder.path(), "whole"));
+    assert!(read_run_files(folder.path(), "broken") == read_run_files(folder.path(), "whole"));
 }
 
 #[test]
 fn more_epochs_are_the_longer_training() {
     let folder = folder();
-    train(&mut opened(folder.path(), "short", Some(SETTINGS), false).unwrap(), &step, &mut go_on).unwrap();
+    train(&mut open_run(folder.path(), "short", Some(SETTINGS), false).unwrap(), &step, &mut go_on).unwrap();
     let longer = SETTINGS.replace("epochs = 3", "epochs = 5");
-    train(&mut opened(folder.path(), "long", Some(&longer), false).unwrap(), &step, &mut go_on).unwrap();
-    train(&mut opened(folder.path(), "short", Some(&longer), true).unwrap(), &step, &mut go_on).unwrap();
-    assert!(left(folder.path(), "short") == left(folder.path(), "long"));
-    let fewer = opened(folder.path(), "short", Some(SETTINGS), true).unwrap_err();
+    train(&mut open_run(folder.path(), "long", Some(&longer), false).unwrap(), &step, &mut go_on).unwrap();
+    train(&mut open_run(folder.path(), "short", Some(&longer), true).unwrap(), &step, &mut go_on).unwrap();
+    assert!(read_run_files(folder.path(), "short") == read_run_files(folder.path(), "long"));
+    let fewer = open_run(folder.path(), "short", Some(SETTINGS), true).unwrap_err();
     assert!(fewer.to_string().contains("5 are done"), "{fewer}");
 }
 
 #[test]
 fn what_has_changed_is_named() {
     let folder = folder();
-    train(&mut opened(folder.path(), "run", Some(SETTINGS), false).unwrap(), &step, &mut go_on).unwrap();
-    let refused = |settings, resume| opened(folder.path(), "run", settings, resume).unwrap_err().to_string();
+    train(&mut open_run(folder.path(), "run", Some(SETTINGS), false).unwrap(), &step, &mut go_on).unwrap();
+    let refused = |settings, resume| open_run(folder.path(), "run", settings, resume).unwrap_err().to_string();
     assert!(refused(Some(SETTINGS), false).contains("already contains a training"));
     let noisier = SETTINGS.replace("noise = 0.1", "noise = 0.2");
     assert!(refused(Some(&noisier), true).contains("`noise` was 0.1 and is 0.2 now"));
@@ -224,9 +226,12 @@ fn what_has_changed_is_named() {
     put(folder.path(), "new.ply", &shapes::icosphere(1));
     assert!(refused(None, true).contains("new.ply is new"));
     std::fs::remove_file(folder.path().join("data/new.ply")).unwrap();
-    assert!(opened(folder.path(), "run", None, true).is_ok());
+    assert!(open_run(folder.path(), "run", None, true).is_ok());
     assert!(
-        opened(folder.path(), "data", Some(SETTINGS), false).unwrap_err().to_string().contains("no training to resume")
+        open_run(folder.path(), "data", Some(SETTINGS), false)
+            .unwrap_err()
+            .to_string()
+            .contains("no training to resume")
     );
 }
 
@@ -247,7 +252,7 @@ fn a_loss_that_goes_astray_names_step_mesh_and_term() {
             Ok(made)
         };
         let settings = SETTINGS.replace("epochs = 3", "epochs = 20").replace("held_", "none");
-        let mut run = opened(folder.path(), name, Some(&settings), false).unwrap();
+        let mut run = open_run(folder.path(), name, Some(&settings), false).unwrap();
         train(&mut run, &astray, &mut go_on).unwrap_err()
     };
     let error = led_astray("nan", &|made| made.terms[1].1 = f64::NAN);
@@ -276,12 +281,12 @@ fn meshes_that_a_step_cannot_use_are_named_and_passed_over() {
         }
         Wish::Continue
     };
-    train(&mut opened(folder.path(), "run", Some(SETTINGS), false).unwrap(), &choosy, &mut hear).unwrap();
+    train(&mut open_run(folder.path(), "run", Some(SETTINGS), false).unwrap(), &choosy, &mut hear).unwrap();
     assert_eq!(named, ["sheet.ply: it is open"; 3]);
     assert_eq!(table(folder.path(), "run/steps.csv").len(), 1 + 3 * 4);
     let never =
         |_: &Tensors<Arc<Matrix>>, _: &TrainingItem, _: &Settings, _: &mut Xoshiro256PlusPlus| Err("no".to_string());
-    let error = train(&mut opened(folder.path(), "none", Some(SETTINGS), false).unwrap(), &never, &mut go_on);
+    let error = train(&mut open_run(folder.path(), "none", Some(SETTINGS), false).unwrap(), &never, &mut go_on);
     assert!(error.unwrap_err().to_string().contains("no mesh of this epoch could be used"));
 }
 

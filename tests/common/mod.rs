@@ -64,7 +64,7 @@ pub fn uneven_closed_mesh() -> impl Strategy<Value = TriMesh> {
     (0..6usize, any::<u64>(), 0..400usize, 0.0..0.3f64, stretch).prop_map(|(base, seed, splits, shake, stretch)| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let split = split_around(&base_mesh(base), splits, &mut rng);
-        stretched(&shaken(&split, shake, &mut rng), stretch)
+        stretch_axes(&shake_vertices(&split, shake, &mut rng), stretch)
     })
 }
 
@@ -116,7 +116,7 @@ fn split_edge(faces: &mut Vec<[u32; 3]>, [a, b]: [u32; 2], middle: u32) {
 }
 
 // Moves each vertex by up to a share of its shortest edge.
-fn shaken(mesh: &TriMesh, share: f64, rng: &mut Xoshiro256PlusPlus) -> TriMesh {
+fn shake_vertices(mesh: &TriMesh, share: f64, rng: &mut Xoshiro256PlusPlus) -> TriMesh {
     let mut shortest = vec![f32::INFINITY; mesh.positions().len()];
     for &[a, b, c] in mesh.faces() {
         for [a, b] in [[a, b], [b, c], [c, a]].map(|edge| edge.map(|v| v as usize)) {
@@ -130,7 +130,7 @@ fn shaken(mesh: &TriMesh, share: f64, rng: &mut Xoshiro256PlusPlus) -> TriMesh {
     TriMesh::new(positions, mesh.faces().to_vec()).expect("finite positions")
 }
 
-fn stretched(mesh: &TriMesh, exponents: [f64; 3]) -> TriMesh {
+fn stretch_axes(mesh: &TriMesh, exponents: [f64; 3]) -> TriMesh {
     let factors = exponents.map(|e| 10f64.powf(e) as f32);
     let positions = mesh.positions().iter().map(|p| std::array::from_fn(|k| p[k] * factors[k])).collect();
     TriMesh::new(positions, mesh.faces().to_vec()).expect("finite positions")

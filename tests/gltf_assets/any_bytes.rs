@@ -4,7 +4,7 @@ use neural_mesh::io::{Asset, Format};
 use proptest::prelude::*;
 use serde_json::Value;
 
-use super::builder::{Builder, nothing, reopen, unchanged};
+use super::builder::{Builder, refuse_uri, reopen, unchanged_parts};
 use super::{skinned, two_materials};
 
 fn check(bytes: &[u8]) {
@@ -13,7 +13,7 @@ fn check(bytes: &[u8]) {
         Err(error) => return assert!(!error.to_string().contains(['\n', '\r']), "{error}"),
     };
     for format in [Format::Glb, Format::Gltf] {
-        match asset.write(&unchanged(&asset), format, "a.glb") {
+        match asset.write(&unchanged_parts(&asset), format, "a.glb") {
             Ok(files) => assert_eq!(reopen(&files).parts().len(), asset.parts().len()),
             Err(error) => assert!(!error.to_string().contains(['\n', '\r']), "{error}"),
         }
@@ -21,7 +21,7 @@ fn check(bytes: &[u8]) {
 }
 
 fn asset(which: usize) -> Builder {
-    if which == 0 { skinned() } else { two_materials() }
+    if which == 0 { skinned_squares() } else { two_materials() }
 }
 
 // Puts a value at the `at`-th value of a document.
@@ -53,7 +53,7 @@ proptest! {
     #[cfg(feature = "meshopt")]
     #[test]
     fn spoilt_compression(spots in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(b"0123456789\x00\xff".to_vec())), 1..4)) {
-        let mut bytes = super::compressed("EXT_meshopt_compression");
+        let mut bytes = super::compressed_asset("EXT_meshopt_compression");
         for (spot, byte) in spots {
             // Only the descriptions of the views and the compressed bytes are spoilt here; earlier bytes are spoilt
             // elsewhere.

@@ -78,7 +78,7 @@ impl Builder {
     }
 
     // Returns the document with the length of its buffer.
-    pub fn finished(&self) -> Value {
+    pub fn to_document(&self) -> Value {
         let mut document = self.document.clone();
         if !self.buffer.is_empty() {
             document["buffers"] = json!([{"byteLength": self.buffer.len(), "name": "all bytes"}]);
@@ -89,7 +89,7 @@ impl Builder {
     }
 
     pub fn glb(&self) -> Vec<u8> {
-        let mut json = serde_json::to_vec(&self.finished()).unwrap();
+        let mut json = serde_json::to_vec(&self.to_document()).unwrap();
         json.resize(json.len().next_multiple_of(4), b' ');
         let mut buffer = self.buffer.clone();
         buffer.resize(buffer.len().next_multiple_of(4), 0);
@@ -109,7 +109,7 @@ pub const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 
 pub const SQUARE_FACES: [u16; 6] = [0, 1, 2, 0, 2, 3];
 
 // Fails for every file that an asset requests.
-pub fn nothing(uri: &str) -> Result<Vec<u8>, ReadError> {
+pub fn refuse_uri(uri: &str) -> Result<Vec<u8>, ReadError> {
     Err(ReadError::file(format!("asked for {uri}"), ""))
 }
 
@@ -118,12 +118,12 @@ pub fn open(bytes: &[u8]) -> Asset {
 }
 
 // Returns the components as they are.
-pub fn unchanged(asset: &Asset) -> Vec<SimplifiedPart> {
+pub fn unchanged_parts(asset: &Asset) -> Vec<SimplifiedPart> {
     asset.parts().iter().map(SimplifiedPart::from_part).collect()
 }
 
 // Returns the primitive of each face of a mesh, with the position and values of each corner.
-pub fn seen(part: &AssetPart) -> Vec<(u32, Vec<Vec<f32>>)> {
+pub fn corners_by_primitive(part: &AssetPart) -> Vec<(u32, Vec<Vec<f32>>)> {
     let mesh = &part.mesh;
     let corner = |face: usize, corner: usize| {
         let mut values = mesh.positions[mesh.faces[face][corner] as usize].map(|x| x as f32).to_vec();
@@ -150,7 +150,7 @@ pub fn reopen(files: &[OutputFile]) -> Asset {
     let fetch = |uri: &str| {
         let name = uri.replace("%20", " ");
         let file = files.iter().find(|file| file.path.to_str() == Some(&name));
-        file.map(|file| file.bytes.clone()).ok_or_else(|| nothing(uri).unwrap_err())
+        file.map(|file| file.bytes.clone()).ok_or_else(|| refuse_uri(uri).unwrap_err())
     };
     Asset::from_bytes(&files[0].bytes, &fetch).unwrap()
 }
@@ -167,20 +167,20 @@ pub fn round_trip(name: &str, bytes: &[u8]) -> Value {
     let asset = open(bytes);
     keep(name, &[OutputFile { path: "input.glb".into(), bytes: bytes.to_vec() }]);
     for (format, file) in [(Format::Gltf, "same.gltf"), (Format::Glb, "same.glb")] {
-        let files = asset.write(&unchanged(&asset), format, file).unwrap();
+        let files = asset.write(&unchanged_parts(&asset), format, file).unwrap();
         keep(name, &files);
         let again = reopen(&files);
         assert_eq!(again.parts().len(), asset.parts().len());
         for (found, expected) in again.parts().iter().zip(asset.parts()) {
             assert_eq!((&found.name, found.scale), (&expected.name, expected.scale));
-            assert_eq!(seen(found), seen(expected), "{name}");
+            assert_eq!(corners_by_primitive(found), corners_by_primitive(expected), "{name}");
         }
         let (mut before, mut after) = (document(bytes), document(&files[0].bytes));
         forget_geometry(&mut before);
         forget_geometry(&mut after);
         assert_eq!(after, before, "{name}");
     }
-    document(&asset.write(&unchanged(&asset), Format::Glb, "same.glb").unwrap()[0].bytes)
+    document(&asset.write(&unchanged_parts(&asset), Format::Glb, "same.glb").unwrap()[0].bytes)
 }
 
 // Removes the geometry, and the numbers of accessors and views.

@@ -15,7 +15,7 @@ fn channel<'a>(asset: &'a Asset, part: usize, name: &str) -> &'a Channel {
 }
 
 // Builds two adjacent squares, bent by two joints, of which one turns.
-fn skinned() -> Builder {
+fn skinned_squares() -> Builder {
     let mut asset = Builder::new();
     let positions: Vec<[f32; 3]> = (0..6).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
     let position = asset.positions(&positions);
@@ -50,7 +50,7 @@ fn skinned() -> Builder {
 
 #[test]
 fn skins_and_animations() {
-    let bytes = skinned().glb();
+    let bytes = skinned_squares().glb();
     let asset = open(&bytes);
     assert_eq!(asset.parts()[0].scale, 1.0);
     let skin = channel(&asset, 0, "SKIN");
@@ -71,7 +71,7 @@ fn last_edges(asset: &Asset) -> Vec<[f32; 3]> {
 
 #[test]
 fn poses_of_a_skin_are_those_of_its_animation_or_bent_at_random() {
-    let mut asset = skinned();
+    let mut asset = skinned_squares();
     let edges = last_edges(&open(&asset.glb()));
     assert_eq!(edges.len(), 12);
     for (k, [x, y, z]) in edges.into_iter().enumerate() {
@@ -100,13 +100,13 @@ fn poses_of_a_skin_are_those_of_its_animation_or_bent_at_random() {
 fn round_trip_mended(name: &str, bytes: &[u8]) -> Value {
     let asset = open(bytes);
     keep(name, &[OutputFile { path: "original.glb".into(), bytes: bytes.to_vec() }]);
-    let files = asset.write(&unchanged(&asset), Format::Glb, "mended.glb").unwrap();
+    let files = asset.write(&unchanged_parts(&asset), Format::Glb, "mended.glb").unwrap();
     round_trip(name, &files[0].bytes)
 }
 
 #[test]
 fn weights_are_mended() {
-    let mut asset = skinned();
+    let mut asset = skinned_squares();
     let weights =
         asset.floats(&[[0.0; 4], [0.2, 0.2, 0.0, 0.0], [2.0, 6.0, 0.0, 0.0], [f32::NAN; 4], [1.0; 4], [-1.0; 4]]);
     asset.document["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = weights.into();
@@ -114,7 +114,7 @@ fn weights_are_mended() {
     assert!(open(&bytes).notes()[0].contains("values: 4"));
     round_trip_mended("weights", &bytes);
     let asset = open(&bytes);
-    let again = reopen(&asset.write(&unchanged(&asset), Format::Glb, "mended.glb").unwrap());
+    let again = reopen(&asset.write(&unchanged_parts(&asset), Format::Glb, "mended.glb").unwrap());
     let skin = channel(&again, 0, "SKIN");
     for wedge in 0..6 {
         let weights = &skin.value(wedge)[4..];
@@ -123,7 +123,7 @@ fn weights_are_mended() {
 }
 
 // Builds a square with a dense and a sparse morph target, and an animation of their weights.
-fn morphed() -> Builder {
+fn morphed_square() -> Builder {
     let mut asset = Builder::new();
     let position = asset.positions(&SQUARE);
     let normal = asset.floats(&[[0.0, 0.0, 1.0]; 4]);
@@ -152,7 +152,7 @@ fn morphed() -> Builder {
 
 #[test]
 fn morph_targets() {
-    let bytes = morphed().glb();
+    let bytes = morphed_square().glb();
     let opened = open(&bytes);
     assert_eq!(channel(&opened, 0, "TARGET_1/POSITION").value(3), [0.25, 0.5, 1.0]);
     assert_eq!(channel(&opened, 0, "TARGET_0/NORMAL").role, Role::MorphDirection);
@@ -246,7 +246,7 @@ fn lines_points_strips_fans_and_empty_primitives() {
     let mesh = &opened.parts()[0].mesh;
     assert_eq!(mesh.faces, [[0, 1, 3], [3, 1, 2], [1, 2, 0], [2, 3, 0]]);
     assert_eq!(mesh.attributes.groups, [1, 1, 3, 3]);
-    let files = opened.write(&unchanged(&opened), Format::Glb, "lists.glb").unwrap();
+    let files = opened.write(&unchanged_parts(&opened), Format::Glb, "lists.glb").unwrap();
     let document = document(&files[0].bytes);
     let modes: Vec<_> = document["meshes"][0]["primitives"].as_array().unwrap().iter().map(|it| &it["mode"]).collect();
     assert_eq!(modes, [&json!(1), &json!(4), &json!(4), &json!(0)]);
@@ -299,7 +299,7 @@ fn quantized_attributes_become_floats() {
 
 // Builds a square with compressed positions and indices; a second buffer serves readers that cannot decompress.
 #[cfg(feature = "meshopt")]
-fn compressed(name: &str) -> Vec<u8> {
+fn compressed_asset(name: &str) -> Vec<u8> {
     let mut asset = Builder::new();
     let vertices = meshopt::encode_vertex_buffer(&SQUARE).unwrap();
     let faces = meshopt::encode_index_buffer(&SQUARE_FACES.map(u32::from), 4).unwrap();
@@ -331,7 +331,7 @@ fn compressed(name: &str) -> Vec<u8> {
 #[test]
 fn compressed_buffers() {
     for name in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
-        let bytes = compressed(name);
+        let bytes = compressed_asset(name);
         let document = round_trip(name, &bytes);
         assert_eq!(document.get("extensionsRequired"), None);
         assert_eq!(document["buffers"].as_array().unwrap().len(), 1);
@@ -414,7 +414,7 @@ fn images_beside_missing_outside_and_inside() {
     let opened = Asset::read_path(&path).unwrap();
     assert_eq!(opened.notes().len(), 6, "{:?}", opened.notes());
     for format in [Format::Glb, Format::Gltf] {
-        let files = opened.write(&unchanged(&opened), format, "out.x").unwrap();
+        let files = opened.write(&unchanged_parts(&opened), format, "out.x").unwrap();
         let names: Vec<_> = files.iter().map(|file| file.path.to_str().unwrap()).collect();
         let expected: &[&str] = if format == Format::Glb {
             &["out.x", "my textures/a.png"]
@@ -512,7 +512,7 @@ fn compressed_by_draco_is_read_from_a_plain_copy_or_refused_by_name() {
     let draco = json!({"KHR_draco_mesh_compression": {"bufferView": view, "attributes": {"POSITION": 0}}});
     asset.document["meshes"][0]["primitives"][0]["extensions"] = draco;
     let opened = open(&asset.glb());
-    let files = opened.write(&unchanged(&opened), Format::Glb, "plain.glb").unwrap();
+    let files = opened.write(&unchanged_parts(&opened), Format::Glb, "plain.glb").unwrap();
     assert!(!document(&files[0].bytes).to_string().contains("draco"));
 }
 
@@ -531,15 +531,15 @@ fn a_seam_is_welded_and_comes_back() {
     let files = opened.write(&[part], Format::Glb, "welded.glb").unwrap();
     keep("seam", &files);
     let again = reopen(&files);
-    assert_eq!(seen(&again.parts()[0]), seen(&opened.parts()[0]));
+    assert_eq!(corners_by_primitive(&again.parts()[0]), corners_by_primitive(&opened.parts()[0]));
     assert_eq!(again.parts()[0].mesh.positions.len(), 6);
 }
 
 #[test]
 fn levels_of_detail_in_one_file() {
-    for (name, asset) in [("levels_skinned", skinned()), ("levels", two_materials())] {
+    for (name, asset) in [("levels_skinned", skinned_squares()), ("levels", two_materials())] {
         let opened = open(&asset.glb());
-        let fine = unchanged(&opened);
+        let fine = unchanged_parts(&opened);
         let mut coarse = fine.clone();
         coarse[0].faces.truncate(1);
         coarse[0].attributes = coarse[0].attributes.clone().select_faces(&[0]).unwrap();
@@ -553,7 +553,7 @@ fn levels_of_detail_in_one_file() {
         assert_eq!(whole.faces.len(), neural_mesh::io::read(&asset.glb(), None).unwrap().faces.len());
     }
     let opened = open(&two_materials().glb());
-    let parts = unchanged(&opened);
+    let parts = unchanged_parts(&opened);
     for (levels, coverage) in
         [(&[][..], &[][..]), (&[&parts[..]][..], &[0.5, 0.1][..]), (&[&parts[..]][..], &[7.0][..])]
     {
@@ -563,16 +563,16 @@ fn levels_of_detail_in_one_file() {
 
 #[test]
 fn parts_that_do_not_fit_are_refused_in_one_line() {
-    let skinned = open(&skinned().glb());
+    let skinned = open(&skinned_squares().glb());
     let two = open(&two_materials().glb());
     let spoilt = |asset: &Asset, spoil: fn(&mut SimplifiedPart)| {
-        let mut parts = unchanged(asset);
+        let mut parts = unchanged_parts(asset);
         spoil(&mut parts[0]);
         asset.write(&parts, Format::Glb, "x.glb").unwrap_err().to_string()
     };
     for error in [
         skinned.write(&[], Format::Glb, "x.glb").unwrap_err().to_string(),
-        skinned.write(&unchanged(&skinned), Format::Ply, "x.ply").unwrap_err().to_string(),
+        skinned.write(&unchanged_parts(&skinned), Format::Ply, "x.ply").unwrap_err().to_string(),
         spoilt(&skinned, |part| part.faces[0][0] = 99),
         spoilt(&skinned, |part| part.positions[0][0] = f32::NAN),
         spoilt(&skinned, |part| part.attributes.wedges.truncate(1)),
@@ -582,7 +582,7 @@ fn parts_that_do_not_fit_are_refused_in_one_line() {
     ] {
         assert!(!error.is_empty() && !error.contains('\n'), "{error}");
     }
-    let mut bare = unchanged(&two);
+    let mut bare = unchanged_parts(&two);
     bare[0].attributes.channels.clear();
     bare[0].attributes.wedges.clear();
     let files = two.write(&bare, Format::Glb, "bare.glb").unwrap();
@@ -594,9 +594,9 @@ fn json_stays_one_file_where_it_was_one() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/meshes/tiny/");
     for (name, n_files) in [("tetrahedron.gltf", 1), ("tetrahedron_apart.gltf", 2), ("tetrahedron.glb", 2)] {
         let asset = Asset::read_path(format!("{folder}{name}").as_ref()).unwrap();
-        let files = asset.write(&unchanged(&asset), Format::Gltf, "again.gltf").unwrap();
+        let files = asset.write(&unchanged_parts(&asset), Format::Gltf, "again.gltf").unwrap();
         keep(name, &files);
         assert_eq!(files.len(), n_files, "{name}");
-        assert_eq!(seen(&reopen(&files).parts()[0]), seen(&asset.parts()[0]), "{name}");
+        assert_eq!(corners_by_primitive(&reopen(&files).parts()[0]), corners_by_primitive(&asset.parts()[0]), "{name}");
     }
 }

@@ -5,7 +5,7 @@ use neural_mesh::mesh::{RawMesh, Role};
 use serde_json::json;
 
 use super::builder::*;
-use super::{morphed, skinned};
+use super::{morphed, skinned_squares};
 
 // Builds a wave of 12 x 12 squares with all attributes, in a node that is turned and scaled.
 fn wave() -> Builder {
@@ -39,8 +39,8 @@ fn wave() -> Builder {
 }
 
 // Returns the unchanged asset, packed and opened again.
-fn packed(name: &str, asset: &Asset, compress: bool) -> Asset {
-    let parts = unchanged(asset);
+fn pack_and_reopen(name: &str, asset: &Asset, compress: bool) -> Asset {
+    let parts = unchanged_parts(asset);
     let (packing, notes) = asset.packing(&[&parts], &PackOptions { bits: 14, compress });
     assert!(notes.is_empty(), "{notes:?}");
     let file = if compress { "compressed.glb" } else { "quantized.glb" };
@@ -77,7 +77,7 @@ fn everything_comes_back_within_its_step() {
     let plain = scene(&before);
     keep("packed_wave", &[neural_mesh::io::OutputFile { path: "input.glb".into(), bytes: bytes.clone() }]);
     for &compress in ways() {
-        let after = packed("packed_wave", &before, compress);
+        let after = pack_and_reopen("packed_wave", &before, compress);
         let mesh = scene(&after);
         assert_eq!(mesh.faces.len(), plain.faces.len());
         let step = 6.0 / 16_383.0;
@@ -105,8 +105,8 @@ fn everything_comes_back_within_its_step() {
 
 #[test]
 fn nodes_and_materials_undo_the_grids_and_say_so() {
-    let after = packed("packed_wave", &open(&wave().glb()), false);
-    let files = after.write(&unchanged(&after), Format::Glb, "again.glb").unwrap();
+    let after = pack_and_reopen("packed_wave", &open(&wave().glb()), false);
+    let files = after.write(&unchanged_parts(&after), Format::Glb, "again.glb").unwrap();
     let said = document(&files[0].bytes);
     assert_eq!((&said["nodes"][0]["name"], &said["nodes"][0]["scale"]), (&"node".into(), &json!([4, 5, 6])));
     assert_eq!(said["nodes"][0]["children"], json!([1]));
@@ -116,8 +116,8 @@ fn nodes_and_materials_undo_the_grids_and_say_so() {
 #[test]
 fn poses_of_a_packed_skin_are_those_of_the_skin() {
     for &compress in ways() {
-        let before = open(&skinned().glb());
-        let after = packed("packed_skin", &before, compress);
+        let before = open(&skinned_squares().glb());
+        let after = pack_and_reopen("packed_skin", &before, compress);
         let size = |asset: &Asset| asset.parts()[0].mesh.diagonal();
         let unit = size(&before) / size(&after);
         let (old, new) = (before.poses().unwrap(), after.poses().unwrap());
@@ -135,8 +135,8 @@ fn poses_of_a_packed_skin_are_those_of_the_skin() {
 #[test]
 fn targets_move_as_they_did() {
     for &compress in ways() {
-        let before = open(&morphed().glb());
-        let after = packed("packed_morph", &before, compress);
+        let before = open(&morphed_square().glb());
+        let after = pack_and_reopen("packed_morph", &before, compress);
         let moves = |asset: &Asset| {
             let mesh = &asset.parts()[0].mesh;
             let unit = mesh.diagonal();
@@ -159,7 +159,7 @@ fn grids_are_as_fine_as_meshes_need_and_no_finer() {
         let indices = asset.indices(&[0, 1, 2, 0, 3, 1]);
         asset.mesh(json!([{"attributes": {"POSITION": position}, "indices": indices}]));
         let asset = open(&asset.glb());
-        let parts: Vec<SimplifiedPart> = unchanged(&asset);
+        let parts: Vec<SimplifiedPart> = unchanged_parts(&asset);
         let (packing, notes) = asset.packing(&[&parts], &PackOptions { bits: 14, compress: false });
         (packing.grid(0).map(|grid| (1.0 / grid.step).round() as u32), notes.len())
     };

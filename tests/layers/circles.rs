@@ -42,7 +42,7 @@ impl<'a> Tree<'a> {
     }
 
     // Returns the modules behind `path` as seen from `module`: the one named and the one that defines the item.
-    fn named(&self, module: &Path, path: &[String], depth: usize) -> Vec<Path> {
+    fn named_modules(&self, module: &Path, path: &[String], depth: usize) -> Vec<Path> {
         let Some((mut at, rest)) = self.start(module, path) else { return Vec::new() };
         for (i, name) in rest.iter().enumerate() {
             if let Some(child) = self.child(&at, name) {
@@ -80,14 +80,14 @@ impl<'a> Tree<'a> {
         let file = |module: &Path| self.files[module].path.as_str();
         let mut found = Vec::new();
         for (module, others) in &imports {
-            let back = others.iter().filter(|other| reached(&imports, other).contains(*module));
+            let back = others.iter().filter(|other| reachable_modules(&imports, other).contains(*module));
             found.extend(back.map(|other| format!("{} imports {}", file(module), file(other))));
         }
         found
     }
 }
 
-fn reached(imports: &BTreeMap<&Path, BTreeSet<Path>>, from: &Path) -> BTreeSet<Path> {
+fn reachable_modules(imports: &BTreeMap<&Path, BTreeSet<Path>>, from: &Path) -> BTreeSet<Path> {
     let mut reached = BTreeSet::new();
     let mut pending = vec![from.clone()];
     while let Some(module) = pending.pop() {
@@ -128,12 +128,12 @@ fn uses(code: &str) -> Vec<Use> {
 fn flatten(tree: &str, before: &[String], found: &mut Vec<(Path, String)>) {
     let tree = tree.trim();
     if let Some(list) = tree.strip_prefix('{') {
-        split_list(list.trim_end().trim_end_matches('}')).iter().for_each(|tree| flatten(tree, before, found));
+        split_list(list.trim_end().trim_end_matches('}')).iter().for_each(|tree| flatten(tree, before, find_words));
         return;
     }
     if let Some((first, rest)) = tree.split_once("::") {
         let before = [before, &[first.trim().to_string()]].concat();
-        return flatten(rest, &before, found);
+        return flatten(rest, &before, find_words);
     }
     let (last, name) = tree.split_once(" as ").unwrap_or((tree, tree));
     let path = match last {

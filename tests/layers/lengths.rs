@@ -8,7 +8,7 @@ const MOST_LINES: usize = 40;
 // Returns the functions of formatted code without comments: first line, name, number of lines that are not empty.
 fn lengths(code: &str) -> Vec<(usize, String, usize)> {
     let lines: Vec<&str> = code.lines().collect();
-    let begins = lines.iter().enumerate().filter_map(|(at, line)| Some((at, named(line)?)));
+    let begins = lines.iter().enumerate().filter_map(|(at, line)| Some((at, function_name(line)?)));
     let length = |at: usize| {
         let indent = lines[at].len() - lines[at].trim_start().len();
         let closes =
@@ -20,7 +20,7 @@ fn lengths(code: &str) -> Vec<(usize, String, usize)> {
     begins.filter_map(|(at, name)| Some((at + 1, name, length(at)?))).collect()
 }
 
-fn named(line: &str) -> Option<String> {
+fn function_name(line: &str) -> Option<String> {
     let (before, after) = line.split_once("fn ")?;
     let is_qualifier =
         |word: &str| ["const", "async", "unsafe"].contains(&word) || word.starts_with("pub") || word.ends_with(')');
