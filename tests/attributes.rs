@@ -129,7 +129,7 @@ fn build_patches(n: f32) -> (TriMesh, Attributes) {
 }
 
 #[test]
-fn what_is_held_never_ruins_the_rest() {
+fn held_vertices_never_spoil_the_rest() {
     let (mesh, attributes) = build_patches(12.0);
     let far = |found: &TriMesh| quick_distance(&mesh, found, 8000, 0).unwrap().mean;
     let mut sizes = Vec::new();
@@ -202,7 +202,7 @@ fn hard_edges_make_way_and_stay_where_they_are() {
 }
 
 #[test]
-fn small_charts_make_way_for_the_size_asked_for() {
+fn small_charts_yield_to_the_requested_size() {
     let mesh = shapes::torus(96, 48, 1.0, 0.4);
     let n_faces = mesh.faces().len() as u32;
     // Faces come in pairs, in the order of the grid; charts are four squares wide and high.

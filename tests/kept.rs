@@ -84,7 +84,7 @@ fn kept_faces_come_back_bit_for_bit_and_the_rest_makes_up_the_size() {
 }
 
 #[test]
-fn what_is_kept_is_a_limit_that_is_told() {
+fn kept_faces_are_reported_as_the_limit() {
     let (mesh, attributes, kept) = sphere_with_kept_cap(0.0);
     let before = input(&mesh, &attributes, &kept);
     let result = simplify_input(&before, None, &Options::new(Target::Ratio(0.02)), &mut go_on()).unwrap();

@@ -46,7 +46,7 @@ fn apply_pose(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {
 }
 
 #[test]
-fn what_is_flat_here_keeps_the_vertices_that_it_needs_where_it_bends() {
+fn flat_regions_keep_vertices_that_bend_in_other_poses() {
     let (mesh, attributes) = slab();
     let plain = Options::new(Target::Vertices(60));
     let distances = [plain.clone(), with_changes(plain, |options| options.purpose = Purpose::Poses)].map(|options| {
@@ -62,7 +62,7 @@ fn what_is_flat_here_keeps_the_vertices_that_it_needs_where_it_bends() {
 }
 
 #[test]
-fn a_pose_that_nobody_knows_is_nearer_where_every_place_may_bend() {
+fn unknown_poses_are_nearer_with_the_pull_for_poses() {
     let moved = |mesh: &TriMesh, place: fn([f32; 3]) -> [f32; 3]| {
         TriMesh::new(mesh.positions().iter().copied().map(place).collect(), mesh.faces().to_vec()).unwrap()
     };

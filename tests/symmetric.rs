@@ -66,7 +66,7 @@ fn distance(original: &TriMesh, result: &TriMesh) -> f64 {
 }
 
 #[test]
-fn closed_stays_closed_and_mirrored_at_the_size_asked_for() {
+fn closed_stays_closed_and_mirrored_at_the_requested_size() {
     let tori = shapes::torus(64, 32, 1.0, 0.4);
     let meshes = [
         bumpy(4),

@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "each name once")]
-    fn a_name_stands_once() {
+    fn a_repeated_name_is_refused() {
         let _: Tensors<u8> = [("a", 1), ("a", 2)].into_iter().collect();
     }
 }

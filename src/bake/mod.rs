@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_sheets_a_hair_apart_each_side_gets_its_own() {
+    fn two_sheets_that_nearly_touch_get_their_own_texels() {
         let sides = |n: usize, gap: f32| {
             let (up, down) = (sheet(n, |_, _| gap), sheet(n, |_, _| -gap));
             let shift = up.positions().len() as u32;

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_two_blocks_made_of_one_border_is_parted() {
+    fn repeated_faces_of_two_blocks_are_split() {
         // Two halves of a square's outline, both of two triangles with the same diagonal: a pillow once joined.
         let square = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let half =

@@ -398,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn closed_stays_closed_at_the_size_asked_for_and_as_near_as_in_memory() {
+    fn closed_stays_closed_at_the_requested_size_and_as_near_as_in_memory() {
         let mesh = shapes::wavy_sphere(5, 9.0);
         let options = Options::new(Target::Ratio(0.1));
         let whole = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap().mesh;

@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_are_told_as_typed() {
+    fn counts_are_printed_as_typed() {
         for text in ["7%", "12.5%", "0.1%", "4000"] {
             assert_eq!(count(text).unwrap().to_string(), text);
         }

@@ -479,7 +479,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_left_says_why() {
+    fn a_mesh_without_remaining_faces_is_refused_with_the_reason() {
         let error = clean_soup(&[[0.0; 3], [1.0, 0.0, NAN], [2.0, 0.0, 0.0]], &[[0, 1, 2], [0, 2, 7]]).unwrap_err();
         let text = error.to_string();
         assert!(text.starts_with("no usable face (faces: 2, vertices: 3"), "{text}");

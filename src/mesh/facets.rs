@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_of_faces_are_told_from_smooth_ones() {
+    fn flat_normals_are_distinguished_from_smooth_ones() {
         for mesh in [shapes::icosphere(1), shapes::icosphere(6), shapes::torus(90, 30, 2.0, 0.5), shapes::bolt(48)] {
             let smooth = smooth(&mesh);
             assert!(!is_shaded_flat(&mesh, &smooth));

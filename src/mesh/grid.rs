@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_that_would_be_others_are_not_held() {
+    fn meshes_that_rounding_would_change_are_not_preserved() {
         let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let grid = PositionGrid { origin: [0.0; 3], step: 0.1 };
         assert!(grid.preserves(&square, &[[0, 1, 2], [0, 2, 3]]));

@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_a_manifold_is_borrowed() {
+    fn a_manifold_is_borrowed_unchanged() {
         let mesh = shapes::torus(9, 7, 3.0, 1.0);
         assert!(matches!(manifold(mesh.positions(), mesh.faces()).faces, Cow::Borrowed(_)));
     }

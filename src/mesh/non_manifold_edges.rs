@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_floor_goes_on_under_a_wall() {
+    fn a_floor_continues_under_a_wall() {
         let tips = [[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [-1.0, 0.1, 0.5]];
         assert_eq!(pairs(&tips, &[false, true, true]), [[0, 2]]);
         assert_eq!(pairs(&tips, &[false, false, true]), [[0, 2]]);
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn of_an_even_number_none_is_left_over() {
+    fn an_even_number_of_faces_is_matched_completely() {
         let tips = [[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [-1.0, 0.0, 0.5], [0.0, -1.0, 0.5]];
         for turned in 0..16 {
             let is_turned: Vec<bool> = (0..4).map(|face| turned >> face & 1 == 1).collect();

@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_stand_and_turn_as_they_are_placed() {
+    fn meshes_are_moved_and_turned_by_their_transforms() {
         let (bare, shaded) = (triangle(false), triangle(true));
         let turned = DMat4::from_rotation_translation(DQuat::from_rotation_z(0.5_f64.acos() * 1.5), DVec3::X);
         let mirrored = DMat4::from_scale(DVec3::new(-2.0, 1.0, 1.0));

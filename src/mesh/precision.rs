@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_far_apart_are_not_held_by_single_precision() {
+    fn components_far_apart_exceed_single_precision() {
         for (apart, is_held) in [(10.0, true), (1e4, true), (1e9, false), (1e12, false)] {
             let (positions, local, faces) = two_spheres(apart);
             assert_eq!(find(&positions, &local, &faces).is_none(), is_held, "{apart}");

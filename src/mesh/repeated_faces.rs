@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flap_goes_with_both_its_sides_where_it_is_small() {
+    fn small_attached_face_pairs_are_dropped() {
         let body = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let patch = [[0, 1, 4], [1, 0, 4], [1, 5, 4], [5, 1, 4]];
         let faces = [&body[..], &patch[..]].concat();
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn what_opens_nothing_is_superfluous() {
+    fn copies_whose_removal_opens_no_edge_are_superfluous() {
         let body = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let one_more = [&body[..], &[[0, 1, 2]]].concat();
         assert_eq!(superfluous(&curve(4), &one_more), [4]);

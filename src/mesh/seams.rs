@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn seams_of_more_than_two_faces_are_those_that_go_on_in_no_other() {
+    fn seams_at_non_manifold_edges_are_those_without_a_continuation() {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0], [0.5, -1.0, 0.0], [0.5, 0.0, 1.0]];
         let [left, right, front, back] = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [1, 0, 4]];
         let up = [0.0, 0.0, 1.0];

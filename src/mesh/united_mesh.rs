@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_united_comes_apart_again() {
+    fn a_united_mesh_splits_into_its_pieces() {
         let (sphere, box_) = (shapes::icosphere(1), shapes::cuboid([1.0; 3], 2));
         let n = sphere.faces().len();
         let painted = Attributes {
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_widened_means_what_it_meant() {
+    fn widened_channels_keep_their_values() {
         let widened = |role, values: &[f32], width| {
             let channel = |width, values| Channel { name: "a".into(), role, width, values };
             let own = Attributes { channels: vec![channel(values.len(), values.to_vec())], ..Attributes::default() };

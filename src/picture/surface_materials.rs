@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_belong_to_the_mesh_is_not_worn() {
+    fn materials_of_another_mesh_are_refused() {
         let (attributes, looks) = looks(true);
         let decoded = DecodedMaterials::new(&attributes, &looks).0.unwrap();
         assert!(decoded.place_on(&[], &[[0, 1, 2]; 3]).is_none());

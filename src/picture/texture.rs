@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_wrap_as_they_are_told() {
+    fn texture_edges_wrap_as_requested() {
         let texture = two_pixels();
         let cases = [(Wrap::Repeat, [0.5, 0.0, 1.0]), (Wrap::Clamp, [0.0, 1.0, 1.0]), (Wrap::Mirror, [0.0, 1.0, 0.0])];
         for (wrap, wanted) in cases {

@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn new_faces_carry_what_is_beside_them() {
+    fn new_faces_take_attributes_of_their_neighbours() {
         let mesh = remove_faces(&shapes::grid(6, 6), &[]);
         let n = mesh.faces().len();
         let values = (0..mesh.positions().len()).map(|v| v as f32).collect();

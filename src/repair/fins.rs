@@ -114,7 +114,7 @@ mod tests {
     use crate::mesh::{Attributes, TriMesh, shapes};
 
     #[test]
-    fn a_fin_goes_and_its_body_stays() {
+    fn fins_are_dropped_and_bodies_stay() {
         let sphere = shapes::icosphere(2);
         let mut positions = sphere.positions().to_vec();
         let mut faces = sphere.faces().to_vec();
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn of_pages_at_one_edge_two_stay() {
+    fn two_of_many_pages_at_an_edge_stay() {
         let tips = (0..5).map(|i| (i as f32).sin_cos()).map(|(y, x)| [x, y, 0.5]);
         let positions: Vec<[f32; 3]> = [[0.0; 3], [0.0, 0.0, 1.0]].into_iter().chain(tips).collect();
         let mesh = TriMesh::new(positions, (2..7).map(|tip| [0, 1, tip]).collect()).unwrap();

@@ -55,7 +55,7 @@ mod tests {
     use crate::mesh::{Attributes, TriMesh, shapes, topology};
 
     #[test]
-    fn what_had_one_side_has_two() {
+    fn one_sided_surfaces_are_cut_to_two_sides() {
         for mesh in [shapes::klein_bottle(24, 12), shapes::moebius_strip(24, 4)] {
             let mut faces = RepairFaces::new(&mesh, &Attributes::default());
             let n_cut = cut_one_sided(&mut faces);
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_two_sides_is_left_however_it_is_wound() {
+    fn two_sided_surfaces_stay_in_any_winding() {
         let sphere = shapes::icosphere(2);
         let turned =
             sphere.faces().iter().enumerate().map(|(f, &[a, b, c])| if f % 3 == 0 { [a, c, b] } else { [a, b, c] });

@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_solid_stays_as_it_is() {
+    fn solid_meshes_stay_unchanged() {
         for mesh in [shapes::icosphere(3), shapes::chain_of_tori(3), shapes::many_boxes(9)] {
             let repaired = solid(&mesh);
             assert_eq!(repaired.mesh, mesh);
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crumb_beside_a_sheet_with_two_sides_is_nothing() {
+    fn a_crumb_next_to_a_two_sided_sheet_is_not_solid() {
         let n = 6u32;
         let at = |i: u32, j: u32| i * (n + 1) + j;
         let quads = (0..n).flat_map(|i| (0..n).map(move |j| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]));

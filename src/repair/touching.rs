@@ -58,7 +58,7 @@ mod tests {
     use crate::repair::printable;
 
     #[test]
-    fn what_touches_comes_apart_and_hardly_moves() {
+    fn touching_vertices_are_separated_by_tiny_moves() {
         for (mesh, n_copies) in [(shapes::tetrahedra_sharing_edge(), 2), (shapes::tetrahedra_sharing_vertex(), 1)] {
             let apart = printable(&mesh, Attributes::NONE, 0.0).unwrap();
             assert!(topology(&apart.mesh).is_closed_manifold() && apart.mesh.faces().len() == mesh.faces().len());

@@ -442,7 +442,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_held_is_said() {
+    fn an_unmet_distance_is_reported() {
         // The mesh is nearly its own mirror image, so an exactly symmetric result differs from it.
         let (mut positions, faces) = shapes::icosphere(3).into_parts();
         positions.iter_mut().filter(|position| position[0] > 0.0).flatten().for_each(|x| *x *= 1.0 + 4e-5);
@@ -468,7 +468,7 @@ mod tests {
     }
 
     #[test]
-    fn where_surfaces_touch_the_outcome_tells_whether_the_error_is_held() {
+    fn the_outcome_says_whether_touching_surfaces_meet_the_error() {
         let meshes = [
             shapes::touching_spheres(2),
             shapes::tetrahedra_sharing_edge(),

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fits_is_found_beside_much_that_no_size_changes() {
+    fn a_size_is_met_even_if_most_bytes_are_constant() {
         for (more, n_bytes) in [(0, 20_000), (100_000, 102_000), (1_000_000, 1_000_500), (0, usize::MAX)] {
             let (result, n) = simplify_to_bytes(more, n_bytes);
             assert_eq!(result.report.outcome, Outcome::Reached, "{more} {n_bytes} {n}");

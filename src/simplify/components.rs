@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn components_of_which_nothing_shows_go() {
+    fn hidden_components_are_dropped() {
         // Spheres of radius 3, 2 and 1 about one point, and a small one next to them.
         let sphere = shapes::icosphere(2);
         let places = [(3.0, 0.0), (2.0, 0.0), (1.0, 0.0), (0.5, 9.0)];
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn components_below_a_size_go() {
+    fn components_below_a_size_are_dropped() {
         // Cubes of sides 1, 2 and 3.
         let (mut positions, mut faces) = (Vec::new(), Vec::new());
         for side in [1.0f32, 2.0, 3.0] {

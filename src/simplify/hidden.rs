@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_gap_lets_what_is_behind_it_show() {
+    fn surfaces_behind_a_narrow_gap_are_visible() {
         // A sphere without one of its 20,480 faces, away from the axes of the views, has a hole 1/70 wide.
         let outer = shapes::icosphere(5);
         let holed = TriMesh::new(outer.positions().to_vec(), outer.faces()[1..].to_vec()).unwrap();
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_open_shows_from_either_side() {
+    fn open_surfaces_are_visible_from_either_side() {
         let grid = shapes::grid(20, 20);
         for mesh in [&grid, &shapes::open_cylinder(24, 8), &shapes::torus(40, 20, 2.0, 0.7), &shapes::bolt(20)] {
             assert!(hidden_faces(mesh).iter().all(|hidden| !hidden));
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_just_below_another_surface_shows() {
+    fn a_surface_just_below_another_is_visible() {
         let sphere = shapes::icosphere(4);
         assert_eq!(find_hidden(&[&sphere, &scale_mesh(&sphere, 0.99999)]), [false, false]);
         assert_eq!(find_hidden(&[&sphere, &scale_mesh(&sphere, 0.9)]), [false, true]);

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_done_rises_to_nearly_all_on_any_number_of_threads() {
+    fn progress_rises_to_nearly_one_on_any_number_of_threads() {
         let mesh = shapes::torus(600, 300, 1.0, 0.4);
         for (ratio, n_threads) in [(0.03, 1), (0.03, 4), (0.5, 2)] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_of_the_listener_goes_on() {
+    fn a_panic_of_the_listener_propagates() {
         let mesh = shapes::icosphere(3);
         let run = || simplify(&mesh, None, &Options::new(Target::Vertices(50)), &mut |_| resume_unwind(Box::new(7u8)));
         let payload = catch_unwind(AssertUnwindSafe(run)).unwrap_err();

@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn there_are_as_many_as_asked_for() {
+    fn the_requested_number_of_samples_is_drawn() {
         let mesh = shapes::icosphere(2);
         let (points, rings) = (mesh.positions(), edge_graph(&mesh));
         for k in [0, 1, 50, 161, 162, 1000] {

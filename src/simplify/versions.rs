@@ -40,8 +40,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_carried_keeps_its_bits() {
-        let test = concat!(module_path!(), "::what_is_carried_keeps_its_bits");
+    fn attributes_and_maps_keep_their_bits() {
+        let test = concat!(module_path!(), "::attributes_and_maps_keep_their_bits");
         check(&golden_check("carried", CARRIED_VERSION, "CARRIED_VERSION", test), carried_results);
     }
 

@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_shells_within_the_tolerance_each_stands_in_for_the_other() {
+    fn two_shells_within_the_tolerance_replace_each_other() {
         let sphere = shapes::icosphere(3);
         let meshes = [scale_mesh(&sphere, 1.001), sphere.clone()];
         let found = exposures_of(&meshes, 0.02);

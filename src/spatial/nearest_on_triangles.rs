@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn needles_around_a_hub_are_told_apart() {
+    fn needles_around_a_hub_are_distinguished() {
         let rim = |i: i32| [(0.01 * i as f32).cos(), (0.01 * i as f32).sin(), 0.3 * (0.01 * i as f32).sin()];
         let fan: Vec<_> = (0..629).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
         check(&fan, 0.0);

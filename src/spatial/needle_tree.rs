@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn needles_of_a_fan_are_told_apart() {
+    fn needles_of_a_fan_are_distinguished() {
         let triangles = fan(20_000);
         let tree = NeedleTree::new(triangles.iter().copied());
         let mut n_visits = 0;

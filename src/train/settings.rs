@@ -277,7 +277,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_default_is_written_as_it_stands() {
+    fn the_default_settings_round_trip_unchanged() {
         let settings = Settings::from_toml("").unwrap();
         assert_eq!(Settings::from_toml(DEFAULT_SETTINGS).unwrap(), settings);
         assert_eq!(Settings::from_toml(&settings.to_toml()).unwrap(), settings);

@@ -28,7 +28,7 @@ pub fn assert_manifold(mesh: &TriMesh) {
 }
 
 // Returns a value with some fields changed.
-pub fn changed<T>(mut it: T, change: impl FnOnce(&mut T)) -> T {
+pub fn with_changes<T>(mut it: T, change: impl FnOnce(&mut T)) -> T {
     change(&mut it);
     it
 }

@@ -85,7 +85,7 @@ mod tests {
     use crate::mesh::{Attributes, TriMesh, shapes};
 
     #[test]
-    fn one_surface_has_none_and_dust_beside_a_large_one_neither() {
+    fn a_single_surface_and_dust_have_no_ceiling() {
         let attributes = Attributes { groups: vec![0; 400], ..Attributes::default() };
         let requirements = Requirements { attributes: Some(&attributes), ..Requirements::default() };
         assert!(find_ceilings(&Original::bare(&shapes::icosphere(2)), &requirements).is_empty());

@@ -570,7 +570,7 @@ mod tests {
     }
 
     #[test]
-    fn a_component_goes_for_its_area_times_its_squared_distance() {
+    fn a_component_is_dropped_at_its_area_times_squared_distance() {
         // Twice the radius means four times the area at about the same distance.
         let [one, two] = [0.01, 0.02].map(|r| price(&spheres(&[3.0], r), None));
         assert!((3.9..4.1).contains(&(two / one)), "{}", two / one);
@@ -580,7 +580,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_of_a_group_stays_and_what_looks_otherwise_is_as_far_as_it_is_large() {
+    fn the_last_component_of_a_material_stays_and_others_cost_their_size() {
         let n = shapes::icosphere(3).faces().len();
         let groups = |mesh: &TriMesh, other| {
             let groups = (0..mesh.faces().len()).map(|f| if f < n { 1 } else { other }).collect();
@@ -594,7 +594,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_goes_that_lies_too_far() {
+    fn distant_components_stay() {
         let mesh = spheres(&[3.0], 0.01);
         assert!(drop_from(&mesh, 1e3, 2.5, None).is_none());
         let dropped = drop_from(&mesh, 1e3, 2.7, None).unwrap();
@@ -605,7 +605,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_viewer_would_miss_stays_whatever_it_costs() {
+    fn visible_components_stay_at_any_price() {
         assert!(drop_from(&spheres(&[2.0], 0.1), 1e30, f64::INFINITY, None).is_none());
         assert!(drop_from(&spheres(&[2.0], 0.01), 1e30, f64::INFINITY, None).is_some());
         assert!(drop_from(&spheres(&[], 0.0), 1e30, f64::INFINITY, None).is_none());

@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_flipped_edge_is_found_as_if_sorted_anew() {
+    fn a_flipped_edge_is_found_as_in_a_new_table() {
         let mut faces = vec![[0, 1, 2], [1, 0, 3], [2, 1, 4]];
         let mut around = FacesAround::new(Pulse::NONE, 5, &faces);
         assert_eq!((around.face_along(1, 0), around.has_edge(2, 3)), (Some(1), false));

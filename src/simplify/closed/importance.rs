@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_bends_counts_more() {
+    fn bent_regions_have_more_importance() {
         let mesh = shapes::cuboid([1.0; 3], 8);
         let mut surface = PreparedSurface::new(&mesh, Pulse::NONE);
         weigh(&mut surface, Importance::Bending, 0.7, &[]);

@@ -70,7 +70,7 @@ mod tests {
     use crate::simplify::paper::quotient;
 
     #[test]
-    fn a_face_that_is_third_on_one_edge_goes_even_if_a_better_one_goes_too() {
+    fn the_third_face_on_an_edge_is_dropped_even_if_a_better_one_is_too() {
         // Fans around the edges 0-1 and 2-3; [0, 1, 2] loses on 0-1 and still counts on its other edges.
         let all = (0..6).flat_map(|i| (i + 1..6).map(move |j| [i, j]));
         let graph = Csr::from_edges(6, all);

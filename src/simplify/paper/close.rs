@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_mesh_ends_the_result_does() {
+    fn results_end_at_the_boundary_of_the_mesh() {
         let tube = shapes::open_cylinder(24, 10);
         let faces = close_holes(&tube, &all(&tube), &all(&tube), punched_torus(&tube, 11));
         let mesh = TriMesh::new(tube.positions().to_vec(), faces).unwrap();
@@ -118,14 +118,14 @@ mod tests {
     }
 
     #[test]
-    fn of_three_faces_at_an_edge_the_newest_goes() {
+    fn the_newest_of_three_faces_at_an_edge_is_dropped() {
         let fan = vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]];
         assert_eq!(drop_third_faces(5, fan.clone(), 2), fan[..2]);
         assert_eq!(drop_third_faces(5, fan.clone(), 3), fan);
     }
 
     #[test]
-    fn a_lone_face_goes() {
+    fn a_lone_face_is_dropped() {
         let (strip, lone) = (vec![[0, 1, 2], [1, 3, 2]], [4, 5, 6]);
         assert_eq!(drop_lone_faces(7, [strip.clone(), vec![lone]].concat()), strip);
     }

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_flat_stays_and_what_would_turn_goes_back() {
+    fn flat_regions_stay_and_turned_faces_go_back() {
         let flat = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
         let regions = RegionQuadrics::new(&flat, &[0, 1, 2], &[0, 1, 2]);
         let is_near = |placed: &[[f32; 3]]| {

@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn what_weighs_nothing_does_not_count() {
+    fn values_of_weight_zero_do_not_count() {
         let mut uv = [0.0; 2];
         blend(Role::Uv, [&[1.0, 2.0], &[f32::NAN, 0.0], &[3.0, 4.0]], [0.5, 0.0, 0.5], &mut uv);
         assert_eq!(uv, [2.0, 3.0]);

@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn what_carries_nothing_stays_so() {
+    fn attributes_without_channels_stay_empty() {
         let mut carried = Attributes::default();
         restore_values(&mut carried, &Attributes::default(), &[KeptFace { face: 0, source: 0, corners: [0, 1, 2] }]);
         assert_eq!(carried, Attributes::default());

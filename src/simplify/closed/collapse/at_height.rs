@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn where_there_is_no_minimum_it_is_an_end_on_the_plane() {
+    fn without_a_minimum_an_end_on_the_plane_is_chosen() {
         let pair = Pair::from_sum(Quadric::default(), DVec3::new(0.5, 1.0, 0.0));
         assert_eq!(pair.placement_at(0, 0.0).place, Placement::KeptEnd);
         assert_eq!(pair.placement_at(0, 0.5).place, Placement::RemovedEnd);

@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_that_are_left_move_together_in_their_order() {
+    fn remaining_rows_are_compacted_in_order() {
         for n in [0, 1, 7, CHUNK, CHUNK + 1, 5 * CHUNK + 3] {
             for is_kept in [|_| true, |_| false, |row: usize| row * row % 7 < 3, |row| row > CHUNK] {
                 let left = Compaction::new(n, is_kept);

@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_moves_together() {
+    fn remaining_faces_are_compacted() {
         // A bipyramid over a square, whose edge from 1 to 2 collapses.
         let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 2, 1], [5, 3, 2], [5, 4, 3], [5, 1, 4]];
         let mut corners = CornerTable::new(6, faces.into_iter());

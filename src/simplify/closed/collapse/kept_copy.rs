@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_copy_goes_on_without_a_component_to_the_size_asked_for() {
+    fn a_copy_continues_without_a_component_to_the_requested_size() {
         let (mesh, n) = sphere_and_cylinder();
         let surface = PreparedSurface::new(&mesh, Pulse::NONE);
         let mut whole = collapse(&surface).with_copy();

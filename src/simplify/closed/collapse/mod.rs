@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn every_vertex_is_told_what_became_of_it() {
+    fn every_vertex_knows_its_output_vertex() {
         let mesh = shapes::torus(24, 10, 1.0, 0.3);
         let (_, _, output) = collapse_to(&mesh, 50);
         assert_eq!(output.vertex_of.len(), mesh.positions().len());
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn prices_that_are_known_are_those_that_would_be_paid_where_charts_go() {
+    fn known_prices_are_those_of_merges_at_charts() {
         let (mesh, edges) = charted_torus();
         let original = prepare(&mesh, &Requirements { edges: &edges, ..Requirements::default() }, Pulse::NONE);
         for vertices in [400, 150, 60] {
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_vertex_becomes_is_near_and_topology_stays_whatever_the_surface() {
+    fn output_vertices_are_near_and_topology_stays_on_any_surface() {
         for mesh in [shapes::torus(60, 40, 1.0, 0.4), shapes::open_cylinder(60, 40), shapes::klein_bottle(60, 40)] {
             let (surface, _, output) = collapse_to(&mesh, mesh.positions().len() / 5);
             let far = surface.positions.iter().zip(&output.vertex_of);

@@ -46,7 +46,7 @@ mod tests {
     use crate::simplify::closed::request::Half;
 
     #[test]
-    fn a_vertex_of_the_cut_counts_as_in_the_whole() {
+    fn a_vertex_on_the_cut_has_the_quadric_of_the_whole_mesh() {
         let whole = shapes::torus(24, 12, 1.0, 0.4);
         let x = |v: u32| whole.positions()[v as usize][0];
         let faces: Vec<[u32; 3]> =

@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn what_counts_is_the_rounding_of_the_file() {
+    fn duplicates_are_judged_by_the_rounding_of_the_file() {
         let far = Frame { origin: [5e6, 0.0, 0.0], double: false };
         let mut positions = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]];
         assert_eq!(separate(Pulse::NONE, &mut positions, &Pins::default(), &far), 1);
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_far_out_or_is_tiny_stays_where_it_is() {
+    fn distant_and_tiny_meshes_stay_in_place() {
         for (offset, size) in [([-2e5, -8e8, 0.0], 0.5), ([0.0; 3], 1e-42), ([3e-39, 0.0, 1e-41], 1e-41)] {
             let corners = [[0.0, 0.0, 0.0], [size, 0.0, size], [0.0, 0.0, size], [size, 0.0, 0.0f32]];
             let placed = |p: [f32; 3]| std::array::from_fn(|axis| p[axis] + offset[axis]);

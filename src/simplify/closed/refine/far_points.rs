@@ -77,7 +77,7 @@ mod tests {
     use crate::simplify::closed::stage_settings::StageSettings;
 
     #[test]
-    fn a_tip_that_was_cut_off_draws_the_vertex_below_it() {
+    fn a_cut_off_tip_attracts_the_vertex_below_it() {
         let (fine, coarse) = (shapes::icosphere(4), shapes::icosphere(2));
         let tipped = |v: usize, p: &[f32; 3]| if v == 0 { p.map(|x| 1.4 * x) } else { *p };
         let positions = fine.positions().iter().enumerate().map(|(v, p)| tipped(v, p)).collect();

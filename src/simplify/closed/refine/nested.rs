@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn what_pokes_through_goes_back_inside_whichever_way_it_looks() {
+    fn crossing_components_move_back_inside_in_any_winding() {
         for inward in [false, true] {
             let (positions, faces) = spheres(&[1.0, 0.99], 4, inward);
             let mesh = TriMesh::new(positions.iter().map(|p| p.to_array()).collect(), faces).unwrap();

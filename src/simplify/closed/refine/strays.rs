@@ -48,7 +48,7 @@ mod tests {
     use crate::simplify::closed::output::Output;
 
     #[test]
-    fn a_step_into_the_void_is_taken_back_and_one_along_the_surface_is_not() {
+    fn stray_steps_are_cancelled_and_steps_along_the_surface_are_kept() {
         let (fine, coarse) = (shapes::icosphere(4), shapes::icosphere(1));
         let original = Original::bare(&fine);
         // Subdivision appends vertices, so a finer sphere begins with those of the coarser one.
