@@ -103,9 +103,9 @@ fn threads_and_repetition_change_no_bit() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
             pool.install(|| simplify_to(&mesh, Target::Ratio(ratio)))
         };
-        let first = simplify_with(1);
+        let first = with(1);
         for n_threads in [1, 2, 8] {
-            assert_eq!(simplify_with(n_threads), first);
+            assert_eq!(with(n_threads), first);
         }
     }
 }

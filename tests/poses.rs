@@ -67,7 +67,7 @@ fn unknown_poses_are_nearer_with_the_pull_for_poses() {
         TriMesh::new(mesh.positions().iter().copied().map(place).collect(), mesh.faces().to_vec()).unwrap()
     };
     let limb = moved(&shapes::open_cylinder(24, 96), |[x, y, z]| [4.0 * z, 0.3 * y, 0.3 * x]);
-    let ring = |mesh: &TriMesh| moved(mesh, around);
+    let ring = |mesh: &TriMesh| moved(mesh, bend_point);
     let plain = Options::new(Target::Vertices(150));
     let [in_pose, in_pose_bending] = [plain.clone(), with_changes(plain, |options| options.purpose = Purpose::Poses)]
         .map(|options| {

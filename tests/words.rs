@@ -1,9 +1,6 @@
 //! The language rules that a search can check: names, first sentences of docs, phrases.
-//!
-//! `words/not_yet.txt` lists exempt files; an entry without findings fails. The ignored test `write_the_list_of_exemptions`
-//! writes the list.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use crate::layers::{Source, sources, start_of_tests};
 
@@ -19,7 +16,6 @@ const MOST_WORDS: usize = 25;
 // Folders where "part" means a component of a mesh.
 const MESH_FOLDERS: [&str; 6] =
     ["src/repair/", "src/mesh/", "src/simplify/", "src/geometry/", "src/spatial/", "src/metrics/"];
-const NOT_YET: &str = include_str!("words/not_yet.txt");
 
 // The item of a doc comment or a line.
 enum Item {
@@ -150,27 +146,13 @@ fn holds(text: &str, phrase: &str) -> bool {
 // Path, line, and replacement.
 type Finding = (String, usize, String);
 
-type Check = fn() -> Vec<Finding>;
-
-// The checks by the names that `not_yet.txt` uses.
-const CHECKS: [(&str, Check); 4] =
-    [("types", find_equal_types), ("names", find_bare_names), ("docs", find_odd_docs), ("phrases", find_old_phrases)];
-
 fn find_in_files(find: impl Fn(&Source) -> Vec<(usize, String)>) -> Vec<Finding> {
     let found = CRATES.iter().flat_map(|folder| sources(folder)).map(|source| (find(&source), source.path));
     found.flat_map(|(lines, path)| lines.into_iter().map(move |(line, text)| (path.clone(), line, text))).collect()
 }
 
-// Fails with the findings of files that are not exempt, and with stale exemptions.
-fn hold(check: &str) {
-    let find = CHECKS.iter().find(|(name, _)| *name == check).unwrap().1;
-    let exempt: BTreeSet<&str> =
-        NOT_YET.lines().filter_map(|entry| entry.strip_prefix(check)?.strip_prefix(' ')).collect();
-    let (known, new): (Vec<_>, Vec<_>) = find().into_iter().partition(|(path, _, _)| exempt.contains(path.as_str()));
-    let mut lines: Vec<String> = new.iter().map(|(path, line, text)| format!("{path}:{line}: {text}")).collect();
-    let with_findings: BTreeSet<&str> = known.iter().map(|(path, _, _)| path.as_str()).collect();
-    let stale = exempt.difference(&with_findings);
-    lines.extend(stale.map(|path| format!("tests/words/not_yet.txt: remove `{check} {path}`")));
+fn assert_no_findings(findings: Vec<Finding>) {
+    let lines: Vec<String> = findings.iter().map(|(path, line, text)| format!("{path}:{line}: {text}")).collect();
     assert!(lines.is_empty(), "{} findings:\n{}", lines.len(), lines.join("\n"));
 }
 
@@ -258,38 +240,27 @@ fn find_old_phrases() -> Vec<Finding> {
 
 #[test]
 fn type_names_are_unique_in_a_crate() {
-    hold("types");
+    assert_no_findings(find_equal_types());
 }
 
 #[test]
 fn function_names_are_more_than_past_forms_and_prepositions() {
-    hold("names");
+    assert_no_findings(find_bare_names());
 }
 
 #[test]
 fn docs_begin_with_a_verb_or_a_noun_and_a_short_sentence() {
-    hold("docs");
+    assert_no_findings(find_odd_docs());
 }
 
 #[test]
 fn comments_use_plain_phrases() {
-    hold("phrases");
+    assert_no_findings(find_old_phrases());
 }
 
 #[test]
 fn at_most_five_type_names_occur_twice() {
     assert!(SAME_NAMES.len() <= 5 && SAME_NAMES.iter().all(|(_, reason)| !reason.is_empty()));
-}
-
-#[test]
-#[ignore = "writes the list of exemptions; only for a list that gets shorter"]
-fn write_the_list_of_exemptions() {
-    let entries = CHECKS.iter().flat_map(|(check, find)| {
-        let paths: BTreeSet<String> = find().into_iter().map(|(path, _, _)| path).collect();
-        paths.into_iter().map(move |path| format!("{check} {path}\n"))
-    });
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/words/not_yet.txt");
-    std::fs::write(path, entries.collect::<String>()).unwrap();
 }
 
 #[test]

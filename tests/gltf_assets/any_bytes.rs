@@ -5,10 +5,10 @@ use proptest::prelude::*;
 use serde_json::Value;
 
 use super::builder::{Builder, refuse_uri, reopen, unchanged_parts};
-use super::{skinned, two_materials};
+use super::{skinned_squares, two_materials};
 
 fn check(bytes: &[u8]) {
-    let asset = match Asset::from_bytes(bytes, &nothing) {
+    let asset = match Asset::from_bytes(bytes, &refuse_uri) {
         Ok(asset) => asset,
         Err(error) => return assert!(!error.to_string().contains(['\n', '\r']), "{error}"),
     };

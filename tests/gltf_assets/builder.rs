@@ -114,7 +114,7 @@ pub fn refuse_uri(uri: &str) -> Result<Vec<u8>, ReadError> {
 }
 
 pub fn open(bytes: &[u8]) -> Asset {
-    Asset::from_bytes(bytes, &nothing).unwrap()
+    Asset::from_bytes(bytes, &refuse_uri).unwrap()
 }
 
 // Returns the components as they are.

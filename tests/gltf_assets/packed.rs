@@ -5,7 +5,7 @@ use neural_mesh::mesh::{RawMesh, Role};
 use serde_json::json;
 
 use super::builder::*;
-use super::{morphed, skinned_squares};
+use super::{morphed_square, skinned_squares};
 
 // Builds a wave of 12 x 12 squares with all attributes, in a node that is turned and scaled.
 fn wave() -> Builder {

@@ -37,7 +37,7 @@ impl<'a> Tree<'a> {
     fn imports(&self, module: &Path) -> BTreeSet<Path> {
         let stated = self.uses[module].iter().filter(|import| !import.is_public).map(|import| import.path.clone());
         let inline = inline_paths(&without_uses(&self.files[module].code));
-        let found = stated.chain(inline).flat_map(|path| self.named(module, &path, 0));
+        let found = stated.chain(inline).flat_map(|path| self.named_modules(module, &path, 0));
         found.filter(|other| !module.starts_with(other)).collect()
     }
 
@@ -51,7 +51,7 @@ impl<'a> Tree<'a> {
             }
             let passed_on = self.uses.get(&at).and_then(|uses| uses.iter().find(|import| import.name == *name));
             let further = passed_on.filter(|_| depth < DEEPEST).map(|import| [&import.path, &rest[i + 1..]].concat());
-            let mut found = further.map_or(Vec::new(), |path| self.named(&at, &path, depth + 1));
+            let mut found = further.map_or(Vec::new(), |path| self.named_modules(&at, &path, depth + 1));
             found.push(at);
             return found;
         }
@@ -128,12 +128,12 @@ fn uses(code: &str) -> Vec<Use> {
 fn flatten(tree: &str, before: &[String], found: &mut Vec<(Path, String)>) {
     let tree = tree.trim();
     if let Some(list) = tree.strip_prefix('{') {
-        split_list(list.trim_end().trim_end_matches('}')).iter().for_each(|tree| flatten(tree, before, find_words));
+        split_list(list.trim_end().trim_end_matches('}')).iter().for_each(|tree| flatten(tree, before, found));
         return;
     }
     if let Some((first, rest)) = tree.split_once("::") {
         let before = [before, &[first.trim().to_string()]].concat();
-        return flatten(rest, &before, find_words);
+        return flatten(rest, &before, found);
     }
     let (last, name) = tree.split_once(" as ").unwrap_or((tree, tree));
     let path = match last {
