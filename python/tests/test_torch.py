@@ -37,7 +37,7 @@ def test_tensors_in_tensors_out() -> None:
 def test_opcheck() -> None:
     vertices, faces = mesh()
     record = nm.record(vertices, faces, ratio=0.4)
-    number = nmt._number(record)
+    number = nmt._record_number(record)
     for values in (vertices.clone().requires_grad_(), vertices, vertices.float()):
         torch.library.opcheck(nmt._positions, (values, number, record.n_output))
     gradient = torch.randn(record.n_output, 3, dtype=torch.float64)
@@ -92,7 +92,7 @@ def test_compiled() -> None:
 def test_compiled_without_a_break() -> None:
     vertices, faces = mesh()
     record = nm.record(vertices, faces, ratio=0.4)
-    number, n = nmt._number(record), record.n_output
+    number, n = nmt._record_number(record), record.n_output
     compiled = torch.compile(lambda v: nmt._positions(v * 1.0, number, n).sum(), backend="aot_eager", fullgraph=True)
     leaf = vertices.clone().requires_grad_()
     compiled(leaf).backward()
@@ -165,7 +165,7 @@ def test_wrong_shapes_are_rejected() -> None:
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
 def test_gpu_tensors_are_copied_with_warning() -> None:
     vertices, faces = (tensor.cuda() for tensor in mesh())
-    _torch_arrays._IS_SAID = False
+    _torch_arrays._HAS_WARNED = False
     record = nm.record(vertices, faces, ratio=0.4)
     leaf = vertices.clone().requires_grad_()
     with pytest.warns(UserWarning, match="copied from cuda"):

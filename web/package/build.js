@@ -1,5 +1,5 @@
-// Makes dist: modules of src with the WebAssembly inside, gzipped, in base64. `node build.js [FOLDER]` takes everything.wasm and
-// simplifier.wasm from FOLDER, else from wasm.
+// Builds dist: the modules of src with the WebAssembly inside as gzipped base64. `node build.js [FOLDER]` reads everything.wasm and
+// simplifier.wasm from FOLDER, or from wasm by default.
 
 import { copyFileSync, existsSync, mkdirSync, readFileSync, statSync } from 'node:fs';
 import { join, resolve } from 'node:path';
@@ -16,7 +16,7 @@ for (const file of ['everything.wasm', 'simplifier.wasm']) {
   process.exit(1);
 }
 
-/** The text of `packed:NAME`: a WebAssembly module in base64, or the program of the workers. */
+/** Returns the text for the import `packed:NAME`: a WebAssembly module in base64, or the program of the workers. */
 async function packedText(name) {
   if (name !== 'worker') return gzipSync(readFileSync(join(folder, `${name}.wasm`)), { level: 9 }).toString('base64');
   const worker = await build({
@@ -30,7 +30,7 @@ const packed = {
   setup(bundler) {
     bundler.onResolve({ filter: /^packed:/ }, ({ path }) => ({ path: path.slice('packed:'.length), namespace: 'packed' }));
     bundler.onLoad({ filter: /./, namespace: 'packed' }, async ({ path }) => ({ contents: await packedText(path), loader: 'text' }));
-    // Modules of dist that others import, so that nothing is in two of them.
+    // Imports between modules of dist stay imports, so that no code is duplicated.
     bundler.onResolve({ filter: /^\.\/(runtime|simplifier)\.js$/ }, ({ path, kind }) =>
       (kind === 'entry-point' ? undefined : { path, external: true }));
   },
@@ -39,7 +39,7 @@ const packed = {
 mkdirSync(join(here, 'dist'), { recursive: true });
 for (const name of ['runtime', 'index', 'simplifier', 'gltf-transform', 'three']) {
   const outfile = join(here, 'dist', `${name}.js`);
-  // Lines stay as they are: Node prints the line of an error, and the one of the WebAssembly is long.
+  // Lines are not joined: Node prints the source line of an error, and the one with the WebAssembly is long.
   await build({
     entryPoints: [join(here, 'src', `${name}.js`)], outfile, bundle: true, format: 'esm', target, packages: 'external',
     plugins: [packed], legalComments: 'none', logLevel: 'warning',

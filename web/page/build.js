@@ -1,9 +1,9 @@
-// Makes dist/index.html of src: one page with style, scripts and the wasm inside, which works from any file server and from a disk.
+// Builds dist/index.html: one page with style, scripts and WebAssembly inside, which works from a file server or from disk.
 //
 //   node build.js [PACKAGE] [FOLDER]
 //
-// PACKAGE is the file that stands for `neural-mesh`, ../package/dist/index.js where none is given. esbuild and three.js are those
-// that scripts/viewer installs.
+// PACKAGE is the module to use as `neural-mesh`, ../package/dist/index.js by default. esbuild and three.js are those that
+// scripts/viewer installs.
 
 import { createHash } from 'node:crypto';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
@@ -17,7 +17,7 @@ const js = await bundle(`${here}/src/main.js`, { alias: { 'neural-mesh': resolve
 const sheets = await Promise.all([`${here}/../../cli/viewer/src/style.css`, `${here}/src/style.css`].map((file) => bundle(file)));
 const css = sheets.join('');
 
-// Only what stands in the page may run, and nothing may be asked for: the page can be used where nobody is to know of a mesh.
+// The policy allows only scripts of the page itself and no requests, so that meshes stay private.
 const hash = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
 const rules = [
   "default-src 'none'", `script-src ${hash(inScript(js))} 'wasm-unsafe-eval' blob:`, `style-src ${hash(css)}`, 'worker-src blob:',

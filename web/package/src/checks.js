@@ -1,10 +1,10 @@
-// Checks of the arguments of `NeuralSimplifier`, each with a line that names the argument.
+// Checks the arguments of `NeuralSimplifier`; every error names the argument.
 
 const INDEX_TYPES = [Uint32Array, Int32Array, Uint16Array, Int16Array];
 const FLAGS = [
   'LockBorder', 'Sparse', 'ErrorAbsolute', 'Prune', 'Regularize', 'Permissive', 'RegularizeLight', 'PreserveFolds', 'ErrorClamped',
 ];
-/** Throws where a condition does not hold. */
+/** Throws a TypeError that names an argument unless a condition holds. */
 export function check(holds, name, expected) {
   if (!holds) throw new TypeError(`${name}: ${expected}`);
 }
@@ -17,7 +17,7 @@ function checkRows(array, stride, nVertices, name) {
   check(array.length === stride * nVertices, name, `${array.length} numbers: give ${stride} for each of ${nVertices} vertices`);
 }
 
-/** Checks indices that need not be triangles. */
+/** Checks the class of indices, which may be any number. */
 export function checkIndexType(indices) {
   check(INDEX_TYPES.some((type) => indices instanceof type), 'indices', 'give a Uint32Array, Int32Array, Uint16Array or Int16Array');
 }
@@ -27,7 +27,7 @@ export function checkIndices(indices) {
   check(indices.length % 3 === 0, 'indices', `${indices.length} is not a multiple of 3`);
 }
 
-/** Returns the number of vertices. */
+/** Checks positions and returns the number of vertices. */
 export function checkPositions(positions, stride) {
   check(positions instanceof Float32Array, 'vertex_positions', 'give a Float32Array');
   checkStride(stride, 3, 'vertex_positions_stride');
@@ -59,7 +59,7 @@ export function checkColors(colors, stride, nVertices) {
   checkRows(colors, stride, nVertices, 'vertex_colors');
 }
 
-/** Checks how many vertices are to be chosen. */
+/** Checks the number of vertices to keep. */
 export function checkCount(count, nVertices) {
   check(count >= 0 && count <= nVertices, 'target_vertex_count', `${count} is not between 0 and ${nVertices}`);
 }

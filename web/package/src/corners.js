@@ -1,14 +1,14 @@
-// Corners of triangles at vertices of another part. Where vertices are few, the boundary between two parts may move to a vertex that one of
-// them alone had; the other one gets a copy of it there.
+// Gives each part of a surface its own vertices. The simplifier may move the border between two parts to a vertex that only one of them
+// has; the other part then gets a copy of it.
 
 /**
- * Gives each part its own vertices.
+ * Copies vertices so that the triangles of each part use only vertices of that part.
  *
- * @param {{indices: Uint32Array, groups: Uint32Array}} triangles three vertices and the part of each
+ * @param {{indices: Uint32Array, groups: Uint32Array}} triangles three vertices and the part of each triangle
  * @param {Float32Array} positions n x 3
  * @param {number[]} starts the first vertex of each part, and n
- * @returns {{indices: Uint32Array, sources: Uint32Array, looks: Uint32Array}} the triangles; for each vertex, copies behind the others, the
- *   vertex that has its place, and the one that has its look: the nearest of the part, itself where it is no copy
+ * @returns {{indices: Uint32Array, sources: Uint32Array, looks: Uint32Array}} the triangles; and for each vertex, copies last, the vertex
+ *   with its position, and the vertex with its other attributes: itself, or for a copy the closest vertex of the part
  */
 export function separateParts({ indices, groups }, positions, starts) {
   const n = starts.at(-1);
@@ -30,7 +30,7 @@ export function separateParts({ indices, groups }, positions, starts) {
   return { indices: separate, sources: withCopies(sources), looks: withCopies(looks) };
 }
 
-/** The vertex between two numbers that is nearest to another one. */
+/** Returns the vertex in a range of numbers that is closest to a vertex. */
 function nearestVertex(positions, vertex, from, to) {
   const [x, y, z] = positions.subarray(3 * vertex, 3 * vertex + 3);
   let [nearest, least] = [from, Infinity];

@@ -1,6 +1,6 @@
-// The error of everything in this package that is not an argument of the wrong type.
+// Defines the error of the program, for everything except arguments of a wrong type.
 
-/** An error whose message is one line: what is wrong, where, and what to do. */
+/** An error with a one-line message that says what is wrong, where, and what to do. */
 export class NeuralMeshError extends Error {
   name = 'NeuralMeshError';
 }

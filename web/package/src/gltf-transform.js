@@ -1,10 +1,10 @@
-// A transform for glTF-Transform: makes the meshes of a document lighter in place, with all that their vertices carry.
+// Simplifies the meshes of a glTF-Transform document in place, with all vertex attributes.
 
 import { readGoal } from './goal.js';
 import { simplifyParts } from './parts.js';
 import { isOfTriangles, lightenPart, readPart, writePart } from './primitive.js';
 
-/** Makes the meshes of a document lighter. `types/gltf-transform.d.ts` documents it. */
+/** Simplifies the meshes of a document; see `types/gltf-transform.d.ts`. */
 export function neuralSimplify(options = {}) {
   const goal = readGoal(options);
   const { progress, signal, worker } = options;
@@ -19,13 +19,13 @@ export function neuralSimplify(options = {}) {
       chosen.push(await simplifyParts(parts, goal, { progress: listener, signal, worker }));
       done += nFaces;
     }
-    // Nothing is written before all is there, so that a failure leaves the document as it is.
+    // The document is written only after all meshes are simplified, so a failure leaves it unchanged.
     meshes.forEach(({ mesh, parts }, i) => writeMesh(document, mesh, parts, chosen[i]));
   }
   return neuralSimplify;
 }
 
-/** Each mesh with its primitives of triangles, each primitive once. */
+/** Lists the meshes with their triangle primitives, each primitive once. */
 function meshesOf(document) {
   const seen = new Set();
   const meshes = document.getRoot().listMeshes().map((mesh) => {
@@ -42,9 +42,9 @@ function meshesOf(document) {
   return meshes.filter(({ nFaces }) => nFaces > 0);
 }
 
-/** Writes what remains of the primitives of a mesh; an empty mesh leaves the document. */
+/** Writes the simplified primitives of a mesh, and removes an empty mesh from the document. */
 function writeMesh(document, mesh, parts, chosen) {
-  // All is read before the first is written, as a part may take vertices from another.
+  // All parts are read before the first is written, as a part may take vertices from another.
   const light = parts.map((_, i) => lightenPart(document, parts, i, chosen));
   parts.forEach(({ primitive }, i) => writePart(document, mesh, primitive, light[i]));
   if (mesh.listPrimitives().length === 0) mesh.dispose();

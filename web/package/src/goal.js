@@ -1,7 +1,7 @@
-// How far a mesh is to be simplified: what the modifiers for glTF-Transform and three.js take alike.
+// Checks the options that the modifiers for glTF-Transform and three.js share.
 
 /**
- * Checks the options of a caller.
+ * Checks the caller's options and adds defaults.
  *
  * @returns {{ratio: number, faces?: number, error: number, lockBorder: boolean, move: boolean}}
  */

@@ -1,4 +1,4 @@
-// The whole program: files and arrays in, lighter files and arrays out; comparison; surfaces to draw. `types/index.d.ts` documents it.
+// Exports the program: simplification of files and arrays, comparison, and surfaces to draw. See `types/index.d.ts`.
 
 import { isArrays, readArrays, readFile } from './input.js';
 import { makeProgram } from './runtime.js';
@@ -10,7 +10,7 @@ export { NeuralMeshError } from './runtime.js';
 
 const program = makeProgram(packed, workerText);
 
-/** Makes a mesh lighter. */
+/** Simplifies a mesh file or arrays. */
 export async function simplify(input, options = {}, { name, beside, out, arrays, progress, signal, worker } = {}) {
   const fromArrays = isArrays(input);
   const source = fromArrays ? { mesh: readArrays(input) } : { file: await readFile(input, name, beside) };
@@ -23,7 +23,7 @@ export async function simplify(input, options = {}, { name, beside, out, arrays,
   return { bytes: files[0]?.bytes, report: answer.json.report, files, results, notes: answer.json.notes };
 }
 
-/** The name of a result: that of the input, with the extension of a format where one is chosen. */
+/** Returns the name of a result: the input's, with the extension of the chosen format. */
 function defaultName(name, format) {
   return format ? `${name.replace(/(\.[^./]*)?(\.gz)?$/, '')}.${format}` : name;
 }
@@ -63,13 +63,13 @@ export async function formats({ signal, worker } = {}) {
   return (await program.call({ call: 'formats' }, { signal, worker })).json;
 }
 
-/** A file with its bytes. Formats that are text and not binary have the names of those that are. */
+/** Returns a written file with its bytes and the files it refers to; names like `ply-ascii` become `ply`. */
 function writtenFile({ name, bytes, beside }, { array }) {
   const others = beside.map((file) => ({ name: file.name, bytes: array(file.bytes) }));
   return { name: name.replace(/-ascii$/, ''), bytes: array(bytes), beside: others };
 }
 
-/** The arrays of a mesh that an answer names; those that the mesh does not have are absent. */
+/** Reads the arrays of a mesh from an answer; arrays that the mesh lacks are absent. */
 function meshArrays({ positions, doubles, faces, uv, uv_width = 2, normals, colors, colors_width, groups, map }, { array }) {
   const mesh = { positions: array(positions, doubles ? Float64Array : Float32Array), faces: array(faces, Uint32Array) };
   if (uv) mesh.uv = packRows(array(uv, Float32Array), uv_width, 2);
@@ -80,7 +80,7 @@ function meshArrays({ positions, doubles, faces, uv, uv_width = 2, normals, colo
   return mesh;
 }
 
-/** Colours of four numbers each, opaque where they have no alpha. */
+/** Returns RGBA colours; colours without alpha become opaque. */
 function withAlpha(colors, width) {
   if (width === 4) return colors;
   const wide = new Float32Array((4 * colors.length) / width).fill(1);

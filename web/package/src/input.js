@@ -1,6 +1,6 @@
-// What callers give as a mesh, as the program reads it: files with those beside them, or arrays.
+// Converts the caller's mesh for the program: a file with the files it refers to, or arrays.
 
-/** Arrays of a mesh by name: their class and their length per vertex, or per face. */
+/** Arrays of a mesh by name, with their class and their length per vertex or face. */
 const LAYERS = {
   uv: [Float32Array, 2, 'vertex'],
   normals: [Float32Array, 3, 'vertex'],
@@ -9,19 +9,19 @@ const LAYERS = {
   importance: [Float32Array, 1, 'vertex'],
 };
 
-/** Whether an input is arrays of a mesh and no file. */
+/** Returns whether an input is a mesh as arrays, and not a file. */
 export function isArrays(input) {
   return ArrayBuffer.isView(input?.positions) || Array.isArray(input?.positions);
 }
 
 /**
- * Reads what a file is: its bytes, a `Blob` or `File` with them, or an object with `bytes`, `name` and `beside`.
+ * Reads a file: bytes, a `Blob` or `File`, or an object with `bytes`, `name` and `beside`.
  *
- * @param {string} [name] name that goes before that of the file
- * @param {object | Iterable} [beside] files that it names: bytes by their names, or `{name, bytes}` each
+ * @param {string} [name] name that overrides the file's own
+ * @param {object | Iterable} [beside] files that it refers to: bytes by name, or a list of `{name, bytes}`
  */
 export async function readFile(input, name = input?.name, beside = input?.beside) {
-  // A `Blob` has a method by the name `bytes`.
+  // A `Blob` has a method named `bytes`.
   const isNamed = input?.bytes !== undefined && typeof input.bytes !== 'function';
   const bytes = await readBytes(isNamed ? input.bytes : input);
   const others = beside && Symbol.iterator in beside ? [...beside].map((file) => [file.name, file.bytes]) : Object.entries(beside ?? {});
@@ -29,7 +29,7 @@ export async function readFile(input, name = input?.name, beside = input?.beside
   return { name: name ?? nameByContent(bytes), bytes, beside: Object.fromEntries(read) };
 }
 
-/** Checks arrays of a mesh and makes them those that the program takes. */
+/** Checks the arrays of a mesh and converts them to the classes that the program takes. */
 export function readArrays(input) {
   const doubles = input.positions instanceof Float64Array;
   const mesh = {
@@ -68,7 +68,7 @@ async function readBytes(content) {
   throw new TypeError('give a mesh as Uint8Array, ArrayBuffer, Blob, File, {name, bytes} or {positions, faces}');
 }
 
-/** A name for bytes without one; the program then goes by the content. */
+/** Returns a name for bytes without one; the program then detects the format from the content. */
 function nameByContent(bytes) {
   return new TextDecoder('latin1').decode(bytes.subarray(0, 4)) === 'glTF' ? 'mesh.glb' : 'mesh';
 }

@@ -1,9 +1,9 @@
-// One instance of a WebAssembly module and a request to it. Runs in the page and in workers alike; knows neither.
+// Runs a request in an instance of a WebAssembly module, in a page or a worker.
 
 import { NeuralMeshError } from './error.js';
 
 /**
- * Makes the imports of an instance and a function that runs requests in it, one after the other.
+ * Creates the imports of an instance and a function that runs requests in it, one after the other.
  *
  * @returns {{imports: object, run: (instance: WebAssembly.Instance, request: Uint8Array, listener: Function) => Uint8Array}} `run` returns
  *   the answer; it stops the program where `listener(share, part)` returns true, and throws what the listener throws
@@ -11,7 +11,7 @@ import { NeuralMeshError } from './error.js';
 export function makeRunner() {
   let listen = null;
   let thrown = null;
-  // An exception cannot cross the frames of WebAssembly without leaving them half free_messages, so that the run ends first.
+  // An exception must not unwind WebAssembly frames, which would corrupt the instance, so it is thrown after the run.
   const progress = (share, part) => {
     try {
       return listen(share, part >>> 0) ? 1 : 0;
@@ -29,7 +29,7 @@ export function makeRunner() {
   return { imports: { env: { progress, now: () => performance.now() } }, run };
 }
 
-/** Copies the request in and the answer out. Addresses arrive as signed numbers; views are made after each call, as memory grows. */
+/** Copies the request in and the answer out. Addresses arrive as signed numbers, and views are renewed after each call, as memory grows. */
 function answerTo({ memory, allocate_request, answer, answer_length, free_messages }, request) {
   const from = allocate_request(request.length) >>> 0;
   if (from === 0) throw new NeuralMeshError(`no memory for a request of ${request.length} bytes`);
@@ -40,18 +40,18 @@ function answerTo({ memory, allocate_request, answer, answer_length, free_messag
   return bytes;
 }
 
-/** Turns a trap, behind which the instance is unusable, into an error with one line. */
+/** Returns the answer, or throws a one-line error for a trap, after which the instance is unusable. */
 function answerOrLine(exports, request) {
   try {
     return answerTo(exports, request);
   } catch (error) {
-    // Engines say RangeError where the stack or the address space is full.
+    // Engines throw RangeError if the stack or the address space is full.
     if (error instanceof WebAssembly.RuntimeError || error instanceof RangeError) throw new NeuralMeshError(trapLine(error));
     throw error;
   }
 }
 
-/** The line for a program that ended in the middle. */
+/** Returns the error message for a program that crashed. */
 export function trapLine({ message }) {
   return `the program failed: ${message}: use a smaller mesh if memory is short, or report the error`;
 }

@@ -1,15 +1,15 @@
-// Messages between JavaScript and WebAssembly: a JSON object and the arrays that it names, as bytes. Knows no call by name.
+// Encodes messages between JavaScript and WebAssembly: a JSON object and the arrays that it refers to, as bytes.
 //
 //     u32 number of parts | u32 bytes of each part | zeros up to a multiple of 8 | part 0 | zeros | part 1 | zeros ...
 //
-// All numbers are little-endian. Part 0 is the JSON in UTF-8, which names the other parts by their numbers.
+// All numbers are little-endian. Part 0 is the JSON in UTF-8, which refers to the other parts by their numbers.
 
 import { NeuralMeshError } from './error.js';
 
 const padded = (nBytes) => Math.ceil(nBytes / 8) * 8;
 const headerBytes = (nParts) => padded(4 + 4 * nParts);
 
-/** Packs `value`, whose typed arrays and array buffers become parts, into a message. */
+/** Packs a value into a message; its typed arrays and array buffers become parts. */
 export function packMessage(value) {
   const parts = [null];
   const named = (_, field) => {
@@ -35,7 +35,7 @@ export function packMessage(value) {
  * @param {Uint8Array} message bytes; the arrays are copies of them
  * @returns {{json: object, array: (number: number, type?: Function) => ArrayBufferView}} `array` reads bytes unless `type` is another
  *   class of typed arrays
- * @throws {NeuralMeshError} where the message is cut short or names a part that it does not have
+ * @throws {NeuralMeshError} if the message is truncated or refers to a missing part
  */
 export function unpackMessage(message) {
   const parts = readParts(message);
@@ -48,7 +48,7 @@ export function unpackMessage(message) {
   return { json: readJson(parts[0]), array };
 }
 
-/** The parts as views of the message. */
+/** Returns the parts as views of the message. */
 function readParts(message) {
   const header = new DataView(message.buffer, message.byteOffset, message.byteLength);
   const nParts = message.length < 4 ? 0 : header.getUint32(0, true);
@@ -71,7 +71,7 @@ function readJson(part) {
   }
 }
 
-/** The bytes of a typed array or buffer, else null. */
+/** Returns the bytes of a typed array or buffer, or null for anything else. */
 function bytesOf(value) {
   if (value instanceof ArrayBuffer) return new Uint8Array(value);
   return ArrayBuffer.isView(value) ? new Uint8Array(value.buffer, value.byteOffset, value.byteLength) : null;

@@ -1,22 +1,22 @@
-// Simplifies the parts of a surface together: those that different materials cover, which meet at equal positions and stay joined there.
+// Simplifies the parts of a surface together. A part has the triangles of one material; parts stay joined at equal positions.
 
 import { separateParts } from './corners.js';
 import { compactIndices, firstEqualRows, wordsOf } from './remap.js';
 import { simplifyIndices } from './simplifier.js';
 
 /**
- * Simplifies parts of one surface with one target.
+ * Simplifies the parts of one surface to one size.
  *
- * The vertices of the surface are those of its parts, one part behind the other, without those that no triangle uses.
+ * The vertices of the surface are the used vertices of its parts, in the order of the parts.
  *
  * @param {Array<{indices: Uint32Array, positions: Float32Array, layers: object}>} parts three indices per triangle into the part's own
- *   vertices; positions n x 3; `layers` has numbers that belong to the vertices by name: `{ array, width }`, n x width; those of morph
- *   targets have a blank in their names
+ *   vertices; positions n x 3; `layers` has vertex attributes by name as `{ array, width }`, n x width; names of morph targets contain
+ *   a space
  * @param {object} goal see `readGoal`
  * @param {{progress?: Function, signal?: AbortSignal, worker?: boolean}} control
  * @returns {Promise<{triangles: Uint32Array[], origins: Uint32Array, owners: Uint32Array, looks: Uint32Array, moved: object | null}>} the
- *   triangles that remain of each part, in vertices of the surface; for each vertex the part that has its place, its number there, and the
- *   number that has its look in the part of its triangles; `positions` and `layers` of all of them where they moved
+ *   triangles of each part, in vertices of the surface; for each vertex, the part that its position is from, its number there, and the
+ *   number of the vertex that its other attributes are from, in the part of its triangles; new `positions` and `layers` if vertices moved
  */
 export async function simplifyParts(parts, goal, control) {
   const surface = joinParts(parts.map(compactPart));
@@ -30,10 +30,10 @@ export async function simplifyParts(parts, goal, control) {
   };
 }
 
-/** What moved, for vertices and copies: morph targets belong to the place, other layers to the look. */
-function gatherMoved({ positions, layers }, given, sources, looks) {
+/** Gathers moved values for vertices and copies; morph targets follow the position, other layers the look. */
+function gatherMoved({ positions, layers }, inputLayers, sources, looks) {
   const gathered = Object.entries(layers).map(([name, array]) =>
-    [name, gatherRows(array, given[name].width, name.includes(' ') ? sources : looks)]);
+    [name, gatherRows(array, inputLayers[name].width, name.includes(' ') ? sources : looks)]);
   return { positions: gatherRows(positions, 3, sources), layers: Object.fromEntries(gathered) };
 }
 
@@ -48,7 +48,7 @@ async function simplifySurface({ indices, positions, groups, layers }, { ratio, 
   return { indices: chosen.indices, groups: chosen.groups, moved };
 }
 
-/** A part with the vertices that its triangles use, and no others; `origins` are their numbers in the part. */
+/** Returns a part without unused vertices and degenerate triangles; `origins` are the old numbers of its vertices. */
 function compactPart({ indices, positions, layers }) {
   const compact = withoutDegenerate(indices, positions);
   const origins = usedVertices(compact);
@@ -56,14 +56,14 @@ function compactPart({ indices, positions, layers }) {
   return { indices: compact, positions: gatherRows(positions, 3, origins), layers: Object.fromEntries(chosen), origins };
 }
 
-/** The triangles whose corners are at three positions. */
+/** Returns the triangles whose corners are at three different positions. */
 function withoutDegenerate(indices, positions) {
   const first = firstEqualRows([{ words: wordsOf(positions), width: 3 }], positions.length / 3);
   const isFace = (i) => new Set([first[indices[i]], first[indices[i + 1]], first[indices[i + 2]]]).size === 3;
   return indices.filter((_, i) => isFace(i - (i % 3)));
 }
 
-/** Numbers vertices in the order of their use, writes these numbers into `indices`, and returns the old number of each. */
+/** Renumbers vertices in the order of their first use, updates `indices`, and returns the old number of each vertex. */
 export function usedVertices(indices) {
   const [remap, used] = compactIndices(indices);
   const origins = new Uint32Array(used);
@@ -71,7 +71,7 @@ export function usedVertices(indices) {
   return origins;
 }
 
-/** Chosen rows of an array, in the order of `rows`. */
+/** Returns the given rows of an array, in the order of `rows`. */
 export function gatherRows(array, width, rows) {
   const gathered = new array.constructor(width * rows.length);
   for (let i = 0; i < rows.length; i++) {
@@ -80,7 +80,7 @@ export function gatherRows(array, width, rows) {
   return gathered;
 }
 
-/** One surface of all parts, each a group of triangles with vertices of its own. A layer that a part does not have is 0 there. */
+/** Joins all parts into one surface, each a group with its own vertices. Layers that a part lacks are 0 there. */
 function joinParts(parts) {
   const starts = [0];
   for (const { origins } of parts) starts.push(starts.at(-1) + origins.length);
@@ -101,7 +101,7 @@ function joinParts(parts) {
   return { indices, groups, positions, layers: Object.fromEntries(layers), origins, owners, starts };
 }
 
-/** Layers beside each other in rows, one for each vertex. They do not count: seams between them stay anyway. */
+/** Packs layers into one row per vertex, with weights 0: they are carried only, and seams between parts stay anyway. */
 function rowsOfLayers(layers, nVertices) {
   const stride = Object.values(layers).reduce((sum, { width }) => sum + width, 0);
   const attributes = new Float32Array(stride * nVertices);
@@ -115,7 +115,7 @@ function rowsOfLayers(layers, nVertices) {
   return { attributes, attributesStride: stride, weights: new Array(stride).fill(0) };
 }
 
-/** The arrays of layers out of rows. */
+/** Unpacks rows into one array per layer. */
 function layersOfRows(layers, attributes = new Float32Array(0)) {
   const stride = Object.values(layers).reduce((sum, { width }) => sum + width, 0);
   let column = 0;
@@ -128,7 +128,7 @@ function layersOfRows(layers, attributes = new Float32Array(0)) {
   }));
 }
 
-/** The triangles of each part. */
+/** Splits triangles by part. */
 function splitTriangles(indices, groups, nParts) {
   const split = Array.from({ length: nParts }, () => []);
   groups.forEach((part, face) => split[part].push(...indices.subarray(3 * face, 3 * face + 3)));

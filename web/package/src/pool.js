@@ -1,17 +1,17 @@
-// The workers of one WebAssembly module: one request each at a time, more workers while more requests run. Knows no message's content.
+// Manages the workers of one WebAssembly module: each runs one request at a time, and more start while more requests run.
 
 import { startThread } from './thread.js';
 
-/** Workers at once; further requests wait. Each has a memory of its own, and a thread runs no faster than its core. */
-const mostWorkers = () => globalThis.navigator?.hardwareConcurrency ?? 4;
+/** Returns the largest number of workers, one per core; further requests wait. */
+const maxWorkers = () => globalThis.navigator?.hardwareConcurrency ?? 4;
 
 /**
- * Makes a pool that starts workers when they are needed.
+ * Creates a pool that starts workers on demand.
  *
  * @param {string} text program of the workers
  * @param {() => Promise<WebAssembly.Module>} getModule
  * @returns {{take: () => Promise<object|null>, giveBack: (thread: object) => void, lose: (thread: object) => void}} `take` gives a thread
- *   that is ready, or null where workers are not allowed; `lose` ends one that must not be used again
+ *   that is ready, or null if workers are not allowed; `lose` ends one that must not be used again
  */
 export function makePool(text, getModule) {
   const idle = [];
@@ -24,7 +24,7 @@ export function makePool(text, getModule) {
     try {
       return await startWith(text, module);
     } catch {
-      // A page's policy may refuse workers, or the message of a module; that does not change while the page is there.
+      // A page's policy may forbid workers or sending a module. It does not change while the page is open.
       refused = true;
       return null;
     }
@@ -33,7 +33,7 @@ export function makePool(text, getModule) {
   async function take() {
     if (refused) return null;
     if (idle.length > 0) return idle.pop();
-    if (running >= mostWorkers()) return new Promise((resolve) => waiting.push(resolve));
+    if (running >= maxWorkers()) return new Promise((resolve) => waiting.push(resolve));
     running++;
     try {
       const thread = await start();
@@ -45,7 +45,7 @@ export function makePool(text, getModule) {
     }
   }
 
-  /** Gives the place of a worker that ended to a request that waits. */
+  /** Counts down the workers and lets a waiting request start a new one. */
   function dropOne() {
     running--;
     if (refused) waiting.splice(0).forEach((next) => next(null));
@@ -68,7 +68,7 @@ export function makePool(text, getModule) {
   return { take, giveBack, lose };
 }
 
-/** Starts a worker and waits until it has the module. */
+/** Starts a worker and waits until it has received the module. */
 async function startWith(text, module) {
   const thread = await startThread(text);
   thread.hold();

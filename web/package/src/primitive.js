@@ -1,19 +1,19 @@
-// Primitives of glTF-Transform: their triangles and what these carry, read, and cut down to what remains.
+// Reads primitives of glTF-Transform with their attributes, and writes the simplified ones.
 
 import { gatherRows, usedVertices } from './parts.js';
 import { firstEqualRows, wordsOf } from './remap.js';
 import { normalizeRows, storeNumbers } from './store.js';
 
 const [TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN] = [4, 5, 6];
-/** Attributes that run on evenly over the surface; others are those of the nearest vertex. */
+/** Attributes that are interpolated over the surface; others come from the closest vertex. */
 const SMOOTH = /^(NORMAL|TANGENT|TEXCOORD_\d+|COLOR_\d+)$/;
 
-/** Whether a primitive is of triangles. */
+/** Returns whether a primitive consists of triangles. */
 export function isOfTriangles(primitive) {
   return [TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN].includes(primitive.getMode()) && primitive.getAttribute('POSITION') !== null;
 }
 
-/** A primitive as a part of a surface, vertices that are equal in all attributes and morph targets as one. */
+/** Reads a primitive as a part of a surface; vertices equal in all attributes and morph targets are merged. */
 export function readPart(primitive) {
   const position = primitive.getAttribute('POSITION');
   const accessors = [...namedAccessors(primitive)];
@@ -26,12 +26,12 @@ export function readPart(primitive) {
 }
 
 /**
- * Makes the accessors of what remains of a part; changes nothing that is there.
+ * Creates the accessors of a simplified part without changing existing ones.
  *
- * @param {object[]} parts of a surface
- * @param {number} number that of the part
- * @param {object} chosen as `simplifyParts` returns it
- * @returns {{indices: TypedArray, lighter: Map}} `lighter` has the new accessor of each old one
+ * @param {object[]} parts all parts of the surface
+ * @param {number} number index of the part
+ * @param {object} chosen result of `simplifyParts`
+ * @returns {{indices: TypedArray, lighter: Map}} `lighter` maps each old accessor to the new one
  */
 export function lightenPart(document, parts, number, { triangles, origins, owners, looks, moved }) {
   const indices = triangles[number];
@@ -46,7 +46,7 @@ export function lightenPart(document, parts, number, { triangles, origins, owner
     const light = lighterAccessor(document, accessor, name, rows);
     lighter.set(accessor, light);
     if (rows.named[name] || SMOOTH.test(name)) continue;
-    // What is no look comes with a copy from where it is, as far as it is there.
+    // For a copied vertex, attributes such as joints come from the vertex at its position, if that part has them.
     for (const i of copies) {
       const there = new Map(namedAccessors(parts[owners[used[i]]].primitive)).get(name);
       if (there?.getElementSize() === light.getElementSize()) light.setElement(i, there.getElement(origins[used[i]], []));
@@ -55,7 +55,7 @@ export function lightenPart(document, parts, number, { triangles, origins, owner
   return { indices: used.length > 0xffff ? indices : Uint16Array.from(indices), lighter };
 }
 
-/** Sets what `lightenPart` made; without triangles a primitive leaves its mesh. Accessors that others use as well stay as they are. */
+/** Sets the accessors of `lightenPart`, or removes a primitive without triangles. Accessors used elsewhere stay unchanged. */
 export function writePart(document, mesh, primitive, { indices, lighter }) {
   if (indices.length === 0) return dropPrimitive(mesh, primitive);
   writeIndices(document, primitive, indices);
@@ -65,7 +65,7 @@ export function writePart(document, mesh, primitive, { indices, lighter }) {
   [...lighter.keys()].forEach(disposeUnused);
 }
 
-/** Attributes by name, and those of morph targets by name and number. */
+/** Yields attributes by name, and those of morph targets by name and number. */
 function* namedAccessors(primitive) {
   for (const semantic of primitive.listSemantics()) yield [semantic, primitive.getAttribute(semantic)];
   for (const [i, target] of primitive.listTargets().entries()) {
@@ -73,14 +73,14 @@ function* namedAccessors(primitive) {
   }
 }
 
-/** Three indices per triangle, in a list whatever the mode is. */
+/** Returns three indices per triangle, for lists, strips and fans. */
 function trianglesOf(primitive, nVertices) {
   const stored = primitive.getIndices()?.getArray() ?? Uint32Array.from({ length: nVertices }, (_, i) => i);
   const nTriangles = Math.max(0, stored.length - 2);
   if (primitive.getMode() === TRIANGLES) return Uint32Array.from(stored.subarray(0, stored.length - (stored.length % 3)));
   const triangles = new Uint32Array(3 * nTriangles);
   const isFan = primitive.getMode() === TRIANGLE_FAN;
-  // Every second triangle of a strip runs the other way round.
+  // Every second triangle of a strip has the opposite winding.
   for (let i = 0; i < nTriangles; i++) {
     const corners = isFan ? [i + 1, i + 2, 0] : [i, i + 1 + (i % 2), i + 2 - (i % 2)];
     triangles.set(corners.map((corner) => stored[corner]), 3 * i);
@@ -88,7 +88,7 @@ function trianglesOf(primitive, nVertices) {
   return triangles;
 }
 
-/** The numbers of each element as they mean. */
+/** Returns the elements of an accessor as floats; normalized integers are decoded. */
 function readNumbers(accessor) {
   const width = accessor.getElementSize();
   const numbers = new Float32Array(width * accessor.getCount());
@@ -100,7 +100,7 @@ function readNumbers(accessor) {
   return numbers;
 }
 
-/** An accessor of the vertices in use, else as the old one. */
+/** Creates an accessor for the used vertices with the properties of the old one. */
 function lighterAccessor(document, accessor, name, { named, used, looks }) {
   const [width, type] = [accessor.getElementSize(), accessor.getArray().constructor];
   let array = named[name] ? gatherRows(named[name], width, used) : gatherRows(accessor.getArray(), width, looks);
@@ -128,7 +128,7 @@ function dropPrimitive(mesh, primitive) {
   new Set(accessors).forEach(disposeUnused);
 }
 
-/** Ends an accessor that only the document's list names. */
+/** Disposes of an accessor that nothing but the document's root refers to. */
 function disposeUnused(accessor) {
   if (accessor.listParents().every(({ propertyType }) => propertyType === 'Root')) accessor.dispose();
 }

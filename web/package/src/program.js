@@ -1,4 +1,4 @@
-// A WebAssembly program and calls to it, in a worker or here: the one place that knows both ways.
+// Runs calls to a WebAssembly program, in a worker or in this thread.
 
 import { NeuralMeshError } from './error.js';
 import { makeRunner, trapLine } from './instance.js';
@@ -7,11 +7,11 @@ import { makePool } from './pool.js';
 import { compilePacked } from './unpack.js';
 
 /**
- * Makes a program of its packed text; nothing is unpacked before the first call.
+ * Creates a program from its packed text; the first call unpacks it.
  *
  * @param {string} packed base64 of the gzipped WebAssembly
  * @param {string} workerText program of its workers
- * @returns {{call: Function, instance: Function}} see {@link callProgram}; `instance` makes one for calls that are not asynchronous
+ * @returns {{call: Function, instance: Function}} see {@link callProgram}; `instance` creates an instance for synchronous calls
  */
 export function makeProgram(packed, workerText) {
   let module = null;
@@ -32,8 +32,8 @@ export function makeProgram(packed, workerText) {
  * @param {object} request JSON whose typed arrays are sent along
  * @param {{progress?: Function, signal?: AbortSignal, worker?: boolean}} control
  * @returns {Promise<{json: object, array: Function}>} the answer, see `unpackMessage`
- * @throws {NeuralMeshError} the program's line
- * @throws the signal's reason, an `AbortError` unless the caller gave another
+ * @throws {NeuralMeshError} the program's error
+ * @throws the signal's reason, an `AbortError` by default
  */
 async function callProgram(pool, getModule, request, { progress, signal, worker = true } = {}) {
   signal?.throwIfAborted();
@@ -45,14 +45,14 @@ async function callProgram(pool, getModule, request, { progress, signal, worker 
   return readAnswer(answer);
 }
 
-/** Makes an instance for calls that return their answer at once. It is unusable behind a trap. */
+/** Creates a function for synchronous calls. It is unusable after a trap. */
 function makeDirectCall(module) {
   const { imports, run } = makeRunner();
   const instance = new WebAssembly.Instance(module, imports);
   return (request) => readAnswer(run(instance, packMessage(request), () => false));
 }
 
-/** Waits for a thread no longer than the caller wants one; it goes back where it comes too late. */
+/** Waits for a thread until the signal aborts; a thread that comes later goes back to the pool. */
 function untilAborted(taken, signal, giveBack) {
   if (!signal) return taken;
   return new Promise((resolve, reject) => {
@@ -65,7 +65,7 @@ function untilAborted(taken, signal, giveBack) {
   });
 }
 
-/** Runs a message in a worker, which ends where the run is aborted or fails. */
+/** Runs a message in a worker, which is terminated if the run is aborted or fails. */
 function runInThread(pool, thread, message, progress, signal) {
   if (signal?.aborted) {
     pool.giveBack(thread);
@@ -81,11 +81,11 @@ function runInThread(pool, thread, message, progress, signal) {
     };
     const fail = (error) => settle(() => reject(error), pool.lose);
     thread.onError = (error) => fail(new NeuralMeshError(trapLine(error)));
-    thread.onMessage = (heard) => {
-      if (heard.answer) return settle(() => resolve(heard.answer), pool.giveBack);
-      if (heard.failed) return fail(new NeuralMeshError(heard.failed));
+    thread.onMessage = (event) => {
+      if (event.answer) return settle(() => resolve(event.answer), pool.giveBack);
+      if (event.failed) return fail(new NeuralMeshError(event.failed));
       try {
-        progress?.(...heard.progress);
+        progress?.(...event.progress);
       } catch (error) {
         fail(error);
       }
@@ -96,7 +96,7 @@ function runInThread(pool, thread, message, progress, signal) {
   });
 }
 
-/** Runs a message in this thread, which hears of an abort between two calls of `progress`. */
+/** Runs a message in this thread; an abort takes effect at the next call of `progress`. */
 async function runHere(module, message, progress, signal) {
   const { imports, run } = makeRunner();
   const instance = await WebAssembly.instantiate(module, imports);
@@ -110,10 +110,10 @@ async function runHere(module, message, progress, signal) {
   return answer;
 }
 
-/** The content of an answer that is no refusal. */
+/** Unpacks an answer, or throws its error. */
 function readAnswer(answer) {
   const { json, array } = unpackMessage(answer);
-  // Calls that succeed have numbers by this name.
+  // Successful calls of the simplifier have a number by this name.
   if (typeof json.error === 'string') {
     throw new NeuralMeshError(json.error);
   }

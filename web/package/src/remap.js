@@ -1,13 +1,13 @@
-// Numbers of vertices: in the order of their use, and by equal content. Plain loops that need no WebAssembly.
+// Renumbers vertices: in the order of their first use, and by equal content. Plain loops that need no WebAssembly.
 
-/** Mark of a vertex that no face uses. */
+/** New number of an unused vertex. */
 export const UNUSED = 0xffffffff;
 
 /**
- * Numbers vertices in the order in which `indices` uses them, and writes the new numbers into `indices`.
+ * Renumbers vertices in the order of their first use, and writes the new numbers into `indices`.
  *
- * @returns {[Uint32Array, number]} the new number of each vertex up to the largest in use, `UNUSED` for those that are not, and
- *   how many are
+ * @returns {[Uint32Array, number]} the new number of each vertex up to the largest in use, `UNUSED` for unused ones, and the number of
+ *   used vertices
  */
 export function compactIndices(indices) {
   const remap = new Uint32Array(indices.reduce((most, index) => Math.max(most, index), -1) + 1).fill(UNUSED);
@@ -20,7 +20,7 @@ export function compactIndices(indices) {
 }
 
 /**
- * Finds for each row of some arrays the first row of equal bits in all of them.
+ * Finds for each row the first row with equal bits in all columns.
  *
  * @param {Array<{words: Uint32Array, width: number}>} columns rows of `width` words each, all of equally many rows
  * @param {number} nRows
@@ -55,7 +55,7 @@ function areEqual(columns, one, other) {
   });
 }
 
-/** The bits of numbers as words, in single precision where they are no whole ones; zero has one sign, so that equal numbers are equal. */
+/** Returns numbers as 32-bit words that are equal for equal numbers: integers as such, others as single-precision bits without -0. */
 export function wordsOf(array) {
   if (/^(Int|Uint)/.test(array.constructor.name)) return Uint32Array.from(array);
   return new Uint32Array(Float32Array.from(array, (value) => value + 0).buffer);

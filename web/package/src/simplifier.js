@@ -1,4 +1,4 @@
-// The members of meshoptimizer's `MeshoptSimplifier` by our program, and the same call in a worker. `types/simplifier.d.ts` documents both.
+// Implements the members of meshoptimizer's `MeshoptSimplifier`, and an asynchronous version. See `types/simplifier.d.ts`.
 
 import {
   check, checkAttributes, checkColors, checkCount, checkError, checkFlags, checkGroups, checkIndexType, checkIndices, checkLocks,
@@ -12,7 +12,7 @@ import workerText from 'packed:worker';
 
 export { NeuralMeshError } from './runtime.js';
 
-/** JSON has no infinity; this is as good in single precision. */
+/** Stands for an infinite error, which JSON cannot express; close to the largest single-precision number. */
 const LARGEST_ERROR = 3e38;
 
 const program = makeProgram(packed, workerText);
@@ -20,11 +20,11 @@ let ready = null;
 let makeCall = null;
 let call = null;
 
-/** The interface of `MeshoptSimplifier`: synchronous once `ready` is. */
+/** The members of `MeshoptSimplifier`, which are synchronous after `ready`. */
 export const NeuralSimplifier = {
   supported: typeof WebAssembly === 'object',
 
-  /** Unpacks the program when it is first asked for. */
+  /** Unpacks the program on the first access. */
   get ready() {
     return (ready ??= program.instance().then((make) => { makeCall = make; }));
   },
@@ -109,7 +109,7 @@ export const NeuralSimplifier = {
   },
 };
 
-/** Does in a worker what `simplifyWithAttributes` does at once, and `simplifyWithUpdate` with `move`. */
+/** Simplifies in a worker as `simplifyWithAttributes`, or with `move` as `simplifyWithUpdate`. */
 export async function simplifyIndices(surface, { target, error = Infinity, flags, move, progress, signal, worker } = {}) {
   const request = indicesRequest({ stride: 3, ...surface }, { target, error, flags, move });
   const answer = await program.call(request, { progress, signal, worker });
@@ -122,7 +122,7 @@ export async function simplifyIndices(surface, { target, error = Infinity, flags
   return result;
 }
 
-/** Checks a surface and what is wanted of it, and makes the request of them. */
+/** Checks a surface and its goal, and returns the request. */
 function indicesRequest(
   { indices, positions, stride, attributes, attributesStride, weights, locks, groups }, { target, error, flags, move },
 ) {
@@ -146,7 +146,7 @@ function indicesRequest(
   return request;
 }
 
-/** Indices as the program takes them. */
+/** Converts indices for the program. */
 function wideIndices(indices, nVertices) {
   for (let i = 0; i < indices.length; i++) {
     check(indices[i] >= 0 && indices[i] < nVertices, 'indices', `index ${i} names vertex ${indices[i]}, but there are only ${nVertices} vertices`);
@@ -154,13 +154,13 @@ function wideIndices(indices, nVertices) {
   return indices instanceof Uint32Array ? indices : Uint32Array.from(indices);
 }
 
-/** The triangles of an answer in the class of the caller's indices, and the error. */
+/** Returns the triangles of an answer in the class of the caller's indices, and the error. */
 function chosenIndices(indices, { json, array }) {
   const chosen = array(json.indices, Uint32Array);
   return [indices instanceof Uint32Array ? chosen : new indices.constructor(chosen), json.error];
 }
 
-/** Runs a request at once. An instance that failed is not used again. */
+/** Runs a request synchronously. A failed instance is not used again. */
 function runNow(request) {
   if (!makeCall) throw new Error('NeuralSimplifier: await NeuralSimplifier.ready first');
   call ??= makeCall();

@@ -1,11 +1,11 @@
-// Numbers of vertices as they are stored: in single precision, or as small integers that may stand for -1 to 1 or 0 to 1.
+// Stores vertex attributes in single precision or as integers, which may be normalized to -1..1 or 0..1.
 
 const LIMITS = [
   [Int8Array, -128, 127], [Uint8Array, 0, 255], [Uint8ClampedArray, 0, 255],
   [Int16Array, -32768, 32767], [Uint16Array, 0, 65535], [Int32Array, -2147483648, 2147483647], [Uint32Array, 0, 4294967295],
 ];
 
-/** Stores numbers in an array of a class, the nearest that it can hold. */
+/** Stores numbers in a typed array of a class, rounded and clamped to its range. */
 export function storeNumbers(values, type, normalized) {
   const [, least, most] = LIMITS.find(([limited]) => limited === type) ?? [];
   if (most === undefined) return type.from(values);
@@ -13,7 +13,7 @@ export function storeNumbers(values, type, normalized) {
   return type.from(values, (value) => Math.max(least, Math.min(most, Math.round(scale * value))));
 }
 
-/** Makes the first three numbers of each row a direction of length 1; a row of zeros stays. */
+/** Scales the first three numbers of each row to length 1; rows of zeros stay. */
 export function normalizeRows(values, width) {
   for (let i = 0; i < values.length; i += width) {
     const length = Math.hypot(values[i], values[i + 1], values[i + 2]) || 1;

@@ -1,6 +1,6 @@
-// Arrays whose rows are longer than what is read of them: the first numbers of each row, packed and put back.
+// Packs and unpacks the first numbers of each row of a strided array.
 
-/** The first `width` numbers of each row of `stride`; the array itself where that is all of it. */
+/** Returns the first `width` numbers of each row of `stride`; the array itself if both are equal. */
 export function packRows(array, stride, width) {
   if (stride === width) return array;
   const packed = new array.constructor((array.length / stride || 0) * width);

@@ -1,6 +1,6 @@
-// Workers of a page and of Node, Deno and Bun as one thing: started with a text, sent messages, ended.
+// Wraps workers of browsers and of Node, Deno and Bun in one interface.
 
-/** Whether workers are those of `node:worker_threads`: in Node, Deno and Bun. */
+/** Returns whether workers are those of `node:worker_threads`: in Node, Deno and Bun. */
 const inNode = () => typeof globalThis.process?.versions?.node === 'string' && typeof document === 'undefined';
 
 /**
@@ -9,13 +9,13 @@ const inNode = () => typeof globalThis.process?.versions?.node === 'string' && t
  * @param {string} text its program
  * @returns {Promise<{post: Function, end: Function, hold: Function, release: Function, onMessage: Function, onError: Function}>} `hold`
  *   keeps the process alive until `release`; `onMessage` and `onError` are set by the caller
- * @throws where workers are not allowed
+ * @throws if workers are not allowed
  */
 export async function startThread(text) {
   return inNode() ? startNodeThread(text) : startPageThread(text);
 }
 
-/** Imports a module of Node, unseen by bundlers, which would look for it in pages, too. */
+/** Imports a module of Node in a way that bundlers for browsers do not see. */
 export function importNode(name) {
   return import(/* webpackIgnore: true */ /* @vite-ignore */ name);
 }
@@ -36,13 +36,13 @@ async function startNodeThread(text) {
 function startPageThread(text) {
   const url = URL.createObjectURL(new Blob([text], { type: 'text/javascript' }));
   try {
-    // Not a module: a page from the disk may start none.
+    // A classic script, as a page opened from disk may not start a module worker.
     const worker = new Worker(url);
     const thread = threadOf(worker);
     worker.onmessage = ({ data }) => thread.onMessage(data);
     worker.onerror = (event) => thread.onError(new Error(event.message || 'the worker did not start'));
     worker.onmessageerror = () => thread.onError(new Error('a message did not reach the worker'));
-    // The address is needed until the worker has read it; it answers then.
+    // The URL must stay valid until the worker has loaded it, which its first answer shows.
     thread.started = () => URL.revokeObjectURL(url);
     return thread;
   } catch (error) {

@@ -1,4 +1,4 @@
-// A modifier for three.js: a lighter geometry of a geometry, with all that its vertices carry.
+// Simplifies geometries of three.js with all vertex attributes.
 
 import { BufferAttribute, BufferGeometry } from 'three';
 
@@ -7,11 +7,11 @@ import { gatherRows, simplifyParts, usedVertices } from './parts.js';
 import { firstEqualRows, wordsOf } from './remap.js';
 import { normalizeRows, storeNumbers } from './store.js';
 
-/** Attributes that run on evenly over the surface; others are those of the nearest vertex. */
+/** Attributes that are interpolated over the surface; others come from the closest vertex. */
 const SMOOTH = /^(normal|tangent|uv\d?|color)$/;
 const GETTERS = ['getX', 'getY', 'getZ', 'getW'];
 
-/** Makes a lighter geometry. `types/three.d.ts` documents it. */
+/** Simplifies a geometry; see `types/three.d.ts`. */
 export async function simplifyModifier(geometry, options = {}) {
   checkGeometry(geometry);
   const goal = readGoal(options);
@@ -29,14 +29,14 @@ function checkGeometry(geometry) {
   if (geometry.isInstancedBufferGeometry) throw new TypeError('geometry: give a BufferGeometry without instancing');
 }
 
-/** For each vertex the first one that is equal in all attributes and morph targets. */
+/** Finds for each vertex the first one that is equal in all attributes and morph targets. */
 function firstEqual(geometry) {
   const column = ([, attribute]) => ({ words: wordsOf(rawRows(attribute)), width: attribute.itemSize });
   const columns = [...namedAttributes(geometry)].map(column);
   return firstEqualRows(columns, geometry.attributes.position.count);
 }
 
-/** Attributes by name, and those of morph targets by name and number. */
+/** Yields attributes by name, and those of morph targets by name and number. */
 function* namedAttributes({ attributes, morphAttributes }) {
   yield* Object.entries(attributes);
   for (const [name, list] of Object.entries(morphAttributes)) {
@@ -49,7 +49,7 @@ function readIndices({ index, attributes }) {
   return Uint32Array.from({ length: attributes.position.count - (attributes.position.count % 3) }, (_, i) => i);
 }
 
-/** The stored numbers of an attribute, one row behind the other, in their own class of arrays. */
+/** Returns the stored numbers of an attribute as packed rows in their own class of arrays. */
 function rawRows(attribute) {
   if (!attribute.isInterleavedBufferAttribute) return attribute.array;
   const { data, offset, itemSize, count } = attribute;
@@ -60,7 +60,7 @@ function rawRows(attribute) {
   return rows;
 }
 
-/** The first `width` numbers of each row as they mean. */
+/** Returns the first `width` numbers of each row as floats; normalized integers are decoded. */
 function readNumbers(attribute, width = attribute.itemSize) {
   const numbers = new Float32Array(width * attribute.count);
   for (let j = 0; j < width; j++) {
@@ -69,7 +69,7 @@ function readNumbers(attribute, width = attribute.itemSize) {
   return numbers;
 }
 
-/** What moves along with vertices: smooth attributes, and morph targets as differences from the attribute itself. */
+/** Reads the attributes that change when vertices move: smooth ones, and morph targets as differences to their base. */
 function readLayers(geometry) {
   const layers = {};
   for (const [name, attribute] of namedAttributes(geometry)) {
@@ -86,7 +86,7 @@ function addRows(array, other, factor) {
   for (let i = 0; i < array.length; i++) array[i] += factor * other[i];
 }
 
-/** Runs of triangles that lie in one set of groups; groups may leave triangles out, and lie over each other. */
+/** Splits triangles into runs that belong to one set of groups, as groups may overlap and leave triangles out. */
 function segmentsOf({ groups }, indices) {
   const end = indices.length - (indices.length % 3);
   const clip = (at) => Math.min(at, end);
@@ -99,7 +99,7 @@ function segmentsOf({ groups }, indices) {
   });
 }
 
-/** A geometry of the vertices in use, its triangles in the order of segments. */
+/** Creates a geometry of the used vertices, with triangles in the order of the segments. */
 function geometryOf(source, segments, { triangles, origins, looks, moved }) {
   const indices = Uint32Array.from(triangles.flatMap((part) => Array.from(part)));
   const used = usedVertices(indices);
@@ -117,7 +117,7 @@ function geometryOf(source, segments, { triangles, origins, looks, moved }) {
   return geometry;
 }
 
-/** A function that makes the attribute of the result of one of the source. */
+/** Returns a function that creates the result's attribute for an attribute of the source. */
 function makeRows(source, used, { origins, looks }, moved) {
   const named = { ...moved?.layers, ...(moved && { position: moved.positions }) };
   return (name, attribute) => {
@@ -127,7 +127,7 @@ function makeRows(source, used, { origins, looks }, moved) {
     const values = gatherRows(named[name], itemSize, used);
     if (target && !source.morphTargetsRelative) addRows(values, gatherRows(named[base], itemSize, used), 1);
     if (!target && /^(normal|tangent)$/.test(name)) normalizeRows(values, itemSize);
-    // Half precision is stored as integers that have no meaning as such.
+    // three.js stores half precision in an integer array, so the values are written in single precision.
     const type = attribute.isFloat16BufferAttribute ? Float32Array : rawRows(attribute).constructor;
     return attributeOf(storeNumbers(values, type, normalized), attribute);
   };
@@ -140,7 +140,7 @@ function attributeOf(array, { itemSize, normalized, name, gpuType }) {
   return attribute;
 }
 
-/** Joins vertices that are equal in everything: those of two groups at the boundary between them. Sets the index. */
+/** Merges vertices that are equal in all attributes, such as those at borders between groups, and sets the index. */
 function joinEqual(geometry, indices) {
   const first = firstEqual(geometry);
   const joined = indices.map((vertex) => first[vertex]);
@@ -151,7 +151,7 @@ function joinEqual(geometry, indices) {
   geometry.setIndex(new BufferAttribute(rows.length > 0xffff ? joined : Uint16Array.from(joined), 1));
 }
 
-/** Adds each group of the source: its segments follow each other. */
+/** Adds the groups of the source; the segments of a group are consecutive. */
 function addGroups(geometry, source, segments, triangles) {
   const starts = triangles.map((_, i) => triangles.slice(0, i).reduce((sum, { length }) => sum + length, 0));
   source.groups.forEach(({ materialIndex }, group) => {

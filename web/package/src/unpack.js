@@ -1,8 +1,8 @@
-// From the text in a module of this package to a compiled WebAssembly module: base64, gzip, compilation.
+// Compiles the WebAssembly that the build packs into modules as gzipped base64 text.
 
 import { importNode } from './thread.js';
 
-/** Compiles what the build packed. */
+/** Decodes, decompresses and compiles a packed WebAssembly module. */
 export async function compilePacked(text) {
   return WebAssembly.compile(await unzip(decodeBase64(text)));
 }

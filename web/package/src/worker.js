@@ -1,13 +1,13 @@
-// What runs in a worker: gets a compiled module, then requests, and posts progress and answers. The build puts its text into the package.
+// Runs in a worker: receives a compiled module, then requests, and posts progress and answers. The build puts its text into the package.
 
 import { makeRunner } from './instance.js';
 
-/** Milliseconds between two messages of progress: a display shows a picture each 16 of them. */
+/** Milliseconds between two progress messages, about two frames of a display. */
 const PROGRESS_EVERY = 30;
 
 let module = null;
 
-/** Runs one request and posts its answer. A fresh instance for each gives its memory back, and is there in a millisecond or two. */
+/** Runs one request and posts its answer. Each request has a new instance, so its memory is freed; that takes one or two milliseconds. */
 function onRequest(request, post) {
   let last = -Infinity;
   let lastPart = -1;
@@ -35,7 +35,7 @@ function listen(post) {
   };
 }
 
-// Node, Deno and Bun start this text with `require`; a page has no such function.
+// `require` exists in Node, Deno and Bun, but not in a browser.
 if (typeof require === 'function') {
   const { parentPort } = require('node:worker_threads');
   parentPort.on('message', listen((message, moved) => parentPort.postMessage(message, moved)));

@@ -1,24 +1,25 @@
-// What `neuralSimplify` and `simplifyModifier` take alike.
+// Options that `neuralSimplify` and `simplifyModifier` share.
 
 import type { Control } from './index.js';
 
-/** How far a mesh is simplified. Give `ratio` or `faces`, `error`, or one of both and `error`. */
+/** Size or error of the result: `ratio` or `faces`, or `error`, or one of the former together with `error`. */
 export interface Goal extends Control {
-  /** Share of the triangles, from 0 to 1. Default: 0 where `error` is given. */
+  /** Share of the triangles, from 0 to 1. Default: 0 with `error`. */
   ratio?: number;
   /** Number of triangles. */
   faces?: number;
-  /** Largest error as a share of the extent, the longest side of the bounding box: 0.01 is one percent. Default: any. */
+  /** Largest error as a share of the longest side of the bounding box: 0.01 is one percent. Default: unlimited. */
   error?: number;
-  /** Whether the boundary stays as it is. Default: false. */
+  /** Whether the boundary stays unchanged. Default: false. */
   lockBorder?: boolean;
   /**
-   * Whether vertices move, and normals, tangents, texture coordinates, colours and morph targets with them; joints, weights and other
-   * attributes are those of the nearest vertex. Without it, vertices of the result are some of the given ones, with the same numbers, and
-   * the result lies farther from the original; a material that comes to a vertex of another one has a copy of it, with the normal, texture
-   * coordinates and colour of its own nearest vertex. Default: true.
+   * Whether vertices may move to new positions, which keeps the result closer to the original. Default: true.
+   *
+   * Normals, tangents, texture coordinates, colours and morph targets are adjusted; joints, weights and other attributes come from the
+   * closest vertex. With false, all vertices and their values are from the input. At a vertex where a material has none of its own, it
+   * gets a copy with the normal, texture coordinates and colour of its closest vertex.
    */
   move?: boolean;
-  /** Is called with the share of the work that is done, from 0 to 1. */
+  /** Called with the share of the work that is done, from 0 to 1. */
   progress?: (share: number) => void;
 }

@@ -1,17 +1,17 @@
 // The types of `neural-mesh`: simplify, compare, look, formats.
 
-/** An error of the program. Its message is one line: what is wrong, where, and what to do. */
+/** An error of the program; its message is one line that says what is wrong, where, and what to do. */
 export class NeuralMeshError extends Error {
   name: 'NeuralMeshError';
 }
 
-/** The bytes of a file. A `File` of a page is a `Blob`. */
+/** Bytes of a file; a browser's `File` is a `Blob`. */
 export type Bytes = ArrayBuffer | ArrayBufferView | Blob;
 
-/** Files that another names: materials of an OBJ, buffers and images of a glTF. By the names in it, or a list. */
+/** Files that a mesh file refers to, such as materials and images: an object by the names in the mesh file, or a list. */
 export type Beside = Record<string, Bytes> | Iterable<{ name: string; bytes: Bytes }>;
 
-/** A mesh file with its name, whose extension says the format where the content does not. */
+/** A mesh file with a name; its extension gives the format if the content does not. */
 export interface NamedFile {
   name?: string;
   bytes: Bytes;
@@ -21,51 +21,51 @@ export interface NamedFile {
 /** A mesh file: its bytes, or its bytes and its name. */
 export type MeshFile = Bytes | NamedFile;
 
-/** Rows of numbers, one behind the other; a plain array is copied. */
+/** Rows of numbers in one flat array; a plain array is copied. */
 export type Numbers<T> = T | ArrayLike<number> & (ArrayBufferView | readonly number[]);
 
-/** A mesh as arrays, for n vertices and m faces. */
+/** A mesh of n vertices and m faces as flat arrays. */
 export interface MeshArrays {
   /** Coordinates, n x 3; `Float64Array` keeps double precision. */
   positions: Float32Array | Float64Array | readonly number[];
   /** Vertices of each face, m x 3, from 0. */
   faces: Numbers<Uint32Array>;
-  /** Texture coordinates, n x 2. Vertices at equal positions with different ones are a seam. */
+  /** Texture coordinates, n x 2. Vertices at equal positions with different coordinates form a seam. */
   uv?: Numbers<Float32Array>;
   /** Normals of length 1, n x 3. */
   normals?: Numbers<Float32Array>;
   /** Red, green, blue, alpha, from 0 to 1, n x 4. */
   colors?: Numbers<Float32Array>;
-  /** A number for each face, m: its material, or what else it belongs to. */
+  /** Group of each face, such as its material, m. Borders between groups stay. */
   groups?: Numbers<Uint32Array>;
-  /** How much a vertex counts, n; 1 is as usual. */
+  /** Importance of each vertex, n, at least 0; 1 is neutral. */
   importance?: Numbers<Float32Array>;
 }
 
-/** A lighter mesh as arrays. */
+/** A simplified mesh of n vertices and m faces as flat arrays. */
 export interface ResultArrays {
-  /** n x 3; `Float64Array` where the input was in double precision. */
+  /** Coordinates, n x 3; `Float64Array` for input in double precision. */
   positions: Float32Array | Float64Array;
-  /** m x 3. */
+  /** Vertices of each face, m x 3. */
   faces: Uint32Array;
-  /** n x 2. */
+  /** Texture coordinates, n x 2. */
   uv?: Float32Array;
-  /** n x 3. */
+  /** Normals of length 1, n x 3. */
   normals?: Float32Array;
-  /** Red, green, blue, alpha, n x 4. */
+  /** Red, green, blue, alpha, from 0 to 1, n x 4. */
   colors?: Float32Array;
-  /** m. */
+  /** Group of each face, m. */
   groups?: Uint32Array;
-  /** For each vertex the one of the input that it comes from, n; with the option `map`. */
+  /** Input vertex of each vertex, n; only with the option `map`. */
   map?: Uint32Array;
 }
 
-/** A number, or text as the program's command line takes it: `0.1`, `'10%'`, `'10k'`. */
+/** A number, or a string as on the program's command line: `0.1`, `'10%'`, `'10k'`. */
 export type Amount = number | string;
 
 /**
- * The options of `neural-mesh simplify` by their names, `_` for `-`. Give one size: `ratio`, `vertices`, `faces`, `error`, `size` or
- * `lods`.
+ * Options of `neural-mesh simplify`, with `_` for `-` in names. Exactly one size is given: `ratio`, `vertices`, `faces`, `error`, `size`
+ * or `lods`.
  */
 export interface SimplifyOptions {
   /** Share of the vertices, between 0 and 1. */
@@ -74,31 +74,31 @@ export interface SimplifyOptions {
   vertices?: Amount;
   /** Number of faces, or a share as `'10%'`. */
   faces?: Amount;
-  /** Largest distance to the original: in the mesh's unit, or as `'0.5%'` of its diagonal. */
+  /** Largest distance to the original, in the mesh's unit, or as `'0.5%'` of the diagonal of its bounding box. */
   error?: Amount;
   /** Size of the written file: bytes, `'200kB'`, `'2MB'`. */
   size?: Amount;
   /** Sizes of several levels of detail, the finest first. */
   lods?: Amount[];
-  /** What the sizes of `lods` count. */
+  /** Kind of the sizes in `lods`: `'ratio'`, or another of the sizes above. */
   lods_by?: string;
-  /** Format of the result where no name says it; `formats().write` has all. */
+  /** Format of the result if no file name gives it; `formats().write` lists all. */
   format?: string;
-  /** The figure that goes first. */
+  /** Figure to favor. */
   optimize?: 'balanced' | 'mean' | 'max' | 'normals';
-  /** Time against distance. */
+  /** Time against quality. */
   effort?: 'fast' | 'standard' | 'best';
-  /** Where the mesh has a boundary, it stays as it is. */
+  /** Keeps boundaries unchanged. */
   lock_boundaries?: boolean;
-  /** The vertices of the result are some of the input's, not moved. */
+  /** Keeps vertices of the input, at their exact positions. */
   subset?: boolean;
-  /** No small component is dropped. */
+  /** Keeps all components. */
   keep_components?: boolean;
-  /** Edges sharper than 30 degrees stay edges. */
+  /** Keeps edges where the surface bends by more than 30 degrees. */
   keep_features?: boolean;
-  /** Parts of these names stay as they are. */
+  /** Names whose faces stay unchanged. */
   keep?: string[];
-  /** The results' arrays say where their vertices come from. */
+  /** Adds the input vertex of each vertex to the results' arrays. */
   map?: boolean;
   /** Skips the measurement of the distance. */
   no_check?: boolean;
@@ -108,38 +108,38 @@ export interface SimplifyOptions {
   [option: string]: unknown;
 }
 
-/** How a call runs. */
+/** Cancellation and threading of a call. */
 export interface Control {
-  /** Ends the call: the worker is ended at once and the call rejects with the signal's reason, an `AbortError` by default. */
+  /** Aborts the call: terminates the worker and rejects with the signal's reason, an `AbortError` by default. */
   signal?: AbortSignal;
-  /** `false` runs the call in this thread, which is blocked meanwhile. Where workers are refused, all calls run so. Default: true. */
+  /** `false` runs the call in this thread and blocks it; so do all calls if workers are not allowed. Default: true. */
   worker?: boolean;
 }
 
-/** How a long call runs, and who hears of it. */
+/** Cancellation, threading and progress of a long call. */
 export interface ProgressControl extends Control {
   /**
-   * Is called with the share of a part of the work that is done, from 0 to 1, and the number of the part: 0 reads, 1 simplifies, 2 bakes,
+   * Called with the share of the current stage that is done, from 0 to 1, and the number of the stage: 0 reads, 1 simplifies, 2 bakes,
    * 3 measures, 4 writes.
    */
   progress?: (share: number, part: number) => void;
 }
 
 export interface SimplifyControl extends ProgressControl {
-  /** Name of the input file. Default: that of the `File`, else the content says the format. */
+  /** Name of the input file. Default: that of the `File`; without a name the content decides the format. */
   name?: string;
-  /** Files that the input names. */
+  /** Files that the input refers to. */
   beside?: Beside;
   /**
-   * Name of the result, whose extension is its format. Default: `name`, with the extension of the option `format`. Levels of detail that
-   * are files of their own are named `NAME-1.ply`, `NAME-2.ply`.
+   * Name of the result, whose extension is its format. Default: `name`, with the extension of the option `format`. Levels of detail in
+   * separate files are named `NAME-1.ply`, `NAME-2.ply`.
    */
   out?: string;
-  /** Whether arrays of the results are returned; then a file is written only with `out`. Default: for an input of arrays without `out`. */
+  /** Whether results are returned as arrays; then a file is written only with `out`. Default: true for arrays without `out`. */
   arrays?: boolean;
 }
 
-/** A file that was written, and those that it names. */
+/** A written file with the files that it refers to. */
 export interface WrittenFile {
   name: string;
   bytes: Uint8Array<ArrayBuffer>;
@@ -147,20 +147,20 @@ export interface WrittenFile {
 }
 
 export interface SimplifyResult {
-  /** The bytes of the first file; absent where none was written. */
+  /** Bytes of the first file; absent if none was written. */
   bytes?: Uint8Array<ArrayBuffer>;
-  /** What was done, as `neural-mesh simplify --report` writes it: sizes, topology, distance, time. */
+  /** Report as `neural-mesh simplify --report` writes it: sizes, topology, distance, time. */
   report: Record<string, any>;
-  /** All files: one, or one for each level of detail. */
+  /** All files: one, or one per level of detail. */
   files: WrittenFile[];
-  /** The results as arrays, one for each level; empty without `arrays`. */
+  /** Results as arrays, one per level of detail; empty without `arrays`. */
   results: ResultArrays[];
-  /** Lines for people: what was repaired, left out, not reached. */
+  /** Lines for the user about repairs, omissions and missed sizes. */
   notes: string[];
 }
 
 /**
- * Makes a mesh lighter.
+ * Simplifies a mesh to a given size.
  *
  * ```js
  * const { bytes, report } = await simplify(file, { ratio: 0.1 });
@@ -168,49 +168,49 @@ export interface SimplifyResult {
  * ```
  *
  * @param input a mesh file, or arrays
- * @throws NeuralMeshError where the file cannot be read, an option is wrong, or memory is short
- * @throws TypeError, RangeError where an argument is of the wrong type or length
+ * @throws NeuralMeshError if the file cannot be read, an option is wrong, or memory runs out
+ * @throws TypeError, RangeError if an argument has the wrong type or length
  */
 export function simplify(input: MeshFile | MeshArrays, options: SimplifyOptions, control?: SimplifyControl): Promise<SimplifyResult>;
 
 /**
- * Measures how meshes of any program differ from their original.
+ * Measures how simplified meshes differ from their original.
  *
  * @param original a mesh file
- * @param results one mesh file, or several
- * @throws NeuralMeshError where a file cannot be read
+ * @param results one mesh file, or several; any program may have made them
+ * @throws NeuralMeshError if a file cannot be read
  */
 export function compare(
   original: MeshFile,
   results: MeshFile | MeshFile[],
   control?: ProgressControl & {
-    /** Points that are measured on each surface. Default: that of the program. */
+    /** Sample points per surface. Default: that of the program. */
     samples?: number;
   },
 ): Promise<{
-  /** What `neural-mesh compare --json` writes. */
+  /** Figures as `neural-mesh compare --json` writes them. */
   comparison: any;
-  /** The surfaces that were measured, the original first: n x 3, m x 3, and into how many steps each side of a face is divided. */
+  /** Measured surfaces, the original first: n x 3, m x 3, and the number of steps along each side of a face between measured points. */
   surfaces: { positions: Float32Array; faces: Uint32Array; steps: number }[];
-  /** For each result, the distances of the points of its surface to the original, and of the original's to it, in the mesh's unit. */
+  /** Distances for each result: from points of its surface to the original, and from the original's to it, in the mesh's unit. */
   distances: { of_result: Float32Array; of_original: Float32Array }[];
 }>;
 
-/** A surface to draw: all meshes of a scene where a viewer sees them, vertices split at seams. */
+/** A surface to draw: all meshes of a scene in place, with vertices split at seams. */
 export interface LookMesh {
-  /** n x 3, from `origin`. */
+  /** Coordinates relative to `origin`, n x 3. */
   positions: Float32Array;
-  /** Point that is added to all positions. */
+  /** Offset of all positions. */
   origin: [number, number, number];
-  /** m x 3, in the order of `groups`. */
+  /** Vertices of each face, m x 3, in the order of `groups`. */
   faces: Uint32Array;
-  /** n x 3. */
+  /** Normals of length 1, n x 3. */
   normals?: Float32Array;
-  /** n x 2. */
+  /** Texture coordinates, n x 2. */
   uv?: Float32Array;
-  /** n x 4, from 0 to 1. */
+  /** Red, green, blue, alpha, from 0 to 1, n x 4. */
   colors?: Float32Array;
-  /** Runs of faces that look alike. */
+  /** Ranges of faces with one colour and one image. */
   groups: LookGroup[];
 }
 
@@ -229,7 +229,7 @@ export interface LookGroup {
 /**
  * Reads a mesh file as one surface to draw.
  *
- * @throws NeuralMeshError where the file cannot be read
+ * @throws NeuralMeshError if the file cannot be read
  */
 export function look(
   input: MeshFile,

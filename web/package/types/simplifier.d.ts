@@ -1,4 +1,4 @@
-// The types of `neural-mesh/simplifier`: the members of meshoptimizer's `MeshoptSimplifier`, and their call in a worker.
+// The types of `neural-mesh/simplifier`: the members of meshoptimizer's `MeshoptSimplifier`, and an asynchronous version.
 
 import type { ProgressControl } from './index.js';
 
@@ -8,7 +8,7 @@ export type SimplifierFlag =
   | 'LockBorder' | 'Sparse' | 'ErrorAbsolute' | 'Prune'
   | 'Regularize' | 'Permissive' | 'RegularizeLight' | 'PreserveFolds' | 'ErrorClamped';
 
-/** Three per triangle. What is returned is of the same class. */
+/** Vertex indices, three per triangle; results have the same class. */
 export type Indices = Uint32Array | Int32Array | Uint16Array | Int16Array;
 
 /**
@@ -16,18 +16,18 @@ export type Indices = Uint32Array | Int32Array | Uint16Array | Int16Array;
  *
  * Errors are shares of the mesh's extent, the longest side of its bounding box, or in its unit with the flag `ErrorAbsolute`.
  *
- * Members throw a `TypeError` that names the argument where one is out of range, and a `NeuralMeshError` where the program fails.
+ * Members throw a `TypeError` that names an invalid argument, and a `NeuralMeshError` if the program fails.
  */
 export const NeuralSimplifier: {
-  /** Whether there is WebAssembly here. */
+  /** Whether WebAssembly is available. */
   readonly supported: boolean;
-  /** Resolves when the other members can be called; nothing is unpacked before it is first read. */
+  /** Resolves when the other members can be called; the first access starts unpacking. */
   readonly ready: Promise<void>;
 
   /**
-   * Numbers vertices in the order of their use, and writes the new numbers into `indices`.
+   * Renumbers vertices in the order of their first use, and writes the new numbers into `indices`.
    *
-   * @returns the new number of each vertex, 0xffffffff where it is not used, and how many are
+   * @returns the new number of each vertex, 0xffffffff for unused ones, and the number of used vertices
    */
   compactMesh: (indices: Indices) => [Uint32Array, number];
 
@@ -35,12 +35,12 @@ export const NeuralSimplifier: {
   generatePositionRemap: (vertex_positions: Float32Array, vertex_positions_stride: number) => Uint32Array;
 
   /**
-   * Chooses triangles over the same vertices.
+   * Simplifies a mesh without moving vertices.
    *
    * @param indices three per triangle
    * @param vertex_positions rows that begin with x, y, z
    * @param vertex_positions_stride length of a row, at least 3
-   * @param target_index_count multiple of 3, at most `indices.length`; a result has about as many where `target_error` allows
+   * @param target_index_count multiple of 3, at most `indices.length`; the result has about this size if `target_error` allows
    * @param target_error largest error, at least 0
    * @returns the indices and the error of the result
    */
@@ -54,15 +54,15 @@ export const NeuralSimplifier: {
   ) => [T, number];
 
   /**
-   * Chooses triangles over vertices with attributes.
+   * Simplifies a mesh with vertex attributes without moving vertices.
    *
-   * Seams between different attributes at one position stay seams. The error is the largest of position and of attributes, each times its
-   * weight and the extent. An attribute of weight 0 does not count.
+   * Seams stay seams. The error is the largest of the position error and the attribute errors, each times its weight and the extent.
+   * Attributes of weight 0 do not count.
    *
    * @param vertex_attributes rows of numbers that begin with those that have weights
    * @param vertex_attributes_stride length of a row
-   * @param attribute_weights what each counts, at least 0; no more than the stride
-   * @param vertex_lock for each vertex whether it stays (1) or may go (0), or null
+   * @param attribute_weights weight of each attribute, at least 0; at most as many as the stride
+   * @param vertex_lock 1 for each vertex that must stay, else 0; or null
    * @returns the indices and the error of the result
    */
   simplifyWithAttributes: <T extends Indices>(
@@ -79,7 +79,7 @@ export const NeuralSimplifier: {
   ) => [T, number];
 
   /**
-   * Simplifies in place: writes the result's indices to the beginning of `indices`, and moves positions and attributes of its vertices.
+   * Simplifies in place: writes the result to the beginning of `indices`, and updates positions and attributes of its vertices.
    *
    * @returns the number of indices and the error of the result
    */
@@ -100,11 +100,11 @@ export const NeuralSimplifier: {
   getScale: (vertex_positions: Float32Array, vertex_positions_stride: number) => number;
 
   /**
-   * Chooses points of a cloud.
+   * Simplifies a point cloud to a subset of its points.
    *
    * @param vertex_colors rows that begin with red, green, blue
-   * @param color_weight what a difference of colours counts against a distance; default: 0
-   * @returns the numbers of the points
+   * @param color_weight weight of colour differences relative to distances; default: 0
+   * @returns the indices of the chosen points
    */
   simplifyPoints: (
     vertex_positions: Float32Array,
@@ -124,8 +124,9 @@ export const NeuralSimplifier: {
   ) => T;
 };
 
-/** A surface whose triangles are to be chosen. */
+/** A mesh to simplify. */
 export interface IndexedSurface<T extends Indices> {
+  /** Vertex indices, three per triangle. */
   indices: T;
   /** Rows that begin with x, y, z. */
   positions: Float32Array;
@@ -135,33 +136,33 @@ export interface IndexedSurface<T extends Indices> {
   attributes?: Float32Array;
   /** Length of a row of attributes. */
   attributesStride?: number;
-  /** What each attribute counts, at least 0. One of weight 0 is carried along. */
+  /** Weight of each attribute, at least 0. An attribute of weight 0 is carried only. */
   weights?: number[];
-  /** For each vertex whether it stays. */
+  /** 1 for each vertex that must stay, else 0. */
   locks?: Uint8Array | null;
-  /** For each triangle the group whose vertices it uses, as those of a material. Groups stay joined at equal positions. */
+  /** Group of each triangle, such as its material; each group has its own vertices. Groups stay joined at equal positions. */
   groups?: Uint32Array | null;
 }
 
-/** A surface whose triangles were chosen. */
+/** A simplified mesh. */
 export interface ChosenTriangles<T extends Indices> {
-  /** Three per triangle. */
+  /** Vertex indices, three per triangle. */
   indices: T;
-  /** The error of the result. */
+  /** Error of the result. */
   error: number;
-  /** With groups: that of each triangle. */
+  /** Group of each triangle; absent without groups. */
   groups?: Uint32Array;
-  /** With `move`: x, y, z of each vertex, n x 3. */
+  /** Coordinates of each vertex, n x 3; only with `move`. */
   positions?: Float32Array;
-  /** With `move`: the attributes that have weights, n x the number of weights. */
+  /** Attributes that have weights, n x the number of weights; only with `move`. */
   attributes?: Float32Array;
 }
 
 /**
- * Does in a worker what `simplifyWithAttributes` does at once, and with `move` what `simplifyWithUpdate` does. The arrays given stay.
+ * Simplifies a mesh in a worker as `simplifyWithAttributes` does, or with `move` as `simplifyWithUpdate`. The input is unchanged.
  *
- * @param surface triangles and vertices
- * @param goal `target` is a number of indices; `error` a share of the extent, any by default; `move` lets vertices move
+ * @param surface the mesh
+ * @param goal `target` is a number of indices; `error` a share of the extent, unlimited by default; `move` lets vertices move
  */
 export function simplifyIndices<T extends Indices>(
   surface: IndexedSurface<T>,

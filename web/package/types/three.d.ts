@@ -6,15 +6,15 @@ import type { Goal } from './goal.js';
 export type { Goal } from './goal.js';
 
 /**
- * Makes a lighter geometry, in a worker. The one given stays as it is.
+ * Simplifies a geometry in a worker and returns a new one.
  *
- * The result has all attributes, morph attributes and groups, and an index. Vertices that are equal in everything become one.
+ * The result has all attributes, morph attributes and groups, and an index. Vertices that are equal in all attributes are merged.
  *
  * ```js
  * mesh.geometry = await simplifyModifier(mesh.geometry, { ratio: 0.25 });
  * ```
  *
- * @throws TypeError, RangeError where the geometry or an option cannot be used
- * @throws NeuralMeshError where the program fails
+ * @throws TypeError, RangeError if the geometry or an option is invalid
+ * @throws NeuralMeshError if the program fails
  */
 export function simplifyModifier(geometry: BufferGeometry, options: Goal): Promise<BufferGeometry>;
