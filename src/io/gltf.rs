@@ -295,7 +295,7 @@ mod tests {
                 ACCESSORS.replace("\"count\": 3", "\"count\": 4") + MESH + r#""nodes": [{"mesh": 0}]"#,
                 "buffer view 0 has no room for 4 elements",
             ),
-            ("\"nodes\": 7".into(), "not valid glTF JSON"),
+            ("\"nodes\": 7".into(), "the JSON is malformed or not glTF"),
         ] {
             let error = parse(&asset(&rest)).unwrap_err().to_string();
             assert!(error.contains(expected) && !error.contains('\n'), "{error}");

@@ -96,7 +96,7 @@ impl Asset {
         fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
     ) -> Result<Self, ReadError> {
         let (json, _) = container::split_chunks(bytes)?;
-        let broken = |error| ReadError::file(format!("not valid glTF JSON ({error})"), REMEDY);
+        let broken = |error| ReadError::file(format!("the JSON is malformed or not glTF ({error})"), REMEDY);
         let document = serde_json::from_slice(json).map_err(broken)?;
         // A single JSON file stays one when it is written.
         let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(is_data_uri);

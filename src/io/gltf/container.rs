@@ -25,7 +25,7 @@ impl<'a> Container<'a> {
             // The parser counts lines; the error needs a byte.
             let before: usize =
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
-            ReadError::line(json, before, format!("not valid glTF JSON ({error})"), REMEDY)
+            ReadError::line(json, before, format!("the JSON is malformed or not glTF ({error})"), REMEDY)
         })?;
         // Some writers leave out the fallback mark on buffers that nothing reads.
         let is_spare = |at: usize| embedded.is_none() && has_only_compressed_views(&root, at);
