@@ -3,7 +3,7 @@
 use crate::linalg::Csr;
 use std::sync::Arc;
 
-/// Nodes of a tile: a layer of 32 features takes 8 MB, and the nodes around a tile are few in comparison.
+/// Nodes of a tile: its features take 8 MB in a layer 32 wide, and the nodes around it are few in comparison.
 pub(super) const TILE: usize = 1 << 16;
 /// Marks nodes outside the tile and its surroundings.
 const ABSENT: u32 = u32::MAX;
