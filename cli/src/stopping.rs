@@ -12,7 +12,9 @@ pub fn handle_stop_signals() {
     let _ = ctrlc::set_handler(|| {
         // The second signal does not wait for a clean end.
         if STOP_REQUESTED.swap(true, Ordering::SeqCst) {
-            print_error(&Failure::Stopped("interrupted twice: continue with --resume".into()));
+            print_error(&Failure::Stopped(
+                "interrupted twice, without saving: continue from the last checkpoint with --resume".into(),
+            ));
             std::process::exit(130);
         }
     });

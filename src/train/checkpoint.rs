@@ -73,7 +73,8 @@ pub(super) fn read_checkpoint(
     let broken = |what: String| {
         TrainError::file(path, format!("is not a complete checkpoint ({what}): train in another folder"))
     };
-    let bytes = std::fs::read(path).map_err(|error| TrainError::file(path, format!("cannot be read: {error}")))?;
+    let bytes = std::fs::read(path)
+        .map_err(|error| TrainError::file(path, format!("cannot be read: {error}: check the file")))?;
     let (_, metadata) = SafeTensors::read_metadata(&bytes).map_err(|error| broken(error.to_string()))?;
     let state = metadata.metadata().as_ref().and_then(|entries| entries.get(STATE_KEY));
     let state = state.ok_or_else(|| broken("it contains no training state".into()))?;

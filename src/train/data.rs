@@ -115,7 +115,8 @@ fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>, TrainError> {
 }
 
 fn read_file(path: &Path, settings: &Settings) -> Result<(DataFile, Result<TriMesh, String>), TrainError> {
-    let bytes = std::fs::read(path).map_err(|error| TrainError::file(path, format!("cannot be read: {error}")))?;
+    let bytes = std::fs::read(path)
+        .map_err(|error| TrainError::file(path, format!("cannot be read: {error}: check the file, or remove it")))?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok((DataFile { name, sha256: sha256(&bytes) }, read_mesh(path, settings.max_vertices)))
 }

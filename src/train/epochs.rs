@@ -169,7 +169,7 @@ fn name_terms(run: &mut TrainingRun, found: &StepResult) -> Result<(), TrainErro
         return Ok(());
     }
     Err(TrainError::Step(format!(
-        "its loss has the terms {}, earlier steps had {}",
+        "its loss has the terms {}, but earlier steps had {}: return equal terms in all steps",
         names.join(", "),
         position.names.join(", ")
     )))

@@ -45,7 +45,10 @@ impl std::fmt::Display for TrainError {
                 write!(f, "the checkpoint does not match: {what}: undo this change, or train in another folder")
             }
             Self::Diverged { step, mesh, what } => {
-                write!(f, "step {step}, mesh {mesh}: {what}: lower `learning_rate`, or look at the mesh")
+                write!(
+                    f,
+                    "step {step}, mesh {mesh}: {what}: train again in another folder, with a lower `learning_rate` or without this mesh"
+                )
             }
             Self::Step(what) => write!(f, "the training step: {what}"),
         }

@@ -25,7 +25,9 @@ impl LossWatch {
         if explosion > 0.0 && self.n >= PATIENCE && self.mean > 0.0 && total > explosion * self.mean {
             let (name, value) = step.terms.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
             let factor = total / self.mean;
-            return Some(format!("the loss rose to {factor:.1} times its running mean, `{name}` is {value}"));
+            return Some(format!(
+                "the loss rose to {factor:.1} times its running mean, with {value} as the largest term, `{name}`"
+            ));
         }
         self.n += 1;
         self.mean += (total - self.mean) * FORGETTING.max(1.0 / self.n as f64);

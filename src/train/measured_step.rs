@@ -39,7 +39,7 @@ pub fn measured_step(
     let mesh = &item.mesh;
     let n_output = (mesh.positions().len() as f64 * item.ratio) as usize;
     if n_output < MIN_OUTPUT_VERTICES {
-        return Err(format!("has fewer than {MIN_OUTPUT_VERTICES} vertices left at this ratio"));
+        return Err(format!("would keep fewer than {MIN_OUTPUT_VERTICES} vertices at the ratio of this step"));
     }
     let scored = score_mesh(weights, mesh);
     let scores = scored.scores.matrix().data();

@@ -30,7 +30,7 @@ pub(super) fn paper_step(
     let mesh = cut_patch(item, settings, random)?;
     let n_samples = (mesh.positions().len() as f64 * item.ratio) as usize;
     if n_samples < LEAST_SAMPLES {
-        return Err(format!("has fewer than {LEAST_SAMPLES} samples at this ratio"));
+        return Err(format!("would keep fewer than {LEAST_SAMPLES} samples at the ratio of this step"));
     }
     let as_cloud = settings.clouds > 0.0 && uniform(random) < settings.clouds;
     let ScoredMesh { mut tape, net, rings, points, normals, scores } = match as_cloud {

@@ -29,7 +29,7 @@ pub fn cut_patch(item: &TrainingItem, settings: &Settings, random: &mut Xoshiro2
     }
     let start = random_below(random, item.mesh.positions().len());
     patch(&item.mesh, &edge_graph(&item.mesh), most as usize, start as u32)
-        .ok_or("has no complete face in the cut patch".into())
+        .ok_or("has no complete face in the patch cut from it: raise `max_samples`".into())
 }
 
 /// Returns the faces between the first `n_vertices` vertices reached over the edges from `start`.

@@ -232,7 +232,7 @@ fn resume_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpo
     }
     if settings.epochs < state.position.epoch {
         let what =
-            format!("`epochs` is {}, but {} are done: give a larger number", settings.epochs, state.position.epoch);
+            format!("`epochs` is {}, but {} are done: give at least that many", settings.epochs, state.position.epoch);
         return Err(TrainError::Settings(what));
     }
     state.origin.settings = settings.to_toml();
@@ -249,7 +249,9 @@ fn check_is_empty(folder: &Path) -> Result<(), TrainError> {
     let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
     match names.into_iter().find(|name| !name.starts_with(TEMPORARY)) {
         Some(name) => {
-            let what = format!("contains {name} but no training to resume: choose another folder or empty this one");
+            let what = format!(
+                "contains {name}, but no training to resume; a new one needs an empty folder: empty this one, or choose another"
+            );
             Err(TrainError::file(folder, what))
         }
         None => Ok(()),

@@ -84,7 +84,7 @@ impl Settings {
         for (name, value) in parse_table(text)? {
             let Some(default) = table.get_mut(&name) else {
                 return refuse(format!(
-                    "unknown setting `{name}`: see src/train/settings.toml, or config.toml of a training"
+                    "unknown setting `{name}`: config.toml, which each training writes to its folder, names all"
                 ));
             };
             *default = convert_to_kind(&name, value, default)?;
@@ -236,7 +236,9 @@ impl Settings {
     fn check_sizes(&self) -> Result<(), TrainError> {
         match self.architecture().bad_size() {
             None => Ok(()),
-            Some((name, size)) => refuse(format!("`{name}` is {size}: not a size of a network")),
+            Some((name, size)) => {
+                refuse(format!("`{name}` is {size}: give 1 to 1024, or 3 or 6 for `point_sampler_inputs`"))
+            }
         }
     }
 }

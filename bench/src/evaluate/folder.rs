@@ -88,7 +88,9 @@ fn write_origin(path: &Path, origin: &Origin) -> Result<(), EvaluateError> {
 }
 
 fn read_origin(path: &Path) -> Result<Origin, EvaluateError> {
-    let broken = |what: String| EvaluateError::file(path, format!("{what}: put the file back or start over"));
+    let broken = |what: String| {
+        EvaluateError::file(path, format!("{what}: put a good copy of the file back, or choose another folder"))
+    };
     let text = std::fs::read_to_string(path).map_err(|error| broken(format!("cannot be read: {error}")))?;
     serde_json::from_str(&text).map_err(|error| broken(error.to_string()))
 }
@@ -106,7 +108,9 @@ fn check_is_empty(folder: &Path) -> Result<(), EvaluateError> {
     let other = entries(folder).into_iter().find(|path| !is_temporary(path));
     other.map_or(Ok(()), |path| {
         let name = path.file_name().unwrap_or_default().display();
-        let what = format!("contains {name} but no evaluation: choose another folder or empty this one");
+        let what = format!(
+            "contains {name}, but no evaluation; a new one needs an empty folder: empty this one, or choose another"
+        );
         Err(EvaluateError::file(folder, what))
     })
 }

@@ -122,7 +122,9 @@ pub(super) fn read_rows(path: &Path) -> Result<Table, EvaluateError> {
 }
 
 fn parse(path: &Path, bytes: &[u8]) -> Result<Table, EvaluateError> {
-    let broken = |what: String| EvaluateError::file(path, format!("{what}: put the file back or start over"));
+    let broken = |what: String| {
+        EvaluateError::file(path, format!("{what}: put a good copy of the file back, or choose another folder"))
+    };
     let mut records = csv::ReaderBuilder::new().has_headers(false).from_reader(bytes).into_records();
     let header = records.next().transpose().map_err(|error| broken(error.to_string()))?.unwrap_or_default();
     let header: Vec<String> = header.iter().map(String::from).collect();

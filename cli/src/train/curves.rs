@@ -97,7 +97,11 @@ fn read_curves(table: &str) -> Result<Vec<Curve>, String> {
             curves.push(Curve { name: name.into(), is_validation, points });
         }
     }
-    if curves.is_empty() { Err("contains no losses yet: wait for the first epoch".into()) } else { Ok(curves) }
+    if curves.is_empty() {
+        Err("contains no losses yet: wait for the end of the first epoch".into())
+    } else {
+        Ok(curves)
+    }
 }
 
 fn epochs(curves: &[Curve]) -> Range<f64> {

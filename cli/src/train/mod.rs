@@ -96,7 +96,7 @@ fn to_failure(error: TrainError, args: &TrainArgs) -> Failure {
 
 fn interruption(run: &TrainingRun) -> Failure {
     let (epochs, steps) = run.position();
-    let progress = format!("{epochs} epochs and {steps} steps are done");
+    let progress = format!("{epochs} epochs and {steps} steps of the next are done");
     Failure::Stopped(format!(
         "interrupted: {progress} and saved in {}: continue with --resume",
         display_path(&run.folder)
@@ -116,7 +116,7 @@ fn print_run(run: &TrainingRun, voice: MessageStream) {
     ));
     if run.position() != (0, 0) {
         let (epochs, steps) = run.position();
-        voice.print_line(&format!("resumed   after {epochs} epochs and {steps} steps"));
+        voice.print_line(&format!("resumed   after {epochs} epochs and {steps} steps of the next"));
     }
 }
 

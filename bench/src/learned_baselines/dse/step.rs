@@ -36,7 +36,7 @@ pub fn dse_step(
     let n_samples = (n as f64 * item.ratio) as usize;
     let samples = farthest_points(mesh.positions(), n_samples, random_below(random, n) as u32);
     if samples.len() <= CANDIDATES {
-        return Err(format!("has no more than {CANDIDATES} samples at this ratio"));
+        return Err(format!("would keep no more than {CANDIDATES} samples at the ratio of this step"));
     }
     let points: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
     let batch = PatchBatch::new(&WalkSurface::new(&mesh), &samples, &points, random)?;

@@ -31,7 +31,7 @@ pub fn potamias_step(
     let n = mesh.positions().len();
     let n_samples = (n as f64 * item.ratio) as usize;
     if n_samples < LEAST_SAMPLES {
-        return Err(format!("has fewer than {LEAST_SAMPLES} samples at this ratio"));
+        return Err(format!("would keep fewer than {LEAST_SAMPLES} samples at the ratio of this step"));
     }
     let cloud = Cloud::new(mesh.positions()).ok_or("has all vertices in one place")?;
     let mut tape = Tape::default();
