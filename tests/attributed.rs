@@ -449,7 +449,7 @@ fn links_lead_nowhere_else() {
 fn a_mesh_without_its_folder_says_what_is_not_copied() {
     let model = from_text(&format!("mtllib a.mtl\n{QUAD}usemtl x\nf 1/1 2/2 3/3\n"));
     let written = write_model(&model, Format::Obj);
-    assert!(written.companion_files.is_empty() && written.notes[0].contains("was read without its folder"));
+    assert!(written.companion_files.is_empty() && written.notes[0].contains("as the mesh was read without its folder"));
     assert!(text(&written).starts_with("mtllib a.mtl\n"));
 }
 

@@ -168,7 +168,7 @@ fn refusals_say_what_is_accepted() {
         ),
         (
             &["a.obj", "-o", "b.ply", "--close"],
-            "leave it out, the closed assembly leaves no holes",
+            "leave it out, the closed assembly makes no holes (--fill-holes closes those of the input)",
             &[&["a.obj", "-o", "b.ply"]],
         ),
         (&["a.obj", "-o", "b.fbx"], "choose glb, which stores the same content", &[&["a.obj", "-o", "b.glb"]]),

@@ -60,7 +60,7 @@ fn a_file_longer_than_the_memory_is_refused_in_one_line() {
     for command in [&["info", "long.ply"][..], &["simplify", "long.ply", "-o", "a.ply", "--ratio", "0.5"]] {
         let refused = run(folder.path(), command);
         assert_eq!(refused.code, Some(1), "{}", refused.stderr);
-        assert!(error_line(&refused).contains("it needs more memory than is available"), "{}", refused.stderr);
+        assert!(error_line(&refused).contains("the file needs more memory than is available"), "{}", refused.stderr);
     }
 }
 
@@ -77,7 +77,7 @@ fn endless_files_are_refused_in_one_line() {
     let arguments = ["simplify", "-", "-o", "a.ply", "--ratio", "0.5", "--memory", LITTLE];
     let refused = finish(program(folder.path(), &arguments).stdin(zeros).spawn().unwrap());
     assert_eq!(refused.code, Some(1), "{}", refused.stderr);
-    assert!(error_line(&refused).contains("it needs more memory than is available"), "{}", refused.stderr);
+    assert!(error_line(&refused).contains("the file needs more memory than is available"), "{}", refused.stderr);
 }
 
 #[test]

@@ -134,12 +134,14 @@ impl std::fmt::Display for OutOfCoreError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Read(error) => error.fmt(f),
-            Self::Disk(error) => write!(f, "temporary files next to the output failed: {error}"),
+            Self::Disk(error) => {
+                write!(f, "temporary files next to the output failed: {error}: check the folder and the disk")
+            }
             Self::Clean(error) => error.fmt(f),
             Self::Simplify(error) => error.fmt(f),
             Self::TooLittle(n_bytes) => {
                 let gib = (*n_bytes as f64 / f64::from(1 << 30) * 10.0).ceil() / 10.0;
-                write!(f, "this target needs about {gib} GiB of memory: allow more or choose a smaller target")
+                write!(f, "this target needs about {gib} GiB of memory: allow more memory or choose a smaller target")
             }
         }
     }
@@ -438,6 +440,9 @@ mod tests {
         let mesh = shapes::icosphere(5);
         let refused = simplify_file(&mesh, Format::Ply, 1 << 20, Target::Ratio(0.5)).unwrap_err();
         assert!(matches!(refused, OutOfCoreError::TooLittle(n) if n > 1 << 20), "{refused}");
-        assert!(refused.to_string().contains("GiB of memory: allow more or choose a smaller target"), "{refused}");
+        assert!(
+            refused.to_string().contains("GiB of memory: allow more memory or choose a smaller target"),
+            "{refused}"
+        );
     }
 }

@@ -103,7 +103,8 @@ impl<'a> FileFinder<'a> {
 
     fn look_up(&mut self, base: &Path, name: &str) -> Result<CompanionFile, String> {
         // A mesh from memory or a stream has no folder to search.
-        let folder = self.folder.ok_or("is not copied: the mesh was read without its folder")?;
+        let folder =
+            self.folder.ok_or("is not copied, as the mesh was read without its folder: read it by its path")?;
         let inner = if base.is_absolute() { None } else { inner_path(base, name) };
         let path = inner.clone().unwrap_or_else(|| base.join(name.replace('\\', "/")));
         let found = match (self.read(folder, &path), inner_path(Path::new(""), name)) {
@@ -116,7 +117,10 @@ impl<'a> FileFinder<'a> {
             (found, _) => found.map(|found| (found, inner)),
         };
         let ((source, bytes), inner) =
-            found.map_err(|problem| format!("{problem}: it is not copied, but the result refers to it"))?;
+            found.map_err(|problem| match problem {
+                FileProblem::Outside => "is outside the folder of the mesh: it is not copied without --allow-outside, but the result refers to it".to_string(),
+                problem => format!("{problem}: it is not copied, but the result refers to it"),
+            })?;
         // A file from outside cannot keep its path, which would leave the output folder.
         let is_renamed = inner.is_none();
         // A file from outside is placed next to the output.

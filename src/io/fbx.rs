@@ -85,9 +85,10 @@ fn load(bytes: &[u8]) -> Result<SceneRoot, ReadError> {
         ..LoadOpts::default()
     };
     ufbx::load_memory(bytes, options).map_err(|error| match error.type_ {
-        ErrorType::MemoryLimit | ErrorType::AllocationLimit => {
-            ReadError::file(format!("it takes more than {most} bytes of memory"), "export the file again, or as GLB")
-        }
+        ErrorType::MemoryLimit | ErrorType::AllocationLimit => ReadError::file(
+            format!("the scene takes more than {most} bytes of memory"),
+            "export the file again, or as GLB",
+        ),
         _ => {
             let what = one_line(&error.description).to_lowercase();
             ReadError::file(format!("no valid FBX ({what})"), "export the file again, as FBX 7.4 or GLB")
@@ -148,7 +149,7 @@ fn list_losses(scene: &Scene, n_not_finite: usize) -> Vec<String> {
         (scene.nurbs_surfaces.len() + scene.nurbs_curves.len() + scene.line_curves.len(), "curves and their surfaces"),
     ];
     let dropped: Vec<&str> = dropped.iter().filter(|(n, _)| *n > 0).map(|(_, what)| *what).collect();
-    let dropped = (!dropped.is_empty()).then(|| format!("of the fbx are dropped: {}", dropped.join(", ")));
+    let dropped = (!dropped.is_empty()).then(|| format!("dropped from the fbx: {}", dropped.join(", ")));
     let mended = (n_not_finite > 0).then(|| {
         format!("{n_not_finite} numbers of texture coordinates, normals or colours are not finite: they become 0")
     });

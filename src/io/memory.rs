@@ -32,14 +32,14 @@ pub(super) fn allocate_zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, Rea
 }
 
 fn memory_error(n_bytes: usize) -> ReadError {
-    let what = format!("it needs more memory than is available ({n_bytes} bytes more)");
+    let what = format!("the file needs more memory than is available ({n_bytes} bytes more)");
     ReadError::file(what, "give a smaller file or more memory")
 }
 
 pub(super) fn io_error(error: io::Error) -> ReadError {
     match error.kind() {
         io::ErrorKind::OutOfMemory => {
-            ReadError::file("it needs more memory than is available", "give a smaller file or more memory")
+            ReadError::file("the file needs more memory than is available", "give a smaller file or more memory")
         }
         io::ErrorKind::IsADirectory => ReadError::file("is a folder", "give the mesh files in it, as FOLDER/*.ply"),
         _ => ReadError::file(format!("cannot be read: {error}"), "check the path"),
@@ -123,7 +123,7 @@ mod tests {
         for error in
             [reserve(&mut vec![0u64], usize::MAX).unwrap_err(), allocate_zeros::<f32>(usize::MAX / 4).unwrap_err()]
         {
-            assert!(error.what.starts_with("it needs more memory than is available"), "{error}");
+            assert!(error.what.starts_with("the file needs more memory than is available"), "{error}");
         }
     }
 }

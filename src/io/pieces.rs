@@ -146,8 +146,9 @@ impl Pieces {
     fn positions(&self, frame: &Frame) -> Result<Vec<[f32; 3]>, ReadError> {
         let mut positions = Vec::new();
         let n = usize::try_from(self.n_memory_bytes() / 12).unwrap_or(usize::MAX);
-        let what = "its vertices need more memory than is available";
-        make_room(&mut positions, n).map_err(|_| ReadError::file(what, "allow more memory or convert it to STL"))?;
+        let what = "the vertices need more memory than is available";
+        make_room(&mut positions, n)
+            .map_err(|_| ReadError::file(what, "allow more memory or convert the mesh to STL"))?;
         self.each_position(&mut |p| positions.push(frame.to_local(p)))?;
         Ok(positions)
     }

@@ -67,8 +67,9 @@ pub(super) fn describe_rounding(content: &Content, format: Format) -> Option<Str
     let error = |(vertex, p): (usize, &[f64; 3])| distance(content.position(vertex), *p);
     let most = stored.iter().enumerate().map(error).fold(0.0, f64::max);
     let name = format.name();
-    (most > WORTH_A_NOTE * content.diagonal())
-        .then(|| format!("{name} stores single precision: vertices are rounded by up to {most:.1e}"))
+    (most > WORTH_A_NOTE * content.diagonal()).then(|| {
+        format!("{name} stores single precision: vertices are rounded by up to {most:.1e}, in units of the mesh")
+    })
 }
 
 fn is_coarse(content: &Content, stored: &[[f64; 3]]) -> bool {

@@ -165,7 +165,7 @@ impl<'a> Models<'a> {
         } else if has_too_many_groups(parts.groups.len(), mesh.faces.len()) {
             mesh.attributes.groups.clear();
             self.notes.push(format!(
-                "{} materials for {} faces are too many for groups: dropped",
+                "the materials are dropped: {} for {} faces are too many to form groups",
                 parts.groups.len(),
                 mesh.faces.len()
             ));
@@ -183,7 +183,7 @@ impl<'a> Models<'a> {
         // Writers need a unit that 3MF knows.
         let is_known = units::is_known(&unit);
         if !is_known {
-            self.notes.push(format!("3mf has no unit {unit:?}: dropped"));
+            self.notes.push(format!("the unit {unit:?} is none of 3mf: it is dropped"));
         }
         is_known.then_some(unit)
     }

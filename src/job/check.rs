@@ -52,7 +52,7 @@ impl Job {
         let refused = |what: String| Err(JobError::Options(what));
         if self.options.close && self.options.assembly != Assembly::Paper {
             return refused(
-                "--close is for --assembly paper: leave it out, the closed assembly leaves no holes".into(),
+                "--close is for --assembly paper: leave it out, the closed assembly makes no holes (--fill-holes closes those of the input)".into(),
             );
         }
         if self.options.place && self.options.assembly != Assembly::Paper {

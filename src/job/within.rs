@@ -59,13 +59,13 @@ fn rounding_below(error: f64, pack: Option<&PackOptions>, document: &Document, j
     let on_grid = pack.map_or(0.0, |pack| document.packed_rounding(pack.bits, error));
     if on_grid > 0.0 && on_grid >= error {
         let what = format!(
-            "--compress rounds vertices by up to {on_grid:.1e}, the allowed distance or more: leave --compress out"
+            "--compress moves vertices by up to {on_grid:.1e}, which is not less than the allowed distance: allow a larger distance, or leave --compress out"
         );
         return Err(JobError::Document(what));
     }
     if rounding > 0.0 && rounding >= error {
         let what = format!(
-            "{format} rounds vertices by up to {rounding:.1e}, the allowed distance or more: write ply, obj or glb"
+            "{format} rounds vertices by up to {rounding:.1e}, which is not less than the allowed distance: allow a larger distance, or write ply, obj or glb"
         );
         return Err(JobError::Document(what));
     }

@@ -435,7 +435,10 @@ impl std::fmt::Display for SimplifyError {
                 f,
                 "the paper's assembly needs weights, and this build has none: give weights or use the closed assembly"
             ),
-            Self::NothingKept => write!(f, "the network kept no faces: these weights do not fit this mesh"),
+            Self::NothingKept => write!(
+                f,
+                "the network kept no faces, as its weights do not fit this mesh: give other weights, or simplify with the closed assembly"
+            ),
             Self::Overflow => write!(f, "coordinates near the limit of 32-bit floats: scale the mesh down first"),
             Self::Interrupted => write!(f, "interrupted"),
         }

@@ -198,7 +198,9 @@ fn fetch_images(
     let mut images: Vec<OutputFile> = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()).filter(|uri| !uri.starts_with("data:")) {
         let Some(path) = path_inside(uri) else {
-            notes.push(format!("the image {uri:?} is outside the folder of the asset: the result still refers to it"));
+            notes.push(format!(
+                "the image {uri:?} is outside the folder of the asset: it is not copied, but the result refers to it"
+            ));
             continue;
         };
         // Several images may name one file.
@@ -207,7 +209,9 @@ fn fetch_images(
         }
         match load_uri(uri, fetch) {
             Ok(bytes) => images.push(OutputFile { path, bytes }),
-            Err(_) => notes.push(format!("the image {uri:?} is missing: the result still refers to it")),
+            Err(_) => {
+                notes.push(format!("the image {uri:?} is missing: it is not copied, but the result refers to it"))
+            }
         }
     }
     notes.dedup();

@@ -56,7 +56,7 @@ impl<'a> ObjGroups<'a> {
             let n_names = |kind: &usize| self.states.iter().map(|state| state[*kind]).collect::<FxHashSet<_>>().len();
             let Some(kind) = (0..KINDS.len()).max_by_key(n_names) else { break };
             self.drop_names(kind);
-            notes.push(format!("the names of {} differ on nearly every face: dropped", KINDS[kind]));
+            notes.push(format!("nearly every face has its own name of {}: these names are dropped", KINDS[kind]));
         }
         notes
     }
@@ -120,7 +120,10 @@ mod tests {
     fn names_of_every_face_are_forgotten_and_others_stay() {
         let names: Vec<String> = (0..1000).map(|i| format!("n{i}")).collect();
         let mut groups = make_groups(&names);
-        assert_eq!(groups.drop_varied_names(), ["the names of groups differ on nearly every face: dropped"]);
+        assert_eq!(
+            groups.drop_varied_names(),
+            ["nearly every face has its own name of groups: these names are dropped"]
+        );
         let named = groups.to_groups(false);
         assert_eq!((named.len(), named[3].name.as_deref(), named[3].material.as_deref()), (10, None, Some("n300")));
         assert_eq!((groups.of_faces.len(), groups.of_faces[399], groups.of_faces[400]), (1000, 3, 4));

@@ -281,7 +281,7 @@ impl NumberedGroups {
         if self.too_many || has_too_many_groups(n_groups, self.of_faces.len()) {
             let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
             notes.push(format!(
-                "the face property {} differs on too many faces to be a group: dropped",
+                "the face property {} has too many different values to form groups: it is dropped",
                 names.join(", ")
             ));
             *self = Self::default();

@@ -100,7 +100,8 @@ impl Document {
         }
         let united = UnitedMesh::new(&scaled).ok_or_else(|| {
             JobError::Document(
-                "has too many vertices, or a mesh scaled beyond single precision: split the scene".into(),
+                "has too many vertices, or a mesh scaled beyond single precision: split the scene, or scale it down"
+                    .into(),
             )
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
