@@ -95,14 +95,14 @@ pub struct SimplifyArgs {
         long,
         value_name = "FORMAT",
         long_help = "Format of the result: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb. If the name of OUT \
-        has a known ending, that ending decides (--format ply-ascii or stl-ascii writes it as text), and --format is the format of IN. \
-        Standard output has the format of the input by default"
+        has a known ending, the ending wins: then ply-ascii and stl-ascii write a .ply or .stl as text, and other formats name \
+        that of an IN without a known ending. Standard output has the format of the input by default"
     )]
     pub format: Option<String>,
     /// Replace existing files
     #[arg(short, long)]
     pub force: bool,
-    /// Exit with code 3 if the target was not reached
+    /// Exit with code 3 if the target was not reached, as --error and --size always do
     #[arg(long, hide_short_help = true)]
     pub strict: bool,
     /// Purpose of the result
@@ -133,8 +133,8 @@ pub struct SimplifyArgs {
     pub keep: Vec<String>,
     /// Make the result exactly mirror-symmetric: x, y, z or x=0.5 [default: the best plane]
     #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true, help_heading = KEEP_HEADING,
-        long_help = "Make the result exactly mirror-symmetric; the input must be nearly so. The plane is x, y or z (through 0 or the \
-        middle), or a plane like x=0.5 [default: the plane that fits best]")]
+        long_help = "Make the result exactly mirror-symmetric; the input must be nearly so. The plane is x, y or z (perpendicular to that axis, \
+        through 0 or the middle of the mesh), or a plane like x=0.5 [default: the plane that fits best]")]
     pub symmetric: Option<Option<String>>,
     /// Do not move vertices: the result uses vertices of the input
     #[arg(long, help_heading = KEEP_HEADING)]
@@ -145,11 +145,11 @@ pub struct SimplifyArgs {
     /// Distance that texture seams may move, in texels of the largest colour texture [default: 1/64 of its side]
     #[arg(long, value_name = "TEXELS", value_parser = number_parser("texels, 0 or more", |x| x >= 0.0), allow_negative_numbers = true,
         help_heading = KEEP_HEADING, hide_short_help = true,
-        long_help = "Distance that texture seams may move at a low price, in texels of the largest colour texture (1024 a side without \
-        one); 0 treats seams like creases [default: 1/64 of the side]")]
+        long_help = "Distance that texture seams may move almost freely, in texels of the largest colour texture (of one with 1024 \
+        texels a side if there is none); 0 keeps seams as strictly as creases [default: 1/64 of the side]")]
     pub seam_error: Option<f64>,
-    /// Weight of each vertex: the name of a numeric vertex attribute, or NAME=FACTOR for the faces of a node, mesh, material,
-    /// group or object
+    /// Weights; more vertices stay where they are larger: the name of a vertex attribute with numbers of at least 0, or
+    /// NAME=FACTOR for the faces of a node, mesh, material, group or object, where others have 1
     #[arg(long, value_name = "NAME", help_heading = KEEP_HEADING, hide_short_help = true)]
     pub importance: Option<String>,
     /// Drop components smaller than SIZE, in units of the mesh or with % of its diagonal; without SIZE, smaller than the bound of
@@ -199,14 +199,14 @@ pub struct SimplifyArgs {
     /// Measure to favour: mean distance, largest distance, or normals (shading)
     #[arg(long, value_enum, default_value = "balanced", help_heading = QUALITY_HEADING)]
     pub optimize: OptimizeArg,
-    /// Time to spend
+    /// Time to spend: more time, smaller distance to the original
     #[arg(long, value_enum, default_value = "standard", help_heading = QUALITY_HEADING)]
     pub effort: EffortArg,
     /// Source of the scores, which say where vertices are needed [default: bending]
     #[arg(long, value_enum, help_heading = QUALITY_HEADING,
-        long_help = "Source of the scores, which say where vertices are needed [default: bending, with --weights network]")]
+        long_help = "Source of the scores, which say where vertices are needed [default: bending; network if --weights is given]")]
     pub scores: Option<ScoresArg>,
-    /// Weights of a trained network (safetensors) [default: those of the program]
+    /// Weights of a trained network (safetensors), for --scores network and --assembly paper [default: those of the program]
     #[arg(long, value_name = "FILE", help_heading = QUALITY_HEADING, hide_short_help = true)]
     pub weights: Option<PathBuf>,
     /// Method that builds the surface
@@ -240,7 +240,7 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "VIEW", value_parser = parse_view, allow_hyphen_values = true, requires = "picture", help_heading = REPORTS_HEADING,
         hide_short_help = true)]
     pub view: Option<[f32; 2]>,
-    /// Draw edges over textures and colours
+    /// In the picture, draw edges over textures and colours
     #[arg(long, requires = "picture", help_heading = REPORTS_HEADING, hide_short_help = true)]
     pub wires: bool,
     /// Print what limits the result: kept edges, locked vertices, components
@@ -262,9 +262,9 @@ pub struct SimplifyArgs {
     /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true, help_heading = RUNNING_HEADING)]
     pub threads: Option<usize>,
-    /// Memory to use [default: what is free]; larger PLY, STL and OBJ are simplified in blocks
+    /// Memory to use, in GiB [default: what is free]; larger PLY, STL and OBJ are simplified in blocks
     #[arg(long, value_name = "GIB", value_parser = number_parser(GIB_RANGE, |gib| gib > 0.0), allow_negative_numbers = true, help_heading = RUNNING_HEADING,
-        long_help = "Memory to use, for all meshes of a batch together [default: what is free; half of it for a batch]. A single \
+        long_help = "Memory to use, in GiB, for all meshes of a batch together [default: what is free; half of it for a batch]. A single \
         binary PLY, STL or OBJ that needs more is simplified in blocks, without its attributes")]
     pub memory: Option<f64>,
 }
@@ -339,11 +339,11 @@ pub enum OptimizeArg {
 /// Time to spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EffortArg {
-    /// Edge collapse only
+    /// Edge collapse only: fastest
     Fast,
-    /// The steps that gain most for their time
+    /// Edge collapse, then moves of vertices and flips of edges toward the original
     Standard,
-    /// All steps
+    /// As standard, with more steps and more sample points; takes about twice as long
     Best,
 }
 
@@ -352,7 +352,7 @@ pub enum EffortArg {
 pub enum PurposeArg {
     /// The shape as it is
     Shape,
-    /// Animation: poses also stay close, those of morph targets and skin, or any pose without them
+    /// Animation: close to the original in the poses of skin and morph targets, too; without these, in any pose
     Poses,
     /// Spectrum of the Laplacian (vibrations, geodesics, matching): faces of similar areas
     Spectrum,
@@ -363,7 +363,7 @@ pub enum PurposeArg {
 pub enum HiddenArg {
     /// Simplified like visible surfaces
     Keep,
-    /// Weighted a thousandth; keeps a tenth of its vertices
+    /// Count a thousandth of visible surfaces; about a tenth of their vertices stays
     Cheap,
     /// Components that are fully hidden are dropped, and do not count for the bound of --error
     Drop,
@@ -433,7 +433,7 @@ pub struct InfoArgs {
     /// Print JSON, one line for each mesh
     #[arg(long)]
     pub json: bool,
-    /// Memory to use [default: what is free]; larger PLY (binary), STL and OBJ are read in blocks
+    /// Memory to use, in GiB [default: what is free]; larger PLY (binary), STL and OBJ are read in blocks
     #[arg(long, value_name = "GIB", value_parser = number_parser(GIB_RANGE, |gib| gib > 0.0), allow_negative_numbers = true, conflicts_with = "no_weld")]
     pub memory: Option<f64>,
 }

@@ -179,7 +179,7 @@ pub fn record(
         && job.shares.is_empty();
     if !is_plain || job.options.symmetric.is_some() || job.prune_below.is_some() {
         return Err(Failure::Usage(
-            "a record needs --ratio, --vertices or --faces, without options that change the mesh first".into(),
+            "a record needs --ratio, --vertices or --faces, and excludes --ratio NAME=R, --keep, --importance, --prune, --symmetric, --fill-holes and --printable: leave these out".into(),
         ));
     }
     let weights = read_weights(request.weights.as_deref(), job.options.assembly)?;

@@ -83,7 +83,7 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
         // The input has fewer components where its sheets were separated; the total would then confuse.
         let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
         let all = shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
-        let how = ". --keep-components keeps all except those smaller than --prune";
+        let how = ". --keep-components keeps them, except those smaller than --prune=SIZE";
         let n = output.components_pruned - output.components_hidden;
         notes.push(format!(
             "dropped   {n}{all} components, too small to matter: {}{how}",
@@ -100,7 +100,12 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
         notes.push(format!("stopped   {why}"));
         notes.extend(report.free.iter().map(|how| format!("try       {how}")));
     } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) && report.mirror.is_none() {
-        notes.push("unchanged the mesh already has the requested size".into());
+        notes.push(match &report.target {
+            TargetWords::Error(_) | TargetWords::ErrorPercent(_) | TargetWords::LodsError(_) => {
+                "unchanged no smaller mesh was found within the requested distance: allow a larger one".into()
+            }
+            _ => "unchanged the mesh already has the requested size".into(),
+        });
     }
     notes.extend(report.mirror.iter().map(|plane| format!("mirrored  about {plane}, exactly")));
     notes
@@ -140,13 +145,13 @@ fn repaired_line(done: &RepairFigures) -> String {
 fn share_line(share: &NamedShare) -> String {
     let NamedShare { name, ratio, faces_before, faces } = share;
     let [before, after] = [*faces_before, *faces].map(group_digits);
-    format!("share     {name}: {before} faces -> {after} faces (target: {} % of its vertices)", percent(*ratio))
+    format!("share     {name}: {before} faces -> {after} faces (target: keep {} % of its vertices)", percent(*ratio))
 }
 
 fn baked_line(done: &BakeFigures) -> String {
     let BakeFigures { size, charts, covered, .. } = done;
     let share = 100.0 * covered;
-    format!("baked     {size} x {size}, {} charts, {share:.0} % of the texels", group_digits(*charts))
+    format!("baked     {size} x {size} texels, {} charts, which cover {share:.0} % of them", group_digits(*charts))
 }
 
 pub fn limit_lines(output: &OutputFigures) -> Vec<String> {
@@ -171,24 +176,28 @@ pub fn explain_lines(report: &JobReport) -> Vec<String> {
         lines.push(format!("dropped   {}", list_names(&output.dropped, usize::MAX)));
     }
     if lines.is_empty() {
-        lines.push("limit     only the shape: no edge or vertex is kept".into());
+        lines.push("limit     only the shape: no edge is kept and no vertex locked".into());
     }
     let result = match (stop_reason(&report.outcome), &report.target) {
         (None, TargetWords::Error(_) | TargetWords::ErrorPercent(_) | TargetWords::LodsError(_)) => {
-            "within the requested distance".to_string()
+            "the requested distance is kept".to_string()
         }
         (None, _) => "the requested size was reached".to_string(),
         (Some(why), _) => format!("the target was not reached: {why}"),
     };
     let [after, before] = [output.size.vertices, input.vertices].map(group_digits);
-    let more = if output.size.vertices > input.vertices { ", more than before because of the splits" } else { "" };
-    lines.push(format!("result    {result}, {after} of {before} vertices{more}"));
+    let more = if output.size.vertices > input.vertices {
+        ", more than in the input, as non-manifold vertices and edges were split"
+    } else {
+        ""
+    };
+    lines.push(format!("result    {result}; {after} vertices, of {before}{more}"));
     lines
 }
 
 pub fn written_line(output: &OutputFigures) -> Option<String> {
     let n = output.vertices_written.filter(|n| *n != output.size.vertices)?;
-    Some(format!("written   {} vertices, with a copy for each side of a seam", group_digits(n)))
+    Some(format!("written   {} vertices: the file has a copy of a vertex for each side of a seam", group_digits(n)))
 }
 
 /// Formats a level: sizes, distances, and the screen coverage up to which it suffices.
@@ -201,10 +210,12 @@ pub fn level_line(number: usize, input: &Size, level: &Level) -> String {
     }
     if let (Some(distance), Some(coverage)) = (&level.distance, level.screen_coverage) {
         let (mean, max) = (distance.mean_percent, distance.max_percent);
-        line += &format!(", distance {mean:.3} % mean, {max:.3} % max, up to {coverage:.2} of the screen");
+        line += &format!(
+            ", distance mean {mean:.3} %, max {max:.3} % of the diagonal, fits up to {coverage:.2} of the screen height"
+        );
     }
     if let Some(certified) = &level.certified {
-        line += &format!(", largest distance proved at most {:.4} %", certified.upper_percent);
+        line += &format!(", largest distance proved at most {:.4} % of the diagonal", certified.upper_percent);
     }
     if stop_reason(&level.outcome).is_some() {
         line += &format!(", {}", level.outcome);

@@ -96,7 +96,7 @@ fn check_options(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
     if let Some((name, _)) = named.into_iter().find(|(_, is_requested)| *is_requested) {
         return Err(Failure::in_file(
             &request.source.path,
-            format!("{problem}, and {name} does not work in blocks: {REMEDY}"),
+            format!("{problem}, and {name} does not work in blocks: {REMEDY}, or leave the option out"),
         ));
     }
     let content = pieces.other_content().filter(|_| request.job.ignore.is_empty() && !request.job.format.is_bare());

@@ -43,8 +43,9 @@ pub struct Request {
 }
 
 /// Advice for an input of unknown format, where OUT has a known ending and where not.
-const ADVICE_FOR_NAMED_OUTPUT: &str = "--format sets the format of IN if the name of OUT has a known ending";
-const ADVICE_FOR_UNNAMED_OUTPUT: &str = "--format is for the output";
+const ADVICE_FOR_NAMED_OUTPUT: &str = "--format NAME sets the format of IN, as the name of OUT has a known ending";
+const ADVICE_FOR_UNNAMED_OUTPUT: &str =
+    "--format NAME sets the format of the result, and that of IN if nothing else shows it";
 
 /// Name of files that levels share, if the file name is only the placeholder.
 const SHARED_NAME: &str = "levels";

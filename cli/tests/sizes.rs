@@ -182,10 +182,13 @@ fn content_that_is_not_known_says_what_can_be_read_and_which_format_is_meant() {
     let (last, others) = names.split_last().unwrap();
     let all = format!("a.dat: the content has no known format: give {} or {last}", others.join(", "));
     for (words, more) in [
-        (&["simplify", "a.dat", "-o", "-", "--ratio", "1"][..], "; --format is for the output"),
+        (
+            &["simplify", "a.dat", "-o", "-", "--ratio", "1"][..],
+            "; --format NAME sets the format of the result, and that of IN if nothing else shows it",
+        ),
         (
             &["simplify", "a.dat", "-o", "b.ply", "--ratio", "1"],
-            "; --format sets the format of IN if the name of OUT has a known ending",
+            "; --format NAME sets the format of IN, as the name of OUT has a known ending",
         ),
         (&["info", "a.dat"], "; --format sets the format"),
         (&["compare", "a.dat", "a.dat"], ""),

@@ -44,7 +44,7 @@ impl ExtraFiles {
         let parent = result.parent().unwrap_or(Path::new(""));
         let relative_path = |file: &OutputFile| parent.join(&file.path);
         if let Some(taken) = files.iter().map(relative_path).find(|path| self.is_taken(path)) {
-            let what = "a file of the mesh would replace a result of the batch: rename one of them";
+            let what = "a texture, material or buffer file of a mesh has the name of a result of the batch: rename one of the two in the input";
             return Err(Failure::in_file(&self.folder.join(taken), what));
         }
         // The lock is held during the writes, so that a second thread finds the files of the first.
@@ -54,7 +54,7 @@ impl ExtraFiles {
             let path = prepare_path(&self.folder, &relative_path(file))?;
             let is_new = written.insert(fold_case(&relative_path(file)));
             if !is_new && std::fs::read(&path).is_ok_and(|there| there != file.bytes) {
-                let what = "two meshes of the batch need different files of this name: rename one of them";
+                let what = "two meshes of the batch have different texture, material or buffer files of this name: rename one of these files";
                 return Err(Failure::in_file(&path, what));
             }
             write_extra_files(&self.folder.join(parent), std::slice::from_ref(file), self.force && is_new)?;

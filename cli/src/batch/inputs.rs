@@ -26,7 +26,7 @@ pub fn check_arguments(args: &SimplifyArgs) -> Result<(), Failure> {
     let stray = args.inputs.iter().find(|path| !path.exists() && path.to_str().is_some_and(is_value));
     if let Some(stray) = stray {
         let what =
-            "no such file: if it is the value of an option, write it after =, as in --prune=1%, and % without a space";
+            "no such file: if it belongs to an option, write --prune=1% instead of --prune 1%, and 10% instead of 10 %";
         return Err(Failure::Usage(format!("{}: {what}", stray.display())));
     }
     if Format::from_path(&args.output).is_some() && !args.output.is_dir() {
@@ -69,12 +69,14 @@ pub fn find_meshes(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
 
 fn read_list(list: &Path) -> Result<Vec<PathBuf>, Failure> {
     let bytes = files::read(list)?;
-    let text =
-        String::from_utf8(bytes).map_err(|_| Failure::in_file(list, "is not UTF-8: give one path on each line"))?;
+    let text = String::from_utf8(bytes)
+        .map_err(|_| Failure::in_file(list, "is not text in UTF-8: save it as UTF-8, with one path on each line"))?;
     let paths: Vec<PathBuf> =
         text.lines().map(str::trim_end).filter(|line| !line.is_empty()).map(PathBuf::from).collect();
     match paths.iter().find(|path| is_stream(path)) {
-        Some(_) => Err(Failure::in_file(list, "means standard input, which a list cannot name: give files")),
+        Some(_) => {
+            Err(Failure::in_file(list, "has a line - for standard input: give only files, folders and patterns"))
+        }
         None => Ok(paths),
     }
 }

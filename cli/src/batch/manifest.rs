@@ -69,7 +69,7 @@ impl ManifestRow {
     fn resume_from(&mut self, old: &Self, folders: &BatchFolders, manifest: &Path) -> Result<bool, Failure> {
         if old.request != self.request {
             let what = format!(
-                "belongs to a batch with other options ({}): use those options, or choose another folder",
+                "belongs to a batch with other options ({}): use those options, start again with --force instead of --resume, or choose another folder",
                 old.request
             );
             return Err(Failure::in_file(manifest, what));
@@ -242,8 +242,9 @@ impl Manifest {
     }
 
     fn write(&self, locked: &mut Rows) -> Result<(), Failure> {
-        let problem =
-            |error: &dyn std::fmt::Display| Failure::in_file(&self.path, format!("cannot be written: {error}"));
+        let problem = |error: &dyn std::fmt::Display| {
+            Failure::in_file(&self.path, format!("cannot be written: {error}: check the folder and the disk"))
+        };
         let mut writer = csv::Writer::from_writer(Vec::new());
         locked.rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|error| problem(&error))?;
         let bytes = writer.into_inner().map_err(|error| problem(&error))?;

@@ -90,13 +90,21 @@ pub fn prepare_path(folder: &Path, relative_path: &Path) -> Result<PathBuf, Fail
         path.push(component);
         match std::fs::symlink_metadata(&path) {
             Ok(found) if found.is_dir() => {}
-            Ok(_) => return Err(Failure::in_file(&path, "is not a folder: move it away")),
+            Ok(_) => {
+                return Err(Failure::in_file(
+                    &path,
+                    "is a file, but the batch needs a folder of this name: move the file away, or choose another output folder",
+                ));
+            }
             Err(_) => make_folder(&path)?,
         }
     }
     path.push(relative_path.file_name().unwrap_or_default());
     match std::fs::symlink_metadata(&path) {
-        Ok(found) if found.is_symlink() => Err(Failure::in_file(&path, "is a link: move it away")),
+        Ok(found) if found.is_symlink() => Err(Failure::in_file(
+            &path,
+            "is a link, which a batch never replaces: move it away, or choose another output folder",
+        )),
         _ => Ok(path),
     }
 }

@@ -8,7 +8,8 @@ use crate::{allocator, files, out_of_memory};
 
 const OUT_OF_MEMORY_FILE: &str = ".neural-mesh-out-of-memory";
 
-const FAILURE: &str = "ran out of memory: raise --memory or use fewer --threads";
+const FAILURE: &str =
+    "ran out of memory, even alone: raise --memory by more than a quarter, and continue with --resume";
 
 /// Returns the meshes to run alone, and registers this run's meshes.
 pub fn find_unfinished(folder: &Path, manifest: &mut Manifest, resume: bool) -> Result<Vec<usize>, Failure> {

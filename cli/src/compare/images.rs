@@ -66,7 +66,10 @@ fn fit_images_within(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<Fit
     }
     if total_bytes(&fitted) > most_bytes {
         fitted = vec![(); images.len()].into_iter().map(|()| None).collect();
-        notes.push(format!("{} textures are too many for a page: the page shows no textures", images.len()));
+        notes.push(format!(
+            "{} textures are too large for the page, even scaled down: it shows no textures",
+            images.len()
+        ));
     }
     (fitted, notes)
 }

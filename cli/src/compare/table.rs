@@ -47,7 +47,7 @@ fn explain_missing(original: &NamedMesh, results: &[MeasuredResult]) -> Option<S
         have_faces(&result.mesh) && figures.any(|figure| COSTLY_FIGURES.contains(&figure.name))
     };
     let name = results.iter().find(lacks).map(|result| shorten_path(&escape_controls(&result.mesh.name)))?;
-    let why = "needle-like faces or large intersecting faces take too long to measure: samples may be fewer, and `-` means unknown";
+    let why = "needle-like faces or large intersecting faces take too long to measure: some measures may use fewer samples, and `-` marks unknown ones";
     Some(format!("bounded   {name}: {why}"))
 }
 
