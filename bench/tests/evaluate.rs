@@ -295,7 +295,8 @@ fn a_corrected_tool_is_measured_again_and_nothing_else() {
     let refused = evaluated(fails, &["--resume"]);
     let line = error_line(&refused);
     assert!(
-        refused.code == Some(1) && line.contains("the tool mine has results of the command `cp {in} {out}`"),
+        refused.code == Some(1)
+            && line.contains("the tool mine already has results of another command, `cp {in} {out}`"),
         "{line}"
     );
     assert_eq!(evaluated("cp {in} {out}", &["--resume"]).code, Some(0));

@@ -31,7 +31,7 @@ fn parse_method(name: &str) -> Result<LearnedBaseline, String> {
 
 pub fn run(args: &TrainBaselineArgs) -> Result<(), Failure> {
     if args.train.objective.is_some() {
-        return Err(Failure::Usage("--objective: the method says what is learned: leave it out".into()));
+        return Err(Failure::Usage("--objective: METHOD already sets the objective: leave --objective out".into()));
     }
     let network = first_weights(args)?.network();
     let other = OtherNetwork { objective: args.method.name(), network: &network, step: &|| args.method.step() };
@@ -42,7 +42,7 @@ fn first_weights(args: &TrainBaselineArgs) -> Result<LearnedWeights, Failure> {
     if let Some(path) = &args.train.init {
         let weights = LearnedWeights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;
         let learned = weights.baseline();
-        let what = format!("learned {}, not {}: give others", learned.name(), args.method.name());
+        let what = format!("has weights for {}, not for {}: give others", learned.name(), args.method.name());
         return if learned == args.method { Ok(weights) } else { Err(Failure::in_file(path, what)) };
     }
     let text = args.train.config.as_deref().map(files::read).transpose()?.unwrap_or_default();

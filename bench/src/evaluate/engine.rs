@@ -130,7 +130,8 @@ impl Engine<'_> {
         work: &Work,
         wait: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<f64, RunFailure> {
-        let failed = |error: serde_json::Error| RunFailure::Failed(format!("the worker and its job: {error}"));
+        let failed =
+            |error: serde_json::Error| RunFailure::Failed(format!("the worker process gave no valid answer: {error}"));
         let line = serde_json::to_string(work).map_err(failed)?;
         let mut command = Command::new(&worker.program);
         command.args(&worker.arguments);
@@ -148,8 +149,11 @@ impl Engine<'_> {
         wait: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<RunResult, RunFailure> {
         // Each tool has a folder of its own, so that changes to its files do not affect other methods.
-        let folder =
-            self.copy_input_for(tool).map_err(|error| RunFailure::Failed(format!("a place for it: {error}")))?;
+        let folder = self.copy_input_for(tool).map_err(|error| {
+            RunFailure::Failed(format!(
+                "its input cannot be copied: {error}: check the folder of the results and the disk"
+            ))
+        })?;
         let [input, output] = ["original", "result"].map(|name| folder.path().join(name));
         let given = Placeholders { input: &input, output: &output, ratio: target.ratio, size: target.size };
         let out = folder.path().join("stdout");

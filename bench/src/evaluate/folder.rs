@@ -55,7 +55,7 @@ pub(super) fn inspect_folder(folder: &Path, origin: &Origin, resume: bool) -> Re
 fn check_failed(corrected: &[Tool], table: &Table) -> Result<(), EvaluateError> {
     let has_result = |tool: &&Tool| table.rows.iter().any(|row| row.method == tool.name && row.error.is_empty());
     corrected.iter().find(has_result).map_or(Ok(()), |Tool { name, command }| {
-        Err(EvaluateError::Differs(format!("the tool {name} has results of the command `{command}`")))
+        Err(EvaluateError::Differs(format!("the tool {name} already has results of another command, `{command}`")))
     })
 }
 

@@ -44,7 +44,7 @@ pub fn answer_job(line: &str) -> String {
     let done = match serde_json::from_str(line) {
         Ok(Work::Method(job)) => run_job(&job),
         Ok(Work::Foreign(foreign)) => foreign::run_foreign(&foreign),
-        Err(error) => Err(format!("no work: {error}")),
+        Err(error) => Err(format!("the job is not valid: {error}")),
     };
     serde_json::to_string(&done).unwrap_or_default()
 }
@@ -92,7 +92,7 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
             let simplified = simplify_by_learned(weights, mesh, job.vertices, job.seed);
             return simplified.map_err(|error| error.to_string());
         }
-        Method::Tool(tool) => return Err(format!("{} is a program of its own", tool.name)),
+        Method::Tool(tool) => return Err(format!("{} is an external tool and cannot run in the worker", tool.name)),
     }
     let simplified = simplify(mesh, weights.ours.as_ref(), &options, &mut |_| ControlFlow::Continue(()));
     simplified.map(|simplified| simplified.mesh).map_err(|error| error.to_string())

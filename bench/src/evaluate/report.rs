@@ -25,7 +25,10 @@ pub fn write_report(folder: &Path, relative_to: Option<&str>) -> Result<Table, E
     let table = read_rows(&folder.join(ROWS))?;
     let methods = methods(&table);
     if let Some(name) = relative_to.filter(|name| !methods.contains(name)) {
-        let what = format!("relative to {name}: it has no rows: give one of {}", methods.join(", "));
+        let what = format!(
+            "--relative-to {name}: the evaluation has no rows of this method: give one of {}",
+            methods.join(", ")
+        );
         return Err(EvaluateError::Settings(what));
     }
     let relative_to = relative_to.or_else(|| default_reference(&methods));

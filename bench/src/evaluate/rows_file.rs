@@ -42,7 +42,9 @@ pub(super) struct RowsFile {
 
 impl RowsFile {
     pub fn open(path: &Path, figures: &[String]) -> Result<Self, EvaluateError> {
-        let problem = |error: std::io::Error| EvaluateError::file(path, format!("cannot be written: {error}"));
+        let problem = |error: std::io::Error| {
+            EvaluateError::file(path, format!("cannot be written: {error}: check the folder and the disk"))
+        };
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(problem)?;
         file.try_lock().map_err(|error| EvaluateError::file(path, lock_problem(&error)))?;
@@ -57,7 +59,10 @@ impl RowsFile {
             _ => parse(path, &bytes[..n_whole])?,
         };
         if table.figures != figures {
-            return Err(EvaluateError::Differs(format!("{} has other columns", path.display())));
+            return Err(EvaluateError::Differs(format!(
+                "{} has other columns than this version writes",
+                path.display()
+            )));
         }
         let mut rows = Self { file, path: path.into(), replaced: Vec::new(), table };
         if n_whole == 0 {

@@ -165,7 +165,11 @@ fn try_tools(
     tools: &[&Tool],
     report: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<ControlFlow<()>, EvaluateError> {
-    let problem = |error| EvaluateError::Tool(format!("a place to try tools cannot be had: {error}: check TMPDIR"));
+    let problem = |error| {
+        EvaluateError::Tool(format!(
+            "tools cannot be tried, as no temporary folder can be created: {error}: check TMPDIR"
+        ))
+    };
     // Tools are tried in a system folder, because that of the evaluation must stay unchanged.
     let place = tempfile::tempdir().map_err(problem)?;
     try_each(&make_engine(request, &[], place.path()), tools, &mut |tool| report(Event::Trying(tool)))
@@ -321,7 +325,7 @@ impl EvaluationRun<'_> {
         let prepared = match prepared {
             Ok(prepared) => prepared,
             Err(why) => {
-                let row = |method| ResultRow { error: format!("the mesh: {why}"), ..blank(method) };
+                let row = |method| ResultRow { error: format!("the input mesh: {why}"), ..blank(method) };
                 let row = |method| JudgedResult { row: row(method), result: None };
                 return Some(methods.iter().map(row).collect());
             }

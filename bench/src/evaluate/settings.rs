@@ -107,15 +107,18 @@ pub(super) struct Origin {
 impl Origin {
     pub fn difference(&self, now: &Self) -> Option<String> {
         if self.version != now.version {
-            return Some(format!("version {} of the program, this is {}", self.version, now.version));
+            return Some(format!(
+                "they are of version {} of the program, this is version {}",
+                self.version, now.version
+            ));
         }
         for (kind, index) in [("weights", 0), ("paper-weights", 1)] {
             if self.weights[index] != now.weights[index] {
-                return Some(format!("other {kind}"));
+                return Some(format!("they were made with other --{kind}"));
             }
         }
         if self.learned != now.learned {
-            return Some("other learned-weights".into());
+            return Some("they were made with other --learned-weights".into());
         }
         differing_field(&self.settings, &now.settings).or_else(|| self.changed_file(now))
     }
@@ -149,7 +152,7 @@ fn differing_field(before: &Settings, now: &Settings) -> Option<String> {
     let [before, now] = [before, now].map(|settings| serde_json::to_value(settings).unwrap_or_default());
     let (Value::Object(before), Value::Object(now)) = (before, now) else { return None };
     let (name, value) = before.iter().find(|(name, value)| now.get(*name) != Some(value))?;
-    Some(format!("`{}` was {value}, is {}", name.replace('_', "-"), now.get(name).unwrap_or(&Value::Null)))
+    Some(format!("`{}` was {value} and is {} now", name.replace('_', "-"), now.get(name).unwrap_or(&Value::Null)))
 }
 
 pub(super) fn weights_name(path: Option<&PathBuf>, shipped: &Weights) -> Result<String, EvaluateError> {
@@ -176,7 +179,7 @@ pub(super) fn learned_files(paths: &[PathBuf]) -> Result<Vec<LearnedFile>, Evalu
         let weights = LearnedWeights::from_bytes(&bytes).map_err(|error| EvaluateError::file(path, error))?;
         let baseline = weights.baseline();
         if files.iter().any(|file| file.baseline == baseline) {
-            let what = format!("holds weights of {}, as another file does: give one", baseline.name());
+            let what = format!("is a second file of weights for {}: give one for each method", baseline.name());
             return Err(EvaluateError::file(path, what));
         }
         files.push(LearnedFile { baseline, path: path.clone(), sha256: sha256(&bytes) });

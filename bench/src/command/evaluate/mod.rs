@@ -99,7 +99,9 @@ fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
         // A chart that cannot be drawn does not fail the evaluation.
         match draw_chart(&chart).and_then(|picture| files::prepare_file(&path, picture.as_bytes(), true)) {
             Ok(pending) => files::place_files(vec![pending])?,
-            Err(failure) => print_error(&Failure::Failed(format!("{} was not drawn: {failure}", display_path(&path)))),
+            Err(failure) => {
+                print_error(&Failure::Failed(format!("the chart {} was not drawn: {failure}", display_path(&path))))
+            }
         }
     }
     let path = folder.join("report.html");
