@@ -64,7 +64,7 @@ fn every_case_has_its_row_with_sensible_figures() {
         assert_eq!(ours["vertices_in"], 2562);
         assert_eq!(ours["vertices_out"], (2562.0 * ratio) as u64);
         assert!(ours["version"].is_string() && ours["cpu"].is_string() && ours["cores"].as_u64() > Some(0));
-        assert!(find("bad.ply", ratio, "qem")["error"].as_str().unwrap().starts_with("the mesh: "));
+        assert!(find("bad.ply", ratio, "qem")["error"].as_str().unwrap().starts_with("the input mesh: "));
     }
     let tables = std::fs::read_to_string(folder.path().join("run/tables.md")).unwrap();
     for words in

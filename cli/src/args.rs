@@ -148,8 +148,8 @@ pub struct SimplifyArgs {
         long_help = "Distance that texture seams may move almost freely, in texels of the largest colour texture (of one with 1024 \
         texels a side if there is none); 0 keeps seams as strictly as creases [default: 1/64 of the side]")]
     pub seam_error: Option<f64>,
-    /// Weights; more vertices stay where they are larger: the name of a vertex attribute with numbers of at least 0, or
-    /// NAME=FACTOR for the faces of a node, mesh, material, group or object, where others have 1
+    /// Weights of vertices: the name of a numeric vertex attribute, or NAME=FACTOR for the faces of a node, mesh, material,
+    /// group or object. Larger weights keep more vertices; all other faces have weight 1
     #[arg(long, value_name = "NAME", help_heading = KEEP_HEADING, hide_short_help = true)]
     pub importance: Option<String>,
     /// Drop components smaller than SIZE, in units of the mesh or with % of its diagonal; without SIZE, smaller than the bound of
@@ -343,7 +343,7 @@ pub enum EffortArg {
     Fast,
     /// Edge collapse, then moves of vertices and flips of edges toward the original
     Standard,
-    /// As standard, with more steps and more sample points; takes about twice as long
+    /// Standard with more steps and more sample points; takes about twice as long
     Best,
 }
 

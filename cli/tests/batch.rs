@@ -521,7 +521,7 @@ fn a_value_apart_from_its_option_and_a_mesh_for_a_folder_are_refused() {
         let words = [&["simplify", "in/a.ply", "-o", "out.ply"], more].concat();
         let refused = run(folder.path(), &words);
         assert_eq!(refused.code, Some(2), "{}", refused.stderr);
-        assert!(error_line(&refused).contains("write it after =, as in --prune=1%"), "{}", refused.stderr);
+        assert!(error_line(&refused).contains("write --prune=1% instead of --prune 1%"), "{}", refused.stderr);
     }
     let refused = run(folder.path(), &["simplify", "in", "-o", "out.ply", "--ratio", "0.5"]);
     assert!(

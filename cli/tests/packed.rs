@@ -63,7 +63,7 @@ fn a_distance_bound_holds_for_the_quantised_file() {
         &["simplify", spot.to_str().unwrap(), "-o", "b.glb", "--error", "1e-7", "--compress=quantize"],
     );
     assert!(
-        refused.code == Some(1) && error_line(&refused).contains("--compress rounds vertices by up to"),
+        refused.code == Some(1) && error_line(&refused).contains("--compress moves vertices by up to"),
         "{}",
         refused.stderr
     );

@@ -76,7 +76,7 @@ def test_training_errors_are_one_line(tmp_path):
         nm.train(meshes, "nonsense", out=tmp_path / "b", settings=_QUICK)
     with pytest.raises(nm.NeuralMeshError, match="unknown setting `probs`"):
         nm.train(meshes, inner_error, out=tmp_path / "c", settings={"probs": 3})
-    with pytest.raises(nm.NeuralMeshError, match="mesh-0.ply: has fewer than 50 vertices left"):
+    with pytest.raises(nm.NeuralMeshError, match="mesh-0.ply: would keep fewer than 50 vertices"):
         nm.train({"mesh-0": torus(8, 8)}, inner_error, out=tmp_path / "f", settings=_QUICK)
     with pytest.raises(nm.NeuralMeshError, match="without folders"):
         nm.train({"../x": WAVY}, inner_error, out=tmp_path / "d")
