@@ -48,7 +48,7 @@ struct Info {
     scene: Option<SceneInfo>,
 }
 
-const FORMAT_ADVICE: &str = "--format sets the format";
+const FORMAT_ADVICE: &str = "--format NAME sets the format of the file";
 
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let format = args.format.as_deref().map(parse_format).transpose()?;

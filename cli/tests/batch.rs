@@ -397,7 +397,7 @@ fn two_meshes_never_share_a_file_that_differs() {
     let mut outcomes = ["x.obj", "y.obj"].map(|name| outcome(&out, name));
     outcomes.sort();
     assert_eq!(run.code, Some(1), "{outcomes:?}");
-    assert!(outcomes[0].contains("t.png") && outcomes[0].contains("different file"), "{outcomes:?}");
+    assert!(outcomes[0].contains("t.png") && outcomes[0].contains("different texture"), "{outcomes:?}");
     assert_eq!(outcomes[1], "reached");
     let kept = if outcome(&out, "x.obj") == "reached" { "one" } else { "two" };
     assert_eq!(fs::read_to_string(out.join("t.png")).unwrap(), kept);

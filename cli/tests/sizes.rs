@@ -190,7 +190,7 @@ fn content_that_is_not_known_says_what_can_be_read_and_which_format_is_meant() {
             &["simplify", "a.dat", "-o", "b.ply", "--ratio", "1"],
             "; --format NAME sets the format of IN, as the name of OUT has a known ending",
         ),
-        (&["info", "a.dat"], "; --format sets the format"),
+        (&["info", "a.dat"], "; --format NAME sets the format of the file"),
         (&["compare", "a.dat", "a.dat"], ""),
     ] {
         assert_eq!(line(words), format!("neural-mesh: {all}{more}"));
