@@ -9,7 +9,7 @@ use crate::model::Weights;
 use crate::simplify::{Options, SimplifyError, simplify_block_mesh};
 use crate::spatial::Bounds;
 
-/// Some faces of a mesh, with marks on the vertices shared with other blocks.
+/// Faces of a mesh in one box, with marks on vertices shared with other blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
     /// Faces over the block's own vertices.
@@ -45,7 +45,7 @@ pub(super) fn cut_into_blocks(mesh: &TriMesh, n_blocks: usize) -> Vec<Block> {
     let plan = plan_blocks(mesh, n_blocks);
     let mut faces: Vec<Vec<[u32; 3]>> = vec![Vec::new(); plan.n_blocks()];
     let homes: Vec<u32> = mesh.positions().iter().map(|&p| plan.block_at(p) as u32).collect();
-    // The entries are the first block that uses a vertex, and true if another one does.
+    // An entry has the first block that uses the vertex, and true if another block uses it too.
     let mut users: Vec<(u32, bool)> = vec![(u32::MAX, false); homes.len()];
     for &face in mesh.faces() {
         let block = face.map(|v| homes[v as usize]).into_iter().fold(u32::MAX, u32::min);
@@ -73,7 +73,7 @@ fn plan_blocks(mesh: &TriMesh, n_blocks: usize) -> BlockPlan {
 /// Simplifies a block with merges that cost at most `price`; shared vertices stay.
 ///
 /// `price` is a squared distance times area; `share` is the expected share of remaining vertices over all blocks. Of
-/// `options` only the scores, the figure to optimise, creases, seed and frame are used.
+/// `options`, only scores, purpose, creases, seed and frame are used.
 ///
 /// # Errors
 /// As for [`simplify`](crate::simplify::simplify).

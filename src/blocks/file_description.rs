@@ -16,7 +16,7 @@ use crate::spatial::Bounds;
 
 const CUT_PROGRESS: f64 = 0.5;
 
-/// Geometry of a mesh file.
+/// Topology and extent of the mesh in a file.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct FileDescription {
@@ -24,7 +24,7 @@ pub struct FileDescription {
     pub topology: Topology,
     /// Box around all vertices used by faces, in the coordinates of `frame`.
     pub bounds: Bounds,
-    /// Local origin of the file's coordinates, and whether these are doubles.
+    /// Local origin of the file's coordinates, and whether the file stores doubles.
     pub frame: Frame,
     /// Changes made by cleaning, without welded vertices.
     pub counts: CleanCounts,

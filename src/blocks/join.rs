@@ -8,12 +8,12 @@ use crate::mesh::{InvalidMesh, PositionKey, TriMesh, position_key};
 /// Two vertices, the lesser first.
 type VertexPair = [u32; 2];
 
-/// Joins blocks in order.
+/// Joins blocks to one mesh, in order.
 ///
-/// If two blocks have created the same edge or face between border vertices, one copy is split by a new vertex.
+/// If two blocks have created equal edges or faces between shared vertices, a new vertex splits one of them.
 ///
 /// # Errors
-/// [`InvalidMesh`] if there are more vertices than indices.
+/// [`InvalidMesh`] if there are more vertices than `u32` can count.
 ///
 /// ```
 /// use neural_mesh::{blocks::{cut, join}, mesh::shapes};
@@ -52,7 +52,7 @@ struct JoinedMesh {
 
 struct JoinedBlock {
     faces: Vec<[u32; 3]>,
-    // Edges between shared vertices: `borders` with one face, `chords` with two.
+    // Edges between shared vertices: `borders` have one face in the block, `chords` two.
     borders: Vec<VertexPair>,
     chords: Vec<VertexPair>,
 }
@@ -106,7 +106,7 @@ impl JoinedMesh {
         }
     }
 
-    /// Splits each face between shared vertices that another block has created too, at its centroid.
+    /// Splits each face between shared vertices that an earlier block has too, at its centroid.
     fn split_repeated_faces(&mut self, faces: &mut Vec<[u32; 3]>, known: &mut FxHashSet<[u32; 3]>) {
         for at in 0..faces.len() {
             let face @ [a, b, c] = faces[at];

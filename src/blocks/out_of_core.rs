@@ -19,19 +19,19 @@ use crate::model::Weights;
 use crate::simplify::{Options, Simplified, SimplifyError, Target, simplify};
 use crate::spatial::Bounds;
 
-/// Upper estimate of the bytes per face while it is simplified.
+/// Upper estimate of the memory in bytes per face of a mesh during simplification.
 const BYTES_PER_FACE: u64 = 260;
 /// Bytes buffered per block while the file is cut.
 const BYTES_PER_BLOCK: u64 = 100 << 10;
 /// Blocks simplified in advance to estimate the highest price of a merge: one in `SAMPLE_EVERY`, at most `MAX_SAMPLES`.
 const MAX_SAMPLES: usize = 8;
 const SAMPLE_EVERY: usize = 8;
-/// Positions per counted position when the blocks are planned.
+/// Step between positions counted to plan the blocks: one in `COUNT_EVERY`.
 const COUNT_EVERY: u64 = 8;
 /// Share of a block's faces kept by its borders, whose vertices stay until the blocks are joined.
 const BORDER_SHARE: f64 = 0.02;
 
-/// Shares of the progress bar at the end of cutting and of joining.
+/// Progress, of 1, at the end of cutting and of joining the blocks.
 const CUT_PROGRESS: f64 = 0.25;
 const JOINED_PROGRESS: f64 = 0.9;
 
@@ -41,9 +41,9 @@ pub type ProgressCallback<'a> = dyn FnMut(f64) -> ControlFlow<()> + Send + 'a;
 /// Memory and disk available to a run.
 #[derive(Clone, Copy, Debug)]
 pub struct WorkingSpace<'a> {
-    /// Bytes of memory.
+    /// Bytes of memory that the run may use.
     pub n_bytes: u64,
-    /// Folder for the blocks.
+    /// Folder for the temporary file with the blocks.
     pub folder: &'a Path,
 }
 
@@ -53,17 +53,17 @@ pub struct WorkingSpace<'a> {
 pub struct OutOfCoreResult {
     /// Simplified mesh.
     pub simplified: Simplified,
-    /// Local origin of the file's coordinates, and whether these are doubles.
+    /// Local origin of the file's coordinates, and whether the file stores doubles.
     pub frame: Frame,
     /// Changes made by cleaning, without welded vertices.
     pub counts: CleanCounts,
-    /// Vertices of the file used by faces, equal positions counted once.
+    /// Number of distinct positions of the file that faces use.
     pub n_vertices: usize,
-    /// Faces of the file.
+    /// Number of faces in the file after cleaning.
     pub n_faces: usize,
     /// Number of blocks.
     pub n_blocks: usize,
-    /// Vertices of the joined blocks.
+    /// Number of vertices after joining the simplified blocks.
     pub n_joined: usize,
     spooled: SpooledBlocks,
     n_at_once: usize,
@@ -85,7 +85,7 @@ impl OutOfCoreResult {
             return Ok(None);
         };
         let mut boxes = vec![Bounds::EMPTY; n];
-        // The second reading visits only blocks that may be nearer than the distances of the first.
+        // The second reading visits only blocks that may be nearer to a sample than those of the first.
         for again in [false, true] {
             let shown: Vec<usize> =
                 (0..n).filter(|&number| !again || distance.may_hold_nearer(&boxes[number])).collect();
@@ -126,7 +126,7 @@ pub enum OutOfCoreError {
     Clean(CleanError),
     /// Mesh that cannot be simplified.
     Simplify(SimplifyError),
-    /// Number of bytes of memory that are needed.
+    /// Too little memory; the run needs this many bytes.
     TooLittle(u64),
 }
 
@@ -169,7 +169,7 @@ impl From<SimplifyError> for OutOfCoreError {
 
 /// Simplifies the geometry of a file in blocks.
 ///
-/// Of `options` only the target, scores, seed, creases and the figure to optimise are used.
+/// Of `options`, only target, scores, seed, creases and purpose are used.
 ///
 /// # Errors
 /// [`OutOfCoreError`]; too little memory is reported before any work.
@@ -259,7 +259,7 @@ struct Blocks<'a> {
     spooled: &'a SpooledBlocks,
     weights: Option<&'a Weights>,
     options: &'a Options,
-    // Share of the vertices that the blocks keep.
+    // Share of all vertices that the blocks keep.
     share: f64,
 }
 

@@ -7,7 +7,7 @@ const SIDE: u16 = 512;
 
 type CubeCell = [u16; 3];
 
-/// Number of positions in each cell.
+/// Number of positions in each cell of a cubic grid.
 #[derive(Clone, Debug)]
 pub struct Census {
     grid: CubeGrid,
@@ -28,7 +28,7 @@ struct CubeGrid {
     scale: f64,
 }
 
-// Cells before `at` along an axis take the first branch, others the second.
+// Cells before `at` along `axis` take the first branch, others the second.
 #[derive(Clone, Copy, Debug)]
 struct Split {
     axis: usize,

@@ -4,7 +4,7 @@ use super::block::Block;
 use crate::model::Weights;
 use crate::simplify::{Options, SimplifyError, simplify_block_mesh};
 
-/// Prices paid by a block on the way to the requested size.
+/// Prices of the merges that bring a block to its requested size.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BlockPrices {
@@ -12,11 +12,11 @@ pub struct BlockPrices {
     pub n_vertices: usize,
     /// Shared vertices of the block, which stay.
     pub n_shared: usize,
-    /// Pairs of the number of remaining vertices, falling, and the price of the last merge.
+    /// Remaining vertices after each pass, falling, and the price of the pass's last merge.
     pub pass_prices: Vec<(usize, f64)>,
 }
 
-/// Simplifies a block to a share of its vertices plus the shared ones, and returns the prices paid.
+/// Simplifies a block to a share of its vertices plus the shared ones; returns the prices of the merges.
 ///
 /// # Errors
 /// As for [`simplify`](crate::simplify::simplify).
@@ -33,7 +33,7 @@ pub fn sample_block(
 }
 
 impl BlockPrices {
-    /// Wraps the prices from another process.
+    /// Makes the value from prices that another process measured.
     pub fn new(n_vertices: usize, n_shared: usize, pass_prices: Vec<(usize, f64)>) -> Self {
         Self { n_vertices, n_shared, pass_prices }
     }

@@ -11,7 +11,7 @@ use crate::io::{Spool, Triangle};
 use crate::mesh::cleanup::{CleanCounts, CleanError, CleanOptions, clean};
 use crate::mesh::{PositionKey, RawMesh, TriMesh, position_key};
 
-/// Positions of a block in memory, at most; they are then appended to its spool as one run.
+/// Largest number of a block's positions in memory before they are appended to its spool as one run.
 const MAX_RUN_POSITIONS: usize = 2048;
 
 /// Blocks of a file, on disk.
@@ -32,9 +32,9 @@ struct BlockRun {
 }
 
 pub struct StoredBlock {
-    // `None` without faces.
+    // `None` if no face is left.
     pub block: Option<Block>,
-    // Vertices counted for this block and no other.
+    // Number of vertices counted for this block and not for another one.
     pub n_own_vertices: usize,
     pub counts: CleanCounts,
 }
@@ -78,7 +78,7 @@ impl SpooledBlocks {
         if run.positions.len() + 3 < least && run.used_elsewhere.len() < least {
             return Ok(());
         }
-        // Triangles of other blocks that share a corner list it once each.
+        // Each triangle of another block lists its shared corners, so positions repeat.
         run.used_elsewhere.sort_unstable_by_key(|&p| position_key(p));
         run.used_elsewhere.dedup();
         self.spool.append(block, &run.to_bytes())?;

@@ -6,10 +6,10 @@ use crate::simplify::Simplified;
 
 use super::welded::WeldedMesh;
 
-/// Samples on each surface: per face of the larger mesh, at least, and at most.
+/// Samples on each surface: the first per face of the original, clamped to the other two.
 const SAMPLES: (usize, usize, usize) = (4, 200, 20_000);
 
-/// Returns the largest sampled distance between a surface and its result, without a pose and in each pose.
+/// Returns the largest sampled distance between surface and result, also after each weighted attribute has raised both.
 pub fn measure_distance(surface: &WeldedMesh, result: &Simplified) -> f64 {
     let n_samples = (SAMPLES.0 * surface.mesh.faces().len()).clamp(SAMPLES.1, SAMPLES.2);
     let between = |x: &TriMesh, y: &TriMesh| quick_distance(x, y, n_samples, 0).map_or(0.0, |distance| distance.max);

@@ -22,14 +22,14 @@ use welded::WeldedMesh;
 
 pub use buffers::{Buffers, extent};
 
-/// Sizes that are tried in the search for the smallest within a distance, if attributes have weights.
+/// Largest number of sizes tried to find the smallest within a distance, if attributes have weights.
 const MAX_TRIES: usize = 8;
 
 /// Settings for index buffers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct IndexOptions {
-    /// Most faces of the result.
+    /// Largest number of faces in the result.
     pub n_faces: usize,
     /// Largest distance from the original, attributes included, as a share of the extent. Without weighted attributes,
     /// 1 or more is no bound.
@@ -38,13 +38,13 @@ pub struct IndexOptions {
     pub is_absolute: bool,
     /// True if the extent is that of the triangles' vertices instead of all vertices.
     pub is_sparse: bool,
-    /// True if vertices move; otherwise the result uses the given ones.
+    /// True if vertices may move; otherwise the result uses the caller's positions.
     pub moves: bool,
     /// True if vertices of boundaries stay.
     pub lock_borders: bool,
-    /// True if small components may be dropped.
+    /// True if small components may be dropped to reach `n_faces`.
     pub prune: bool,
-    /// True if the error of the result is measured even without a bound.
+    /// True if [`Indices::error`] is measured even if no distance is requested.
     pub measures_error: bool,
 }
 
@@ -147,7 +147,7 @@ pub fn simplify_indices(
 }
 
 struct IndexScale {
-    // Extent, by which attributes are weighted.
+    // Extent of the positions, by which the weights of attributes are multiplied.
     extent: f64,
     // Largest distance from the original.
     max_error: f64,
@@ -158,9 +158,9 @@ impl IndexScale {
         Self { extent, max_error }
     }
 
-    /// Returns whether the distance bounds a result.
+    /// Returns whether `max_error` can exclude a result.
     fn is_bounded(&self, has_weights: bool) -> bool {
-        // The whole extent bounds no surface, but attributes may differ by more.
+        // A distance of the whole extent counts as no bound, but weighted attributes may differ by more.
         let most = if has_weights { f64::from(f32::MAX) } else { self.extent };
         self.max_error < most
     }
@@ -205,7 +205,7 @@ fn simplify_at_scale(
         && made.mesh.faces().len() > options.n_faces
         && let Some(rest) = drop_small_components(&surface, &made, &buffers, options.n_faces, scale.max_error)
     {
-        // The rest is simplified again, with the faces that this frees.
+        // The other components are simplified again and get the faces that the dropped ones had.
         let options = IndexOptions { prune: false, ..*options };
         let mut result = simplify_at_scale(rest.buffers, &options, scale, listener)?;
         result.error = result.error.map(|error| error.max(rest.radius));
@@ -216,7 +216,7 @@ fn simplify_at_scale(
     Ok(Indices { indices, groups: made.attributes.groups, error, buffers })
 }
 
-/// Simplifies to the size, or to a larger one within the distance; also returns the distance.
+/// Simplifies to the target, or to a larger size if only that is within `max_error`; also returns the distance.
 fn simplify_within(
     surface: &WeldedMesh,
     options: Options,
@@ -234,7 +234,7 @@ fn simplify_within(
         return Ok(smallest);
     }
     let n_smallest = smallest.0.mesh.faces().len();
-    // The search by proofs ignores attributes: with attributes, sizes are tried and measured.
+    // The search with proved distances ignores attributes, so with attributes sizes are tried and distances sampled.
     if options.purpose != Purpose::Poses {
         let found = simplify_to_error(&input, None, &options, max_error, listener)?.simplified;
         let distance = measure_distance(surface, &found);
@@ -300,7 +300,7 @@ mod tests {
         let (fast, slow) = (simplify(&buffers, &unmeasured), simplify(&buffers, &IndexOptions::new(200, 1.0)));
         assert_eq!((fast.error, &fast.indices), (None, &slow.indices));
         assert!(slow.error.is_some_and(|error| error > 0.0 && error < 0.1));
-        // A bound is held all the same.
+        // With a requested distance, the error is measured all the same.
         let bounded = simplify(&buffers, &IndexOptions { error: 0.01, ..unmeasured });
         assert!(bounded.error.is_some_and(|error| error <= 0.01) && bounded.indices.len() > 200);
     }

@@ -4,7 +4,7 @@ use std::collections::hash_map::Entry;
 
 use rustc_hash::FxHashMap;
 
-/// Corner of a result.
+/// Corner of a face in a result.
 #[derive(Clone, Copy)]
 pub struct ResultCorner {
     pub vertex: u32,

@@ -16,7 +16,7 @@ pub struct WithoutSmall {
     pub radius: f64,
 }
 
-/// Drops the smallest components until the result's faces of the others are at most `n_faces`; `None` if none may go.
+/// Drops the smallest components until the others have at most `n_faces` faces in the result; `None` if all stay.
 ///
 /// A radius is the largest distance of a component's vertices from their mean. Components above `max_radius`, those
 /// with locked vertices, and the largest one stay.
@@ -33,7 +33,7 @@ pub fn drop_small_components(
     for (&component, &is_locked) in component_of.iter().zip(&surface.locked) {
         may_go[component as usize] &= !is_locked;
     }
-    // The faces that each component has in the result go with it.
+    // A dropped component frees the faces that it has in the result.
     let counts = count_faces(surface, result, &component_of, n_components)?;
     let mut by_size: Vec<usize> = (0..n_components).collect();
     by_size.sort_by(|&a, &b| radii[a].total_cmp(&radii[b]).then(a.cmp(&b)));
@@ -55,7 +55,7 @@ pub fn drop_small_components(
     radius.map(|radius| WithoutSmall { buffers: left, radius })
 }
 
-/// Counts the faces of a result that come from each component; `None` without a map.
+/// Counts the faces of a result that come from each component; `None` if their origin is unknown.
 fn count_faces(
     surface: &WeldedMesh,
     result: &Simplified,

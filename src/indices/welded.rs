@@ -1,8 +1,8 @@
 //! Conversion of the caller's buffers to a mesh, and of results to corners of the buffers.
 //!
 //! Vertices at one position become one vertex; labels distinguish the sides of a seam. Weighted attributes become
-//! poses, which raise the surface along its normals by an attribute times its weight, so that a merge costs its change
-//! of it.
+//! poses, which raise the surface along its normals by an attribute times its weight, so that the price of a merge
+//! includes the change of the attribute.
 
 use crate::mesh::{Attributes, Channel, Role, TriMesh, compact, first_equal, vertex_normals};
 use crate::simplify::{Input, Map, Simplified};
@@ -12,25 +12,26 @@ use super::IndexError;
 use super::buffers::Buffers;
 use super::slots::{ResultCorner, assign_slots};
 
-/// Channel whose label distinguishes the caller's vertices at a position.
+/// Name of the channel whose label distinguishes the caller's vertices at one position.
 const SIDE: &str = "side";
 const NUMBERS: &str = "attributes";
 
 /// Mesh of the caller's triangles in which vertices at one position are joined.
 pub struct WeldedMesh {
     pub mesh: TriMesh,
-    // Attributes of the corners, and the labels of seams.
+    // Attributes of the corners, and labels that distinguish the sides of seams.
     pub attributes: Attributes,
     // True for locked vertices, n_vertices; empty without locks.
     pub locked: Vec<bool>,
     // Vertices of the caller at the corners of each face, n_faces x 3.
     pub wedges: Vec<[u32; 3]>,
-    // Sorted groups and vertices of the caller at each vertex.
+    // Group and number of each of the caller's vertices at each vertex, sorted.
     slots: Vec<Vec<(u32, u32)>>,
 }
 
 impl WeldedMesh {
-    /// Joins vertices at one position and drops triangles that lose a corner; weights attributes by `extent`.
+    /// Joins vertices at one position and drops triangles that lose a corner; attribute weights are multiplied by
+    /// `extent`.
     ///
     /// # Errors
     /// [`IndexError`] if no mesh can be made.
@@ -55,7 +56,7 @@ impl WeldedMesh {
             slots: Vec::new(),
         };
         welded.slots = welded.find_slots();
-        // A lock of any vertex at a position holds all of them.
+        // A lock on one of the caller's vertices locks all at its position.
         let mut is_locked = vec![false; buffers.positions.len()];
         let locked = (0..first.len() as u32).filter(|&v| buffers.is_locked(v));
         locked.for_each(|v| is_locked[first[v as usize] as usize] = true);

@@ -23,11 +23,11 @@ const BASE_ONLY: &str = "gltf takes names, colours (Kd, Ke), roughness, metal an
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Model<'a> {
-    /// Surface.
+    /// Positions and faces.
     pub mesh: &'a TriMesh,
-    /// Local origin of the file's coordinates, and whether these are doubles.
+    /// Local origin of the file's coordinates, and whether the file stores doubles.
     pub frame: Frame,
-    /// Exact positions in the file's coordinates, n_vertices.
+    /// Exact position of each vertex in the file's coordinates, or `None` for that of `mesh`.
     pub exact: Option<Vec<Option<[f64; 3]>>>,
     /// Attributes of corners and faces.
     pub attributes: &'a Attributes,
@@ -36,23 +36,23 @@ pub struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Makes a model without exact positions.
+    /// Makes a model with the positions of `mesh`.
     pub fn new(mesh: &'a TriMesh, frame: Frame, attributes: &'a Attributes, extra: &'a Extra) -> Self {
         Self { mesh, frame, exact: None, attributes, extra }
     }
 }
 
-/// Files of a model.
+/// Bytes of a mesh file and its companion files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WrittenModel {
-    /// Mesh file.
+    /// Content of the mesh file.
     pub bytes: Vec<u8>,
     /// Further files: material libraries, textures.
     pub companion_files: Vec<OutputFile>,
-    /// Lost content and missing files, one line each.
+    /// Content lost to the format and missing companion files, one line each.
     pub notes: Vec<String>,
-    /// Vertices in the file, where seams may repeat some; `None` for STL.
+    /// Number of vertices in the file, with the copies made at seams; `None` for STL.
     pub n_vertices: Option<usize>,
 }
 
@@ -76,11 +76,11 @@ pub struct WrittenModel {
 /// ```
 pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<WrittenModel, WriteError> {
     let Model { mesh, attributes, .. } = *model;
-    // Attributes and mesh come separately from the caller.
+    // The caller gives attributes and mesh separately, so they may belong to different meshes.
     if !attributes.is_valid_for(mesh.faces().len()) {
         return Err(WriteError { what: "the attributes do not match the faces: give one row for each face".into() });
     }
-    // Precision is checked before companion files are read.
+    // This checks the precision before companion files are read, since it may fail.
     let content = content(model, options.format)?;
     let mut finder = FileFinder::new(model.extra, options.allow_outside);
     finder.converter = options.images;
@@ -114,7 +114,7 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     Ok(WrittenModel { bytes, companion_files: images, notes, n_vertices: shares_vertices.then_some(n_vertices) })
 }
 
-/// Chooses the packing of a glTF, common to all levels; a note explains unpacked positions.
+/// Chooses one packing for a mesh's levels of detail; a note says why positions stay unpacked.
 ///
 /// # Errors
 /// [`WriteError`] if a glTF cannot store a model.
@@ -166,7 +166,7 @@ fn as_threemf(
     Ok(bytes)
 }
 
-// A single unnamed group is no material.
+// A mesh with one unnamed group has no material.
 fn material_names(attributes: &Attributes, extra: &Extra) -> Vec<String> {
     let is_material = |group: &&Group| !attributes.groups.is_empty() || group.material.is_some();
     extra.groups.iter().filter(is_material).map(Group::title).collect()
@@ -174,7 +174,7 @@ fn material_names(attributes: &Attributes, extra: &Extra) -> Vec<String> {
 
 fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut FileFinder) -> Extra {
     let mut extra = Extra { material_libraries: Libraries::find(extra, finder).names, ..extra.clone() };
-    // OBJ has no face numbers, so they become names of groups.
+    // OBJ cannot store numbers of faces (PLY columns such as `label`), so they become names of groups.
     for group in extra.groups.iter_mut().filter(|group| group.name.is_none() && !group.values.is_empty()) {
         let parts = extra.face_columns.iter().zip(&group.values);
         let parts: Vec<String> = parts.map(|(column, value)| format!("{}_{value}", column.name)).collect();
@@ -234,7 +234,7 @@ fn for_ply(
             *comment = textures.next().map_or_else(|| comment.clone(), |name| format!("comment TextureFile {name}"));
         }
     }
-    // PLY groups faces by numbers only.
+    // PLY groups faces by number columns and has no names.
     let named = |group: &Group| group.object.is_some() || group.name.is_some() || group.smoothing.is_some();
     if extra.groups.iter().any(named) {
         notes.push("ply cannot store objects, groups or smoothing groups: they are dropped".into());
@@ -246,7 +246,7 @@ fn for_ply(
     let mut libraries = Libraries::find(&extra, finder);
     // Textures of the mesh's own materials count like those of its libraries.
     libraries.textures.extend(MaterialLibrary::from_looks(&extra, name, finder).textures);
-    // A PLY cannot name libraries; only their textures stay.
+    // A PLY cannot name material libraries, so only their textures are copied.
     finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
     notes.push("ply cannot store materials: faces carry material numbers, and comments name the textures".into());
     let extra = with_material_numbers(extra, &libraries);

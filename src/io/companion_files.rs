@@ -1,4 +1,4 @@
-//! Files that a mesh file names.
+//! Material libraries and textures that a mesh file names.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use super::{ImageConverter, ImageUse, OutputFile};
 pub(super) struct CompanionFile {
     pub output_path: PathBuf,
     pub source: PathBuf,
-    // True if the asset must name the file by its new path.
+    // True if the output must refer to the file by `output_path` instead of its old name.
     pub is_renamed: bool,
     pub bytes: Arc<[u8]>,
 }
@@ -153,7 +153,6 @@ impl<'a> FileFinder<'a> {
     }
 }
 
-/// Returns a relative path with forward slashes.
 pub(super) fn to_reference(path: &Path) -> String {
     let names: Vec<_> = path.components().map(|part| part.as_os_str().to_string_lossy()).collect();
     names.join("/")

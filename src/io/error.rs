@@ -25,9 +25,9 @@ pub struct ReadError {
     pub format: Option<Format>,
     /// Location in the file.
     pub location: FileLocation,
-    /// Problem, in lower case.
+    /// Description of the problem, beginning in lower case.
     pub what: String,
-    /// Remedy.
+    /// Advice for the user.
     pub remedy: String,
 }
 
@@ -35,7 +35,7 @@ pub struct ReadError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WriteError {
-    /// Problem and remedy, in lower case.
+    /// Description of the problem and advice, beginning in lower case.
     pub what: String,
 }
 

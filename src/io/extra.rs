@@ -13,7 +13,7 @@ pub struct ReadMesh {
     pub mesh: RawMesh,
     /// Further content of the file.
     pub extra: Extra,
-    /// Lost content, one line each.
+    /// Content that the reader dropped or repaired, one line each.
     pub notes: Vec<String>,
     /// Format of the reader.
     pub format: Option<Format>,
@@ -23,25 +23,25 @@ pub struct ReadMesh {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Extra {
-    /// Groups by number, as faces refer to them.
+    /// Groups of faces; faces refer to these by index.
     pub groups: Vec<Group>,
-    /// Columns of [`Group::values`].
+    /// Name and type of each number in [`Group::values`].
     pub face_columns: Vec<Column>,
-    /// Columns of channels in the file; other channels are written by their role.
+    /// Columns that stored a channel in the file; channels without an entry get their role's usual columns.
     pub layouts: Vec<ColumnLayout>,
-    /// Material libraries, one line of the file each.
+    /// Names of material libraries; one entry has the names of one `mtllib` line.
     pub material_libraries: Vec<String>,
     /// Materials of the file by name (glTF, 3MF, FBX).
     pub looks: Vec<(String, Look)>,
-    /// Comment lines of a PLY header, with their first word.
+    /// Lines of a PLY header that begin with `comment` or `obj_info`, this word included.
     pub comments: Vec<String>,
-    /// Folder that names in the file are relative to.
+    /// Folder in which the file's companion files are looked for.
     pub folder: Option<Folder>,
     /// True if names in the file are Latin-1 instead of UTF-8.
     pub latin1: bool,
     /// Unit of length by its 3MF name: `millimeter`, `inch`.
     pub unit: Option<String>,
-    /// True if a skin or morph targets bend the mesh.
+    /// True if a skin or morph targets deform the mesh.
     pub is_bent: bool,
 }
 
@@ -57,7 +57,7 @@ pub struct Group {
     pub material: Option<String>,
     /// Smoothing group (`s`).
     pub smoothing: Option<String>,
-    /// Values of the faces, one per column of [`Extra::face_columns`].
+    /// Numbers common to all faces of the group, one per column of [`Extra::face_columns`].
     pub values: Vec<f64>,
 }
 
@@ -106,7 +106,7 @@ impl Extra {
     }
 }
 
-// No file means groups of nearly every face.
+// Groups with fewer than four faces on average identify faces and are not meant as groups.
 pub(super) fn has_too_many_groups(n_groups: usize, n_faces: usize) -> bool {
     n_groups > 256 && n_groups > n_faces / 4
 }

@@ -23,7 +23,7 @@ use corners::{FbxMesh, convert_mesh};
 
 pub(super) const CAN_READ: bool = true;
 
-/// Limits of memory in bytes: the first per byte of the file, the second in any case.
+/// Largest memory in bytes: the first times the file's bytes, or the second if more.
 const MEMORY: (usize, usize) = (200, 64 << 20);
 
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
@@ -47,7 +47,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let of_nodes: Vec<usize> = nodes.iter().filter_map(of_node).collect();
     // The check precedes the join: instances are cheap in the file and expensive as one mesh.
     check_repeats(&parts, &of_nodes)?;
-    // Each node adds the groups of its mesh, one per material slot.
+    // Each node adds groups for its mesh, one per material of the mesh.
     let mut names = UniqueMaterials::default();
     let (mut extra, mut placed) =
         (Extra { unit: units::from_meters(scene.settings.unit_meters), ..Extra::default() }, Vec::new());
@@ -96,7 +96,7 @@ fn load(bytes: &[u8]) -> Result<SceneRoot, ReadError> {
     })
 }
 
-/// Rejects a scene beyond [`instance_limit`].
+/// Rejects a scene whose instances together exceed [`instance_limit`].
 fn check_repeats(parts: &[FbxMesh], of_nodes: &[usize]) -> Result<(), ReadError> {
     let size = |part: &FbxMesh| {
         let attributes = &part.mesh.attributes;
@@ -122,7 +122,7 @@ fn make_group(node: &Node, slot: u32, names: &mut UniqueMaterials) -> Group {
 
 fn material_look(material: &Material) -> Look {
     let colour = &material.pbr.base_color;
-    // The factor is stored apart from the colour.
+    // FBX stores a factor by which the colour is multiplied.
     let factor = if material.pbr.base_factor.has_value { material.pbr.base_factor.value_vec4.x } else { 1.0 };
     let channels = [colour.value_vec4.x, colour.value_vec4.y, colour.value_vec4.z].map(|x| (x * factor) as f32);
     let is_colour = colour.has_value && channels.iter().all(|x| x.is_finite());

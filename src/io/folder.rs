@@ -1,4 +1,4 @@
-//! Folders for companion files.
+//! Folders from which companion files are read.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::mesh::fallible_allocation::with_fallible_allocation;
 
-/// Folder that names in a mesh file are relative to.
+/// Folder in which the companion files of a mesh file are looked for.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Folder {
@@ -22,7 +22,7 @@ impl Folder {
         Self::Disk(file.parent().unwrap_or(Path::new("")).to_path_buf())
     }
 
-    /// Makes a folder of files in memory; drops names that lead out of the folder.
+    /// Makes a folder of files in memory; drops files whose names lead out of the folder.
     ///
     /// ```
     /// use neural_mesh::io::{Folder, read_looks, read_attributed_in};
@@ -45,7 +45,7 @@ impl Folder {
         }
     }
 
-    /// Resolves `path` and its links to a file in the folder.
+    /// Returns the path of a file with its links resolved; rejects outside files unless `allow_outside`.
     pub(super) fn resolve(&self, path: &Path, allow_outside: bool) -> Result<PathBuf, FileProblem> {
         let folder = match self {
             Self::Memory(files) => {

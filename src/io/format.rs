@@ -35,7 +35,7 @@ impl Format {
     /// Names that [`from_name`](Self::from_name) accepts, besides `vrm`.
     pub const NAMES: [&str; 10] = ["obj", "ply", "ply-ascii", "stl", "stl-ascii", "off", "gltf", "glb", "3mf", "fbx"];
 
-    /// Returns whether coordinates are single precision without a local origin.
+    /// Returns whether the format stores single-precision coordinates without a local origin.
     ///
     /// ```
     /// use neural_mesh::io::Format;
@@ -136,7 +136,7 @@ impl Format {
             // whose signature is certain.
             _ if is_binary_stl(bytes) || word.eq_ignore_ascii_case(b"solid") => Some(Self::Stl),
             _ if text.starts_with(b"{") => Some(Self::Gltf),
-            // Comments may come first; ten thousand lines bound the search in large files.
+            // Comments may come first; the search ends after ten thousand lines.
             _ => text.split(|&byte| byte == b'\n' || byte == b'\r').take(10_000).find_map(from_line),
         }
     }

@@ -69,7 +69,7 @@ pub(super) const MISSING: Option<&str> = None;
 
 const REMEDY: &str = "export the asset again";
 
-/// Unsupported extension that places meshes.
+/// Extension that repeats meshes and that this reader rejects.
 const REFUSED: &str = "EXT_mesh_gpu_instancing";
 
 /// Reads the geometry of a glTF; `fetch` returns the bytes of a buffer file by its URI.
@@ -94,7 +94,7 @@ fn refuse_instancing(root: &Root) -> Result<(), ReadError> {
     }
 }
 
-// The budget of vertices and faces keeps a small file from filling the memory.
+// The budget of vertices and faces keeps a small file from claiming all memory.
 fn spend(budget: &mut usize, n: usize) -> Result<(), ReadError> {
     *budget = budget
         .checked_sub(n)

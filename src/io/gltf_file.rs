@@ -1,4 +1,4 @@
-//! Mesh of another format as a glTF file.
+//! Mesh read from another format and written as a glTF file.
 
 use super::OutputFile;
 

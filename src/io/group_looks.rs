@@ -81,7 +81,7 @@ fn read_library(library: &CompanionFile, finder: &mut FileFinder) -> Vec<(String
     materials
 }
 
-/// Parses a statement of colour or number; returns whether the statement is one.
+/// Stores the colour or number of an MTL statement in `look`; returns false for other statements.
 fn parse_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
     let share =
         |known: f32| parse_leading_numbers(rest).next().filter(|x| x.is_finite()).map_or(known, |x| x.clamp(0.0, 1.0));

@@ -13,7 +13,8 @@ use crate::mesh::fallible_allocation::with_fallible_allocation;
 
 const MAGIC: &[u8] = b"\x1f\x8b";
 
-/// Limits of unpacked bytes: the first per compressed byte, the second in any case; meshes expand 2 to 20 times.
+/// Largest number of unpacked bytes: the first times the compressed bytes, or the second if more. Meshes expand 2 to 20
+/// times.
 const LIMIT: (usize, usize) = (200, 16 << 20);
 
 pub(super) fn decompress(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {

@@ -1,4 +1,4 @@
-//! Conversion of an asset's images.
+//! Conversion of images while a mesh is written.
 
 use std::fmt::Debug;
 
@@ -15,6 +15,6 @@ pub enum ImageUse {
 
 /// Converter of images, for example to smaller ones.
 pub trait ImageConverter: Debug + Sync {
-    /// Returns the converted file in its format, or `None` to keep the image.
+    /// Returns the converted bytes of an image file, or `None` to keep the image.
     fn convert(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>>;
 }

@@ -26,7 +26,7 @@ const OPTIONS: [(&[u8], usize); 14] = [
 
 #[derive(Debug, Default)]
 pub(super) struct Libraries {
-    // Names in the output, one per line.
+    // File names of the libraries as the output writes them.
     pub names: Vec<String>,
     // Materials and the output paths of their textures (`map_Kd`).
     pub textures: Vec<(String, String)>,

@@ -9,7 +9,7 @@ use crate::mesh::fallible_allocation::{make_room, with_fallible_allocation};
 /// Longest stream in bytes.
 const LONGEST_STREAM: u64 = 1 << 32;
 
-/// Limits of vertices and faces of all instances: the first per stored one, the second in any case.
+/// Largest number of vertices and faces in all instances: the first times the stored ones, plus the second.
 #[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
 const REPEATS: (usize, usize) = (16, 1 << 22);
 

@@ -1,4 +1,4 @@
-//! Decimal numbers: a fast path, the crate `fast-float2` for the rest.
+//! Parser of decimal numbers: a fast path for most, the crate `fast-float2` for the rest.
 
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
@@ -26,7 +26,7 @@ pub(super) fn parse(text: &[u8]) -> Option<Number> {
     let n_digits = n_whole + n_decimals;
     let (exponent, n_exponent) = exponent(&text[length..]);
     let power = exponent - n_decimals as i32;
-    // Trailing zeros of a whole number are no statement about its precision.
+    // Trailing zeros of a whole number may be padding, so they do not count as digits.
     let n_zeros =
         if n_decimals > 0 { 0 } else { text[..length].iter().rev().take_while(|&&byte| byte == b'0').count() };
     let last_digit = power.saturating_add(n_zeros as i32);

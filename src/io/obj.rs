@@ -94,7 +94,7 @@ impl<'a> ObjReader<'a> {
         }
         reserve(&mut self.mesh.positions, 1)?;
         self.mesh.positions.push(position);
-        // One number more is a weight; only three are a colour.
+        // A single number after the position is a weight; three numbers are a colour.
         if self.reads_attributes && (!self.colours.is_empty() || !text.is_line_done()) {
             let colour = parse_values::<3>(text);
             if let Some(colour) = colour.filter(|&(_, n)| n == 3).map(|(colour, _)| colour) {

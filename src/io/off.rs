@@ -88,7 +88,7 @@ fn read_position(text: &mut Text, vertex: usize, n_vertices: usize) -> Result<[f
     Ok(position)
 }
 
-/// Reads the faces; returns whether a line has further values.
+/// Reads the faces; returns whether a line has values after its vertex indices.
 fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<bool, ReadError> {
     let mut is_more_said = false;
     let (mut fans, mut corners) = (Fans::default(), Vec::new());

@@ -1,4 +1,4 @@
-//! Output files of one result.
+//! Files to be written into one folder.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -13,7 +13,7 @@ pub struct OutputFile {
     pub bytes: Vec<u8>,
 }
 
-/// Writes files into `folder`, the first last, each whole or not at all.
+/// Writes files into `folder`, each whole or not at all, the first of the list last.
 ///
 /// An existing file is replaced only with `force`, unless its bytes are equal.
 ///

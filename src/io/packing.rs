@@ -4,10 +4,11 @@ use crate::mesh::PositionGrid;
 
 pub(super) type LevelMesh<'a> = (&'a [[f32; 3]], &'a [[u32; 3]]);
 
-/// Options for packing.
+/// Options for packing the numbers of a glTF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PackOptions {
-    /// Bits per coordinate, at most [`MOST_BITS`](Self::MOST_BITS); more are used if the mesh would change.
+    /// Bits per coordinate, at most [`MOST_BITS`](Self::MOST_BITS); more are used if fewer would merge vertices or
+    /// flatten faces.
     pub bits: u32,
     /// True if buffers are compressed (`EXT_meshopt_compression`, feature `meshopt`).
     pub compress: bool,
@@ -18,7 +19,7 @@ impl PackOptions {
     pub const MOST_BITS: u32 = 16;
 }
 
-/// Packing of the numbers of a glTF.
+/// Grids and compression for the numbers of a glTF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packing {
     // `None` keeps positions in single precision.
@@ -33,7 +34,7 @@ impl Packing {
         (Self { grids: vec![grid], compress: options.compress }, note)
     }
 
-    /// Returns the grid of a mesh.
+    /// Returns the position grid of a part, or `None` for single precision.
     pub fn grid(&self, part: usize) -> Option<&PositionGrid> {
         self.grids.get(part)?.as_ref()
     }

@@ -61,7 +61,7 @@ impl Pieces {
         Ok(Self { path: path.into(), kind })
     }
 
-    /// Returns the number of faces; for OBJ an estimate, two per vertex.
+    /// Returns the number of faces; for OBJ, estimates two per vertex.
     pub fn n_faces(&self) -> u64 {
         match &self.kind {
             PiecesKind::Ply(layout) => layout.n_faces(),
@@ -88,7 +88,7 @@ impl Pieces {
         }
     }
 
-    /// Returns whether positions are doubles.
+    /// Returns whether the file's positions need double precision.
     pub fn is_double(&self) -> bool {
         match &self.kind {
             PiecesKind::Ply(layout) => layout.is_double(),

@@ -73,7 +73,7 @@ struct RowRange<'a> {
     list: Option<usize>,
 }
 
-/// Reads rows; passes requested lists to `take_list` and scalars to `take`.
+/// Reads an element's rows; passes requested lists to `take_list` and scalars to `take`.
 fn walk(
     source: &mut Source,
     rows: &RowRange,

@@ -44,7 +44,7 @@ pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadM
     read_attributed_bytes(&read_decompressed(path)?, path, format, Folder::from_file(path))
 }
 
-/// Reads bytes with all attributes, as the file `name` in `folder`.
+/// Reads a mesh and its attributes from the bytes of a file `name`, with companion files in `folder`.
 ///
 /// # Errors
 /// As [`read_attributed_path`].
@@ -107,7 +107,7 @@ fn read_decompressed(path: &Path) -> Result<Vec<u8>, ReadError> {
     }
 }
 
-// The second try is in the format of the content.
+// Reads in the given format or that of the name, and if this fails, in the format that the content shows.
 fn read_as_named_or_shown<T>(
     bytes: &[u8],
     path: &Path,

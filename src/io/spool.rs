@@ -1,4 +1,4 @@
-//! Temporary byte streams in one unnamed file on disk.
+//! Several byte streams that share one temporary file without a name.
 
 use std::fs::File;
 use std::io::{Read, Result, Seek, SeekFrom, Write};

@@ -103,9 +103,6 @@ fn read_position(text: &mut Text) -> Result<[f64; 3], ReadError> {
 }
 
 /// Writes a binary STL.
-///
-/// # Errors
-/// [`WriteError`] for coordinates beyond the range of `f32`.
 pub(super) fn write_binary(content: &Content) -> Result<Vec<u8>, WriteError> {
     // Numbers beyond single precision would become infinite.
     let positions = single_positions(content)?;
@@ -124,9 +121,6 @@ pub(super) fn write_binary(content: &Content) -> Result<Vec<u8>, WriteError> {
 }
 
 /// Writes a text STL.
-///
-/// # Errors
-/// [`WriteError`] for coordinates beyond the range of `f32`.
 pub(super) fn write_text(content: &Content) -> Result<Vec<u8>, WriteError> {
     let positions = single_positions(content)?;
     let mut out = Vec::with_capacity(260 * content.faces.len() + 64);

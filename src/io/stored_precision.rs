@@ -6,7 +6,7 @@ use super::write::Content;
 use super::{Format, WriteError};
 use crate::mesh::has_area;
 
-/// Fewest steps of single precision in a mean edge; with fewer, surfaces turn into stairs.
+/// Fewest steps of single precision in an edge of mean length; with fewer, surfaces turn into stairs.
 const STEPS: f64 = 4.0;
 const WORTH_A_NOTE: f64 = 1e-6;
 

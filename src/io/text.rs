@@ -7,7 +7,7 @@ use super::number;
 pub(super) struct Text<'a> {
     bytes: &'a [u8],
     at: usize,
-    // True once a number needs a double.
+    // True after a number that needs double precision was read.
     pub double: bool,
     // True if a backslash before a line end continues the line.
     continued: bool,

@@ -10,7 +10,7 @@ pub(super) fn comment_textures(extra: &Extra) -> impl Iterator<Item = &str> {
     extra.comments.iter().filter_map(|comment| texture_name(comment))
 }
 
-/// Returns the texture number of a group, zero by default.
+/// Returns a group's texture number: 0 without `texnumber`, `None` if negative.
 pub(super) fn texture_number(extra: &Extra, group: &Group) -> Option<usize> {
     let column = extra.face_columns.iter().position(|column| column.name == "texnumber");
     let number = column.and_then(|column| group.values.get(column)).copied().unwrap_or(0.0);

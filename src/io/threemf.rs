@@ -37,7 +37,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let mut models = Models::open(bytes)?;
     let root = models.root.clone();
-    // The build decides what is printed; resources alone mean nothing.
+    // Only objects that the build lists are printed, so others are not read.
     let items = models.build_items(&root)?;
     for item in &items {
         models.place(&root, item, DMat4::IDENTITY, 0)?;
@@ -157,7 +157,7 @@ impl<'a> Models<'a> {
         let mut mesh = merge_placed_meshes(&placed, |_| true);
         mesh.double = self.documents.values().any(|document| document.double) || is_far_from_origin(&mesh.positions);
         let mut extra = Extra { unit: self.unit(), ..Extra::default() };
-        // A single unnamed group says nothing.
+        // A single unnamed group tells nothing about its faces.
         let is_bare = parts.groups.len() <= 1 && parts.groups.iter().all(|group| group.title().is_empty());
         if is_bare || parts.groups.len() == 1 {
             mesh.attributes.groups.clear();

@@ -26,7 +26,7 @@ impl UniqueMaterials {
         }
         let count = self.counts.entry(key.0.clone()).or_default();
         let mut name = key.0.clone();
-        // The file may already use a name made up here.
+        // The file may already use the name with the appended number.
         while !self.taken.insert(name.clone()) {
             *count += 1;
             name = format!("{} {}", key.0, *count + 1);

@@ -15,7 +15,7 @@ pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
     found.map(|bytes| bytes.to_vec()).map_err(refusal)
 }
 
-/// Returns the path of a URI relative to the asset's folder; `None` elsewhere.
+/// Returns the path that a URI names in the asset's folder; `None` for others.
 pub(super) fn path_inside(uri: &str) -> Option<PathBuf> {
     inner_path(Path::new(""), &decode_percent(uri)?)
 }

@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1.2e-7;
 pub(super) struct Content<'a> {
     positions: Positions<'a>,
     pub faces: &'a [[u32; 3]],
-    // True if a coordinate needs a double, which some programs do not read (three.js).
+    // True if a coordinate needs double precision, which some programs do not read (three.js).
     pub double: bool,
     // Per axis, true if all coordinates are singles, so that their shorter text loses nothing.
     pub single: [bool; 3],
@@ -25,7 +25,7 @@ pub(super) struct Content<'a> {
 enum Positions<'a> {
     // Positions of the mesh, moved by the frame.
     Local(&'a [[f32; 3]], Frame),
-    // Exact positions if given, else the mesh's, moved by the frame; n_vertices.
+    // Exact position of each vertex if given, else that of the mesh, moved by the frame.
     Kept(&'a [[f32; 3]], Frame, Vec<Option<[f64; 3]>>),
     Exact(Vec<[f64; 3]>),
 }

@@ -14,9 +14,9 @@ pub struct WriteOptions<'a> {
     pub allow_outside: bool,
     /// Packing of a glTF, from [`packing`](super::packing).
     pub packing: Option<Packing>,
-    /// Converter of images.
+    /// Converter of images, such as a resizer.
     pub images: Option<&'a dyn ImageConverter>,
-    /// True if a `.gltf` gets its images as files (`NAME_0.png`).
+    /// True if the images of a `.gltf` are written as separate files (`NAME_0.png`).
     pub shares_images: bool,
 }
 

@@ -6,7 +6,7 @@ use super::document::Document;
 use super::report::OutputFigures;
 use super::request::{Ignored, Job};
 
-/// Returns one line per reason that stopped the result, with an option against it.
+/// Returns one line per reason that kept the result too large, with an option that removes it.
 pub fn list_advice(job: &Job, document: &Document, output: &OutputFigures) -> Vec<String> {
     let mut lines = Vec::new();
     if output.components_keep_shape {
@@ -36,7 +36,7 @@ fn of_kept_edges(job: &Job, carried: &Attributes, is_scene: bool) -> Vec<String>
     let free: Vec<&str> = named.into_iter().filter(|(_, is_carried)| *is_carried).map(|(name, _)| name).collect();
     let mut lines = Vec::new();
     if !free.is_empty() {
-        // The option replaces earlier values, so the advice repeats them.
+        // A second `--ignore` replaces the first, so the advice repeats the values given already.
         let all: Vec<&str> = job.ignore.iter().copied().map(Ignored::name).chain(free).collect();
         let seams = if carries(Role::Uv) { "; a larger --seam-error frees texture seams" } else { "" };
         lines.push(format!("--ignore {} frees kept edges{seams}", all.join(",")));

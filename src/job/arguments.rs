@@ -16,14 +16,14 @@ use super::parse::{bound, count, n_bytes, share, symmetry};
 use super::request::{Ignored, Job, Repair};
 use super::size::{Bound, Count, Goal};
 
-// Default of `printable`, in percent of the diagonal: 1 mm of 10 cm.
+// Size below which a bare `--printable` drops components, in percent of the diagonal: 1 mm of 10 cm.
 const PIECE_PERCENT: f64 = 1.0;
 const POSITION_BITS: u32 = 14;
 const FEATURE_ANGLE: f64 = 30.0;
 
-/// The options of `neural-mesh simplify` by name, with `_` for `-`; unknown names are errors.
+/// Options of `neural-mesh simplify` by name, with `_` for `-`; unknown names are errors.
 ///
-/// Numbers may be given as text.
+/// Numbers may be given as text, such as `"10%"`.
 ///
 /// ```
 /// use neural_mesh::job::{Arguments, Bound, Goal};
@@ -76,7 +76,7 @@ pub struct Arguments {
     pub no_weld: bool,
     pub no_check: bool,
     pub allow_outside: bool,
-    /// True if the caller has network weights.
+    /// True if the caller passes network weights to [`run`](super::run()).
     #[serde(skip)]
     pub has_weights: bool,
 }
@@ -95,7 +95,7 @@ impl Arguments {
         Ok(job)
     }
 
-    /// Returns the job for `format`, without checks of that format.
+    /// Returns the job for `format`, unchecked against what that format can store.
     ///
     /// # Errors
     /// As [`job`](Self::job).
@@ -140,7 +140,7 @@ impl Arguments {
         Ok(options)
     }
 
-    // A size that depends on the mesh leaves the target at 1.0.
+    // A size that is known only with the mesh leaves the target at a ratio of 1.0.
     fn target(&self) -> Result<Target, JobError> {
         if let Some(ratio) = &self.ratio {
             return parse_value("--ratio", ratio, share).map(Target::Ratio);
@@ -177,7 +177,7 @@ impl Arguments {
         }
     }
 
-    // A bare `--prune` takes the bound of `--error`.
+    // `--prune` without a size drops components smaller than the distance of `--error`.
     fn prune_below(&self) -> Result<Option<Bound>, JobError> {
         match &self.prune {
             Some(OptionValue::Flag(true)) => distance("--error", self.error.as_ref()),
@@ -205,7 +205,7 @@ impl Arguments {
         Ok(Some(PackOptions { bits: POSITION_BITS, compress }))
     }
 
-    /// Rejects weights and the paper's assembly together with options that use no network.
+    /// Rejects weights and the paper's assembly if another option rules them out.
     fn check_no_network(&self, options: &Options) -> Result<(), JobError> {
         let option = match (&self.scores, options.scores) {
             (Some(_), ScoreSource::Geometry) => "--scores geometry",

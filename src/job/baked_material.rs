@@ -7,15 +7,15 @@ use serde::Serialize;
 
 /// A baked material and the attributes that use it.
 pub struct BakedMaterial {
-    /// Attributes of the corners.
+    /// Attributes of the result, with texture coordinates.
     pub attributes: Attributes,
-    /// Material by name.
+    /// Material for the writers.
     pub extra: Extra,
-    /// Material for pictures.
+    /// Material for the renderer.
     pub looks: Looks,
     /// Figures for the report.
     pub figures: BakeFigures,
-    /// Failures, one line each.
+    /// Problems of the bake, one line each.
     pub notes: Vec<String>,
 }
 

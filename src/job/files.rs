@@ -5,7 +5,7 @@ use crate::simplify::Simplified;
 
 use super::baked_material::BakedMaterial;
 
-/// Results for one file.
+/// Simplified meshes that go into one file.
 #[derive(Default)]
 pub struct Meshes<'a> {
     /// One result, or the levels of detail of a scene.
@@ -18,21 +18,21 @@ pub struct Meshes<'a> {
     pub packing: Option<&'a Packing>,
 }
 
-/// Files of a result.
+/// One mesh file and its companion files.
 #[derive(Default)]
 pub struct Files {
-    /// Mesh file.
+    /// Content of the mesh file.
     pub bytes: Vec<u8>,
     /// Companion files, such as textures.
     pub companion_files: Vec<OutputFile>,
     /// Content that the format cannot store, one line each.
     pub notes: Vec<String>,
-    /// Vertices of each result in the file.
+    /// Number of each result's vertices in the file; `None` for STL.
     pub n_vertices: Vec<Option<usize>>,
 }
 
 impl Files {
-    /// Returns the bytes of the mesh file and of its glTF buffers.
+    /// Returns the bytes of the mesh file and its glTF buffers together.
     pub fn n_bytes(&self) -> usize {
         let buffers =
             self.companion_files.iter().filter(|file| file.path.extension().is_some_and(|ending| ending == "bin"));

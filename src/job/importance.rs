@@ -6,7 +6,7 @@ use super::document::{Document, list_names};
 use super::error::JobError;
 use super::request::Job;
 
-/// Returns the importance of each vertex, from numbers, an attribute, or a name and its factor; empty if not set.
+/// Returns each vertex's importance, from numbers, an attribute, or `NAME=FACTOR`; empty if not set.
 pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, JobError> {
     if let Some(given) = document.importance() {
         let refused = || JobError::Options("importance: give numbers of at least 0, with one above 0".into());
@@ -29,7 +29,7 @@ pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, Job
     })
 }
 
-// Faces named `part` have this factor, other faces 1.
+// Faces of the material, group or object `part` have this factor, other faces 1.
 fn importance_of_part(document: &Document, part: &str, factor: &str) -> Result<Vec<f32>, JobError> {
     let refused = |why: String| JobError::Options(format!("--importance {part}={factor}: {why}"));
     let number = factor.parse().ok().filter(|number: &f32| *number > 0.0 && number.is_finite());

@@ -4,7 +4,7 @@ use super::error::JobError;
 use super::parse::{bound, count, share};
 use super::size::{Bound, Count, Goal, LevelSize};
 
-/// Measure of levels of detail.
+/// Measure of levels of detail (`--lods-by`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LodsBy {
     Vertices,
@@ -13,7 +13,7 @@ pub(super) enum LodsBy {
     Error,
 }
 
-/// Parses levels of detail.
+/// Parses `--lods`.
 ///
 /// # Errors
 /// [`JobError::Options`] if a level is invalid or finer than the one before.

@@ -2,11 +2,11 @@
 
 use serde::Deserialize;
 
-/// Value of an option, read as on the command line.
+/// Value of an option, parsed like on the command line.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum OptionValue {
-    /// Option without a value, or not given.
+    /// `true` for an option without a value, `false` for an option not given.
     Flag(bool),
     /// Number: `0.1`, `5000`.
     Number(f64),

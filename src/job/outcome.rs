@@ -17,17 +17,17 @@ const SCREEN: f64 = 9.0 / 16.0;
 pub struct JobOutcome {
     /// One result, or one per level of detail.
     pub results: Vec<Simplified>,
-    /// Report.
+    /// Report, completed by [`write`](Self::write).
     pub report: JobReport,
     /// Baked material.
     pub baked: Option<BakedMaterial>,
     pub(super) packing: Option<Packing>,
-    // Notes in the report that precede the notes of writing.
+    // Number of notes in the report that precede the notes of writing.
     pub(super) n_first_notes: usize,
 }
 
 impl JobOutcome {
-    /// Makes the files, one per name of the job, and completes the report.
+    /// Makes the files, one mesh file per name of the job, and completes the report.
     ///
     /// # Errors
     /// [`JobError::Output`] if the format cannot store a result.
@@ -58,7 +58,7 @@ impl JobOutcome {
     }
 }
 
-/// Returns the share of the screen's area down to which each level is drawn; empty without measured errors.
+/// Returns the share of the screen's area down to which each level is drawn; empty without measured distances.
 fn coverage(levels: &[Level]) -> Vec<f64> {
     let area = |level: &Level| level.screen_coverage.map(|height| height * height * SCREEN);
     let next: Option<Vec<f64>> = levels.iter().skip(1).map(area).collect();

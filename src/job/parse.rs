@@ -21,7 +21,7 @@ pub fn share(text: &str) -> Result<f64, String> {
 /// Share of all vertices, or of those with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RatioOf {
-    /// Name; `None` for all vertices.
+    /// Name of the material, group or object; `None` for all vertices.
     pub name: Option<String>,
     /// Share, above 0 and at most 1.
     pub share: f64,
@@ -74,7 +74,7 @@ pub(super) fn n_bytes(text: &str) -> Result<usize, JobError> {
     value.map(|x| x as usize).ok_or_else(|| JobError::Options(format!("--size {text}: give bytes, like 500kB or 2MB")))
 }
 
-/// Parses a symmetry: nothing, `x`, `x=0.5`.
+/// Parses a symmetry: none, an axis `x`, or a plane `x=0.5`.
 pub(super) fn symmetry(text: Option<&str>) -> Result<Symmetry, JobError> {
     let Some(text) = text else { return Ok(Symmetry::Best) };
     let (name, at) = text.split_once('=').map_or((text, None), |(name, at)| (name, Some(at)));

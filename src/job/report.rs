@@ -14,9 +14,9 @@ use super::size::{Bound, Count, Goal, LevelSize, percent};
 /// Report of a job.
 #[derive(Debug, Serialize)]
 pub struct JobReport {
-    /// Mesh after cleaning.
+    /// Size of the input after cleaning.
     pub input: Size,
-    /// Mesh as written.
+    /// Figures of the written mesh.
     pub output: OutputFigures,
     /// Requested size.
     pub target: TargetWords,
@@ -28,7 +28,7 @@ pub struct JobReport {
     pub seed: u64,
     /// Number of threads.
     pub threads: usize,
-    /// Times.
+    /// Seconds per stage.
     pub seconds: Seconds,
     /// Changes made by cleaning.
     pub cleaned: CleaningFigures,
@@ -38,7 +38,7 @@ pub struct JobReport {
     /// Figures of `--bake`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baked: Option<BakeFigures>,
-    /// Results of named shares.
+    /// Results of each `--ratio NAME=SHARE`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub named: Vec<NamedShare>,
     /// Distance from the original; `null` with `--no-check`.
@@ -46,7 +46,7 @@ pub struct JobReport {
     /// Proved bounds of the largest distance, with `--error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<Certified>,
-    /// Mirror plane such as `x = 0`.
+    /// Mirror plane of the result, such as `x = 0`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mirror: Option<String>,
     /// Levels of detail; `output` is the first.
@@ -63,7 +63,7 @@ pub struct JobReport {
 /// One level of detail.
 #[derive(Clone, Debug, Serialize)]
 pub struct Level {
-    /// Mesh as written.
+    /// Figures of the written mesh.
     #[serde(flatten)]
     pub output: OutputFigures,
     /// `reached`, or `stopped: ` and the reason.
@@ -106,7 +106,7 @@ pub struct Certified {
 }
 
 impl Certified {
-    /// Converts a proved distance; without a diagonal, percents are in the unit of the mesh.
+    /// Converts a proved distance; if the diagonal is 0, percents are in the unit of the mesh.
     pub fn new(distance: &CertifiedDistance, diagonal: f64) -> Self {
         let percent = if diagonal > 0.0 { 100.0 / diagonal } else { 1.0 };
         let CertifiedDistance { lower, upper, .. } = *distance;
@@ -146,9 +146,9 @@ impl<'a> MapFile<'a> {
 /// Size and topology of a mesh.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Size {
-    /// Vertices.
+    /// Number of vertices.
     pub vertices: usize,
-    /// Faces.
+    /// Number of faces.
     pub faces: usize,
     /// Topology, if requested.
     #[serde(flatten)]
@@ -178,16 +178,16 @@ pub struct OutputFigures {
     /// Size and topology.
     #[serde(flatten)]
     pub size: Size,
-    /// Vertices in the file, where seams repeat them; missing for STL, and if nothing is written.
+    /// Number of vertices in the file, with copies at seams; missing for STL, and if nothing is written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vertices_written: Option<usize>,
-    /// Components of the smallest closed shape.
+    /// Number of components that cannot shrink: tetrahedra and single triangles.
     pub components_at_minimum: usize,
-    /// True if only the shape of components prevents a smaller result.
+    /// True if a smaller result would deform a component too far.
     pub components_keep_shape: bool,
-    /// Dropped components.
+    /// Number of dropped components.
     pub components_pruned: usize,
-    /// Components dropped by `--hidden drop`.
+    /// Number of components dropped by `--hidden drop`.
     pub components_hidden: usize,
     /// Dropped components, in the order of the input's faces.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -196,7 +196,7 @@ pub struct OutputFigures {
     pub kept_edges: usize,
     /// Locked vertices of the input.
     pub locked_vertices: usize,
-    /// Vertices and edges of the input split because several sheets met there.
+    /// Input vertices and edges split because several sheets met there.
     pub split_vertices: usize,
     /// Flipped edges.
     pub flipped_edges: usize,
@@ -204,16 +204,16 @@ pub struct OutputFigures {
     pub separated_vertices: usize,
 }
 
-/// Result of a named share.
+/// Result of `--ratio NAME=SHARE` for one name.
 #[derive(Clone, Debug, Serialize)]
 pub struct NamedShare {
-    /// Name.
+    /// Name of the material, group or object.
     pub name: String,
     /// Requested share of the vertices.
     pub ratio: f64,
-    /// Faces in the input.
+    /// Faces with the name in the input.
     pub faces_before: usize,
-    /// Faces in the result.
+    /// Faces with the name in the result.
     pub faces: usize,
 }
 
@@ -226,7 +226,7 @@ pub struct Dropped {
     pub faces: usize,
 }
 
-/// Requested size, as one key and its value.
+/// Requested size, in JSON one key and its value.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TargetWords {
@@ -254,7 +254,7 @@ pub enum TargetWords {
     LodsError(Vec<String>),
 }
 
-/// Returns the requested size for a report.
+/// Returns the goal for the report; `first` is the first result's target.
 pub fn target_words(goal: &Goal, first: Target) -> TargetWords {
     match goal {
         Goal::Target => first.into(),
@@ -267,7 +267,7 @@ pub fn target_words(goal: &Goal, first: Target) -> TargetWords {
     }
 }
 
-/// Returns the levels: shares of the vertices as numbers, others as text.
+/// Converts levels of detail: shares of the vertices to numbers, others to text.
 fn levels(sizes: &[LevelSize]) -> TargetWords {
     let share =
         |size: &LevelSize| if let LevelSize::Vertices(Count::Share(share)) = size { Some(*share) } else { None };
@@ -288,18 +288,18 @@ fn levels(sizes: &[LevelSize]) -> TargetWords {
 /// Wall-clock seconds; set by the caller.
 #[derive(Debug, Default, Serialize)]
 pub struct Seconds {
-    /// From opening the input to arrays.
+    /// Seconds from opening the input to arrays.
     pub read: f64,
-    /// From arrays to the finished mesh.
+    /// Seconds from arrays to the simplified mesh.
     pub simplify: f64,
-    /// From the finished mesh to bytes on disk.
+    /// Seconds from the simplified mesh to bytes on disk.
     pub write: f64,
-    /// Measuring input and output.
+    /// Seconds of measuring input and output.
     pub check: f64,
-    /// From the finished mesh to baked textures.
+    /// Seconds from the simplified mesh to baked textures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bake: Option<f64>,
-    /// Stages of `simplify` by name, in order.
+    /// Seconds per stage of `simplify`, by name, in order.
     pub stages: Map<String, Value>,
 }
 
@@ -322,7 +322,7 @@ pub struct RepairFigures {
     pub holes_filled: usize,
     /// Boundary loops left open.
     pub holes_left: usize,
-    /// Faces over holes.
+    /// Faces added over holes.
     pub faces_added: usize,
     /// Faces removed.
     pub faces_removed: usize,
@@ -432,7 +432,7 @@ impl From<&RepairCounts> for RepairFigures {
 }
 
 impl DistanceFigures {
-    /// Converts to percent of the diagonal; without a diagonal, distances stay absolute.
+    /// Converts distances to percent of the diagonal; if the diagonal is 0, distances stay absolute.
     pub fn new(measured: &QuickDistance) -> Self {
         let percent = if measured.diagonal > 0.0 { 100.0 / measured.diagonal } else { 1.0 };
         Self { mean_percent: measured.mean * percent, max_percent: measured.max * percent, samples: measured.n_samples }

@@ -21,7 +21,7 @@ use super::size::{Bound, Count, Goal};
 pub struct Job {
     /// Options of the simplifier.
     pub options: Options,
-    /// Goal; `options.target` counts only for some goals.
+    /// Goal of the job; most goals replace `options.target`.
     pub goal: Goal,
     /// Format of the results.
     pub format: Format,
@@ -31,7 +31,7 @@ pub struct Job {
     pub weld: bool,
     /// Distance below which vertices are welded.
     pub weld_near: Option<Bound>,
-    /// Largest movement of seams, in texels.
+    /// Distance that texture seams may move, in texels.
     pub seam_texels: Option<f64>,
     /// Size below which components are dropped.
     pub prune_below: Option<Bound>,
@@ -41,15 +41,15 @@ pub struct Job {
     pub bake: Option<usize>,
     /// Packing of a glTF.
     pub compress: Option<PackOptions>,
-    /// Largest texture side in texels.
+    /// Texels per side above which textures are made smaller.
     pub textures: Option<usize>,
     /// Attributes that the result does not need.
     pub ignore: Vec<Ignored>,
     /// Attribute with the vertex importance, or `NAME=FACTOR`.
     pub importance: Option<String>,
-    /// Names of unchanged faces.
+    /// Names of materials, groups or objects whose faces stay unchanged.
     pub keep: Vec<String>,
-    /// Names and their shares, above 0 and at most 1.
+    /// Names as in `keep`, and the share of each that stays, above 0 and at most 1.
     pub shares: Vec<(String, f64)>,
     /// True if files outside the mesh's folder may be read.
     pub allow_outside: bool,
@@ -94,7 +94,7 @@ impl Job {
         }
     }
 
-    /// Returns whether a glTF stays a scene.
+    /// Returns whether a glTF stays a scene instead of one mesh.
     pub(super) fn takes_scenes(&self) -> bool {
         matches!(self.format, Format::Gltf | Format::Glb) && self.bake.is_none()
     }
@@ -113,9 +113,9 @@ impl Job {
 /// Names of result files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Names {
-    /// One name for all results, or one each; empty if unknown.
+    /// One file name for all results, or one each; empty if unknown.
     pub files: Vec<String>,
-    /// Base name of files that levels of detail share.
+    /// Base name of companion files that levels of detail share.
     pub shared: Option<String>,
 }
 

@@ -148,7 +148,7 @@ fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
     Ok(options)
 }
 
-// If names have shares, the rest of the input has fewer vertices, so a share must become a number.
+// Named shares are simplified first and leave fewer vertices, so the ratio of all vertices becomes a number before.
 fn resolve_target(target: Target, document: &Document, job: &Job) -> Target {
     if job.shares.is_empty() { target } else { shares::ratio_to_count(target, document.mesh().positions().len()) }
 }
@@ -168,7 +168,7 @@ fn bake_result(
     Ok(Some(BakedMaterial { notes: [missing, baked.notes].concat(), ..baked }))
 }
 
-// One line per value that cannot be packed.
+// The second result has one line per mesh whose positions stay unpacked.
 fn pack_results(
     document: &Document,
     results: &[&Simplified],
@@ -195,7 +195,7 @@ fn note_missing_poses(document: &Document, job: &Job) -> Option<String> {
     (job.options.purpose == Purpose::Poses && !has_poses).then(|| what.into())
 }
 
-// The proof may leave out dropped components.
+// The proof leaves out components dropped by `--prune` and `--hidden`.
 fn note_unproved(job: &Job, result: &Simplified) -> Option<String> {
     let is_by_name = job.prune_below.is_some() || job.options.hidden == Hidden::Drop;
     let is_proved = matches!(job.goal, Goal::Error(_) | Goal::ErrorLevels(_));

@@ -9,7 +9,7 @@ use super::report::NamedShare;
 use super::request::Job;
 use super::watch::Watch;
 
-/// Share of the progress bar for named faces.
+/// Share of the progress bar that named faces take.
 const SHARE_OF_RUN: f32 = 0.5;
 
 /// Simplifies each name to its share and locks kept faces; returns the input for the rest.
@@ -51,7 +51,7 @@ pub fn simplify_named(
     Ok((simplified, named_shares))
 }
 
-/// Converts the results' vertices and faces to those of the mesh that was read.
+/// Converts source vertices and faces in `results` to indices of the mesh that was read.
 pub fn renumber(results: &mut [Simplified], simplified: &SimplifiedGroups) {
     for result in results {
         result
@@ -65,7 +65,7 @@ pub fn renumber(results: &mut [Simplified], simplified: &SimplifiedGroups) {
     }
 }
 
-/// Converts a share of `n_vertices` to a number.
+/// Converts a target ratio of `n_vertices` to a number of vertices.
 pub fn ratio_to_count(target: Target, n_vertices: usize) -> Target {
     match target {
         Target::Ratio(ratio) => Target::Vertices(((n_vertices as f64 * ratio) as usize).max(1)),

@@ -9,11 +9,11 @@ use crate::simplify::Target;
 pub enum Goal {
     /// Target of the simplifier's options.
     Target,
-    /// Share of the faces.
+    /// Share of the faces, above 0 and at most 1.
     ShareOfFaces(f64),
     /// Largest distance from the original.
     Error(Bound),
-    /// Bytes of the file.
+    /// Largest size of the file in bytes.
     Size(usize),
     /// Levels of detail, each no larger than the one before.
     Levels(Vec<LevelSize>),
@@ -40,7 +40,7 @@ impl Goal {
 /// Number of vertices or faces, absolute or relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Count {
-    /// Number.
+    /// Absolute number.
     Number(usize),
     /// Share, above 0 and at most 1.
     Share(f64),
@@ -98,7 +98,7 @@ impl LevelSize {
     }
 }
 
-/// Distance.
+/// Distance, absolute or relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
     /// In the unit of the mesh.

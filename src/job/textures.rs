@@ -22,7 +22,7 @@ type ResizedImages = HashMap<(u64, ImageUse), Option<Vec<u8>>>;
 #[derive(Debug)]
 pub struct Textures {
     side: usize,
-    // Images of all results are kept, so that each is resized once.
+    // Resized images of all results are kept, so that no image is resized twice.
     made: Mutex<ResizedImages>,
     /// Reasons why images could not be resized.
     problems: Mutex<BTreeSet<String>>,
@@ -34,7 +34,7 @@ impl Textures {
         Self { side, made: Mutex::default(), problems: Mutex::default() }
     }
 
-    /// Returns a note about images that could not be resized.
+    /// Returns a note about one image that could not be resized.
     pub fn note(&self) -> Option<String> {
         let problems = self.problems.lock().ok()?;
         problems.first().map(|problem| format!("an image keeps its size: it {problem}"))
@@ -82,7 +82,7 @@ fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     Some(if is_opaque { encode_png_opaque(&smaller) } else { encode_png(&smaller) })
 }
 
-/// Colours, averaged in linear light and weighted by opacity.
+/// Pixel format of colours: averaged in linear light, weighted by opacity.
 struct Colours {
     /// Linear light of each byte.
     light: [f32; 256],
@@ -122,7 +122,7 @@ impl PixelFormat for Colours {
     }
 }
 
-/// Numbers, averaged without conversion.
+/// Pixel format of numbers: averaged without conversion.
 struct Numbers;
 
 impl PixelFormat for Numbers {
@@ -169,7 +169,6 @@ where
     Ok(pixels)
 }
 
-/// Normalises a direction; keeps the opacity.
 fn normalise(pixel: &mut [u8; 4]) {
     let direction: [f32; 3] = std::array::from_fn(|axis| f32::from(pixel[axis]) / 127.5 - 1.0);
     let length = direction.iter().map(|x| x * x).sum::<f32>().sqrt();

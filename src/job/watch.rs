@@ -21,12 +21,12 @@ pub enum JobStage {
     Picture,
 }
 
-/// Listener for the progress of a job, which can end it; closures ignore stages.
+/// Listener to a job, which can end the job; a closure receives only events.
 pub trait Watch: Send {
     /// Receives the start of a stage.
     fn begin(&mut self, stage: JobStage);
 
-    /// Receives progress of the simplification; `Break` ends the job.
+    /// Receives the progress of the simplification; returning `Break` ends the job.
     fn event(&mut self, event: Event) -> ControlFlow<()>;
 }
 

@@ -1,4 +1,4 @@
-//! Results within distances from the original.
+//! Results within given distances from the original.
 
 use crate::io::PackOptions;
 use crate::metrics::CertifiedDistance;
@@ -13,11 +13,11 @@ use super::simplified_results::SimplifiedResults;
 use super::size::Bound;
 use super::watch::Watch;
 
-// Largest share of a distance for rounding; above this share, coordinates get more bits.
+// Largest share of the allowed distance that rounding may take; above it, coordinates get more bits.
 const ROUNDING_OF_ERROR: f64 = 0.125;
 const ENDED_EARLY: &str = "the search ended early, so a smaller mesh may also meet the bound: needle-like faces and large intersecting faces take long to measure";
 
-/// Finds the smallest result within each of these rising distances.
+/// Finds the smallest result within each of the rising distances `bounds`.
 pub(super) fn simplify_within(
     bounds: &[Bound],
     (document, input): (&Document, &Input),
@@ -53,7 +53,7 @@ pub(super) fn simplify_within(
     Ok(found_results)
 }
 
-/// Returns the rounding of the file, which must be less than the distance.
+/// Returns the distance by which writing moves vertices; fails if it reaches `error`.
 fn rounding_below(error: f64, pack: Option<&PackOptions>, document: &Document, job: &Job) -> Result<f64, JobError> {
     let (rounding, format) = (document.rounding(job), job.format.name());
     let on_grid = pack.map_or(0.0, |pack| document.packed_rounding(pack.bits, error));
@@ -72,7 +72,7 @@ fn rounding_below(error: f64, pack: Option<&PackOptions>, document: &Document, j
     Ok(rounding + on_grid)
 }
 
-/// Chooses enough bits that rounding takes only a small share of the distance.
+/// Chooses enough bits that rounding takes only a small share of `error`.
 fn pack_below(error: f64, document: &Document, job: &Job) -> Option<PackOptions> {
     let asked = job.compress?;
     let is_small = |bits: &u32| document.packed_rounding(*bits, error) <= ROUNDING_OF_ERROR * error;

@@ -13,27 +13,28 @@ use crate::simplify::{
 
 use super::progress::Search;
 
-/// Sizes tried from one collapse.
-// Refining one size costs as much as the collapse.
+/// Number of sizes whose results one collapse yields.
+// Refining the result of one size costs as much as the collapse.
 const SIZES: usize = 3;
-/// Factor between the largest and smallest size of the first trial.
+/// Ratio of the largest to the smallest size tried first.
 const SPAN: f64 = 20.0;
-/// Factor between sizes around a predicted one.
+/// Ratio of neighbouring sizes tried around a predicted one.
 const NEAR: f64 = 1.1;
-/// Range of the power of the vertex count by which distances fall.
+/// Range of p, if distances are predicted to fall like 1 / n_vertices^p.
 const POWERS: [f64; 2] = [0.5, 3.0];
 const USUAL_POWER: f64 = 1.0;
 /// Largest number of collapses.
 const MOST_ROUNDS: usize = 7;
-/// Factor to the largest rejected size at which the search ends.
-// Distances of neighbouring sizes fluctuate by more. With `NEAR`, the next three sizes are within 1.024.
+/// Ratio of the smallest accepted to the largest rejected size at which the search ends.
+// Distances fluctuate by more than 5 % between neighbouring sizes. Three sizes in an interval of `NEAR` differ by a
+// factor of 1.024.
 const CLOSE: f64 = 1.05;
-/// Share of the error below which the smallest accepted result reopens the search for smaller sizes, once.
+/// Share of the allowed distance below which the smallest accepted result reopens the search, once.
 const SPARE: f64 = 0.9;
-/// Budget of visited triangles and boxes for all proofs of a search: per face of the original, and at least.
-// Five benchmark meshes at 0.3 % take 158 to 434 per face in 10 to 14 proofs.
+/// Budget of visited triangles and boxes for all proofs: the first per face of the original, plus the second.
+// On five benchmark meshes, within 0.3 % of the diagonal, 10 to 14 proofs visit 158 to 434 per face together.
 const MOST_VISITS: [u64; 2] = [1000, 4_000_000];
-/// Share of a run in its time with proofs.
+/// Share of a round's progress that the collapse takes; its proofs take the rest.
 const SHARE_OF_RUN: f32 = 0.4;
 
 /// A result and its proved distance.
@@ -44,7 +45,7 @@ pub struct Bounded {
     pub simplified: Simplified,
     /// Bounds of the two-sided largest distance between result and original.
     pub distance: CertifiedDistance,
-    /// Number of results made.
+    /// Number of meshes made during the search.
     pub n_tries: usize,
     /// True if proofs ran out of budget; a smaller result may exist.
     pub ended_early: bool,
@@ -107,7 +108,7 @@ pub fn simplify_to_error(
     Ok(Bounded { simplified, distance, n_tries, ended_early: prover.is_any_open.get() })
 }
 
-/// Returns the mesh at its own size, with unmoved vertices if that is nearer.
+/// Returns a result of the mesh's own size, with vertices left in place if that is nearer.
 fn nearest(
     original: &PlacedOriginal,
     error: f64,
@@ -120,7 +121,7 @@ fn nearest(
         Ok::<_, SimplifyError>((result, distance))
     };
     let moved = whole(false)?;
-    // A mirrored result has its own positions, so vertices cannot stay unmoved.
+    // A result with mirror symmetry moves vertices, so they cannot stay in place.
     if moved.1.upper <= error || options.subset || options.symmetric.is_some() {
         return Ok(moved);
     }
@@ -128,13 +129,13 @@ fn nearest(
     Ok(if in_place.1.upper < moved.1.upper { in_place } else { moved })
 }
 
-/// Bounds the distance of a result that should be within `error`.
+/// Bounds the distance from the original of a result that should be within `error`.
 fn bound_distance(original: &PlacedOriginal, simplified: &Simplified, error: f64) -> CertifiedDistance {
     let (original, simplified) = (&*original.view, &*original.view_of(simplified));
     if original.faces().len() == simplified.faces().len() && triangles(original) == triangles(simplified) {
         return CertifiedDistance { lower: 0.0, upper: 0.0, diagonal: original.diagonal() };
     }
-    // Below half of the error the exact distance does not matter, and it takes long on flat surfaces.
+    // An upper bound of half of `error` suffices: a sharper one takes long on flat surfaces.
     let asked = DistanceTolerance { enough: 0.5 * error, ..DistanceTolerance::default() };
     let unknown = CertifiedDistance { lower: 0.0, upper: f64::INFINITY, diagonal: original.diagonal() };
     certified_distance(original, simplified, &asked).unwrap_or(unknown)
@@ -228,7 +229,7 @@ fn smallest_within_error(
     Ok((best, n_tries))
 }
 
-/// Counts the results within the error, largest first, assuming that larger ones are within if a smaller one is.
+/// Counts the results within the error, largest first, assuming that larger results are nearer.
 fn count_within_error(results: &[Simplified], mut is_within_error: impl FnMut(&Simplified) -> bool) -> usize {
     let (mut low, mut high) = (0, results.len());
     while low < high {
@@ -246,7 +247,7 @@ fn count_within_error(results: &[Simplified], mut is_within_error: impl FnMut(&S
 struct PlacedOriginal<'a> {
     view: Cow<'a, TriMesh>,
     scene: Option<&'a UnitedMesh>,
-    /// Vertices of the mesh that is simplified.
+    /// Number of vertices of the simplifier's input.
     n_vertices: usize,
 }
 
@@ -272,14 +273,14 @@ impl<'a> PlacedOriginal<'a> {
         }
     }
 
-    /// Returns the largest rounding of a position by placement in a scene.
+    /// Returns the largest distance by which placement in the scene rounds a position.
     fn rounding(&self) -> f64 {
         let reach = self.view.positions().as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
         if self.scene.is_some() { 3f64.sqrt() * f64::from(f32::EPSILON) * f64::from(reach) } else { 0.0 }
     }
 }
 
-/// Widens bounds by rounding; an upper bound of 0 stays.
+/// Widens both bounds of a distance by `rounding`; an upper bound of 0 stays.
 fn add_rounding(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
     match distance.upper {
         0.0 => distance,
@@ -321,7 +322,7 @@ struct Range {
     too_few: usize,
     enough: usize,
     sizes_within_error: Vec<(usize, f64)>,
-    /// True if the last sizes were predicted; the next ones are then not.
+    /// True if the last sizes were predicted; the next ones then are not.
     were_predicted: bool,
     was_reopened: bool,
 }

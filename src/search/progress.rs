@@ -4,15 +4,15 @@ use std::ops::ControlFlow;
 
 use crate::simplify::{Event, Listener, SimplifyError};
 
-/// Number of runs after which a search counts as half done.
-// Searches of three to eight equal runs then show 0.41 to 0.65 at half of their time.
+/// Number of runs after which the progress of a search is 0.5.
+// Halfway through searches of three to eight equal runs, the progress is then 0.41 to 0.65.
 const HALF: f32 = 2.2;
 
 pub(super) struct Search<'a, 'b> {
     listener: &'a mut Listener<'b>,
-    /// Finished runs with their checks.
+    /// Number of runs begun.
     n_over: usize,
-    /// Share of a run in its time with the check.
+    /// Share of a run's progress that simplification takes; the check takes the rest.
     of_run: f32,
 }
 
@@ -29,7 +29,7 @@ impl<'a, 'b> Search<'a, 'b> {
         move |event| listener(Event { total: share_done(before + of_run * event.total), ..event })
     }
 
-    /// Announces that the results of a run are checked.
+    /// Announces to the listener that the check of a run's results begins.
     ///
     /// # Errors
     /// [`SimplifyError::Interrupted`] if the listener ends the search.

@@ -5,21 +5,21 @@ use crate::simplify::{Input, Listener, Options, Outcome, Simplified, SimplifyErr
 
 use super::progress::Search;
 
-/// Largest number of results.
+/// Largest number of trials in a search.
 const MOST_TRIES: usize = 8;
-/// Share of the bytes at which a result is large enough.
+/// Share of the allowed bytes from which a result is large enough.
 const FULL: f64 = 0.99;
 /// Vertices of the first trial, which shows the bytes per vertex.
 const FIRST: usize = 1000;
 /// Failed trials in a row after which the smallest possible result is tried.
 const MOST_MISSES: usize = 5;
-/// Share of a run in its time with writing.
+/// Share of a trial's progress that simplification takes; writing takes the rest.
 const SHARE_OF_RUN: f32 = 0.9;
 
 /// Finds a result that takes at most `n_bytes` when written and nearly fills them.
 ///
-/// `bytes_of` returns the size of a result. The target of `options` is ignored. If no result fits, returns the smallest one
-/// with [`Outcome::Stopped`].
+/// `bytes_of` returns the bytes that a result takes. The target of `options` is ignored. If no result fits, returns the
+/// smallest one with [`Outcome::Stopped`].
 ///
 /// # Errors
 /// As [`simplify_input`], and those of `bytes_of`.
@@ -83,7 +83,7 @@ fn outcome(fits: bool, too_large: Option<&(Simplified, usize)>) -> Outcome {
     Outcome::Stopped(format!("the smallest result takes {n} bytes{why}"))
 }
 
-/// Interpolates the vertices for `n_bytes` from a small and a large result (vertices, bytes).
+/// Interpolates the number of vertices for `n_bytes` from a small and a large result (vertices, bytes).
 fn next_guess(small: Option<(f64, f64)>, large: Option<(f64, f64)>, n_bytes: f64) -> f64 {
     match (small, large) {
         (Some((v, n)), Some((w, m))) if m > n => v + (w - v) * (n_bytes - n) / (m - n),

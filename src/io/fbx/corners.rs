@@ -21,12 +21,12 @@ pub(super) fn convert_mesh(mesh: &Mesh) -> FbxMesh {
     for (i, face) in mesh.faces.iter().enumerate() {
         corners.clear();
         corners.extend((face.index_begin..face.index_begin.saturating_add(face.num_indices)).take(mesh.num_indices));
-        // Faces with fewer than three corners are counted.
+        // Faces with fewer than three corners are dropped and counted.
         if !fans.push(&corners, &mut faces) {
             dropped_faces += 1;
             continue;
         }
-        // Faces without a material use the first.
+        // Faces without a material get the first material.
         let slot = mesh.face_material.get(i).copied().unwrap_or_default();
         let number = *numbers.entry(slot).or_insert(slots.len() as u32);
         if number as usize == slots.len() {

@@ -34,7 +34,7 @@ impl<'a> Data<'a> {
         let accessor = self.accessor(index)?;
         let shape = ElementShape::from_name(&accessor.shape).ok_or_else(|| unusable(index, accessor))?;
         let width = shape.width();
-        // The count is a claim of the file: zeros without bytes may have any.
+        // The file may claim any count: an accessor without bytes means zeros.
         if accessor.count.saturating_mul(width) > limit {
             return Err(unusable(index, accessor));
         }
@@ -60,7 +60,7 @@ impl<'a> Data<'a> {
     fn elements<const N: usize>(&self, index: usize, shape: &str, limit: usize) -> Result<Vec<[f64; N]>, ReadError> {
         let accessor = self.accessor(index)?;
         let kind = ComponentKind { component: accessor.component_type, normalized: accessor.normalized };
-        // The count is a claim of the file: zeros without bytes may have any.
+        // The file may claim any count: an accessor without bytes means zeros.
         if accessor.shape != shape || accessor.count > limit {
             return Err(unusable(index, accessor));
         }

@@ -20,12 +20,12 @@ use crate::io::{Folder, Format, OutputFile, ReadError, gzip, refuse_external_fil
 pub struct Asset {
     pub(super) document: Value,
     pub(super) container: Container<'static>,
-    // Bytes of the asset's file and buffers.
+    // Number of bytes in the asset's file and buffers.
     pub(super) n_bytes: usize,
-    // True if the asset is a single JSON file.
+    // True if the asset is one JSON file with its buffers inside.
     pub(super) is_embedded: bool,
     pub(super) images: Vec<OutputFile>,
-    // Mesh index of each part.
+    // Index in the glTF `meshes` of each part.
     pub(super) meshes: Vec<usize>,
     parts: Vec<AssetPart>,
     notes: Vec<String>,
@@ -111,7 +111,7 @@ impl Asset {
         Ok(Self { document, container, n_bytes, is_embedded, images, meshes, parts, notes })
     }
 
-    /// Returns the meshes with triangles, in file order.
+    /// Returns the parts: the asset's meshes that have triangles, in file order.
     pub fn parts(&self) -> &[AssetPart] {
         &self.parts
     }
@@ -168,7 +168,7 @@ fn read_parts(
     Ok((meshes, parts))
 }
 
-/// Returns the largest scale of each mesh, n_meshes.
+/// Returns the largest scale at which nodes show each mesh, n_meshes.
 fn largest_scales(data: &Data, limit: usize) -> Result<Vec<f64>, ReadError> {
     let mut scales = vec![0f64; data.root.meshes.len()];
     for placed in placements(data)? {

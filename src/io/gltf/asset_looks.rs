@@ -108,7 +108,7 @@ impl Asset {
             let primitives = self.container.root.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.primitives);
             let of_material = |material: Option<usize>| looks.get(material?).cloned();
             let look = |primitive: &Primitive| Look {
-                // Only the first set of colours multiplies the material.
+                // By the specification, only `COLOR_0` multiplies the material's colour.
                 uses_corner_colours: primitive.attributes.contains_key("COLOR_0"),
                 ..of_material(primitive.material).unwrap_or_default()
             };

@@ -10,7 +10,7 @@ use super::{spend, triangles};
 use crate::io::ReadError;
 use crate::mesh::{Attributes, Channel, RawMesh, Role};
 
-/// Mesh of a glTF asset.
+/// Mesh of a glTF asset that has triangles.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct AssetPart {
@@ -20,7 +20,7 @@ pub struct AssetPart {
     pub mesh: RawMesh,
     /// Material name of each primitive, or `primitive N`.
     pub materials: Vec<String>,
-    /// Largest scale of its nodes; 1 for skinned and unplaced meshes.
+    /// Largest scale at which nodes show the mesh; 1 for skinned and unplaced meshes.
     pub scale: f64,
 }
 
@@ -175,7 +175,7 @@ impl<'a> PartBuilder<'a> {
     }
 }
 
-// The key has the names too, since equal accessors may be different attributes.
+// The key includes the attributes' names, since two attributes may use one accessor.
 fn accessors(primitive: &Primitive) -> Vec<usize> {
     let maps = std::iter::once(&primitive.attributes).chain(&primitive.targets);
     let row = |(name, &accessor): (&String, &usize)| {

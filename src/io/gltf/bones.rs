@@ -26,7 +26,7 @@ impl Bones {
         Ok(Self { joints: skin.joints.clone(), inverse_bind })
     }
 
-    /// Returns the transform of the mesh to the scene in its bind pose.
+    /// Returns the transform from the mesh, in its bind pose, to the scene.
     pub fn bind_transform(&self, world: &[DMat4]) -> Option<DMat4> {
         let joints = self.joints.iter().zip(&self.inverse_bind);
         // In the bind pose all joints agree, so the first with an invertible matrix decides.

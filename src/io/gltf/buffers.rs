@@ -16,7 +16,7 @@ pub(super) struct AssetBuffers<'a> {
 }
 
 impl<'a> AssetBuffers<'a> {
-    // A buffer is a URI and a mark of fallbacks, which need no bytes.
+    // `buffers` has each buffer's URI, and true for a fallback, whose bytes are not needed.
     pub fn load<'b>(
         buffers: impl Iterator<Item = (Option<&'b str>, bool)>,
         embedded: Option<&'a [u8]>,
@@ -26,7 +26,7 @@ impl<'a> AssetBuffers<'a> {
         let mut held = Self { files, of_buffers: Vec::new() };
         let mut known = FxHashMap::default();
         for (uri, is_fallback) in buffers {
-            // A buffer without a URI is the chunk of the GLB.
+            // A buffer without a URI has its bytes in the binary chunk of the GLB.
             let file = match (uri, embedded) {
                 _ if is_fallback => 0,
                 (None, Some(_)) => 1,

@@ -11,7 +11,7 @@ use super::REMEDY;
 use super::buffers::AssetBuffers;
 use crate::io::ReadError;
 
-/// Limits of unpacked bytes: the first per compressed byte, the second in any case.
+/// Largest number of unpacked bytes: the first times the bytes of all buffers, plus the second.
 const GROWTH: (usize, usize) = (64, 1 << 26);
 
 #[derive(Deserialize)]
@@ -65,7 +65,7 @@ fn decode_view(view: &Compressed, bytes: &[u8]) -> Option<Vec<u8>> {
     }
 }
 
-// The binding requires a type: a vertex of N words.
+// The Rust binding of meshoptimizer decodes into a type: a vertex of N words of 32 bits.
 #[derive(Clone)]
 struct Vertex<const N: usize>([u32; N]);
 

@@ -27,7 +27,7 @@ impl<'a> Container<'a> {
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
             ReadError::line(json, before, format!("the JSON is malformed or not glTF ({error})"), REMEDY)
         })?;
-        // Some writers leave out the fallback mark on buffers that nothing reads.
+        // Some writers do not mark a buffer as a fallback although all its views are compressed elsewhere.
         let is_spare = |at: usize| embedded.is_none() && has_only_compressed_views(&root, at);
         let named = root.buffers.iter().enumerate();
         let named =
@@ -48,7 +48,7 @@ impl<'a> Container<'a> {
         Data { root: &self.root, buffers: &self.buffers, decompressed: &self.decompressed }
     }
 
-    /// Returns the largest number of vertices and faces for an asset of `n_bytes`.
+    /// Returns the largest number of vertices and faces accepted from an asset of `n_bytes`.
     pub fn budget(&self, n_bytes: usize) -> usize {
         instance_limit(n_bytes + self.buffers.n_bytes() + self.n_decompressed())
     }

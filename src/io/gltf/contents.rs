@@ -19,9 +19,9 @@ pub struct AssetContents {
     pub n_nodes: usize,
     /// Number of cameras.
     pub n_cameras: usize,
-    /// Names of the nodes with each of [`Asset::parts`].
+    /// Names of the nodes that show each of [`Asset::parts`].
     pub nodes_of_parts: Vec<Vec<String>>,
-    /// Name of each node, with the indices of [`Asset::parts`] at and below it.
+    /// Name of each node, with the indices of the [`Asset::parts`] that the node and its descendants show.
     pub parts_of_nodes: Vec<(String, Vec<usize>)>,
     /// Names of materials.
     pub materials: Vec<String>,

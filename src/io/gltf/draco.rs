@@ -9,7 +9,7 @@ use crate::io::ReadError;
 use crate::io::memory::reserve;
 use crate::io::one_line::one_line;
 
-/// Limits of unpacked bytes: the first per compressed byte, the second in any case.
+/// Largest number of unpacked bytes: the first times the bytes of all buffers, plus the second.
 const GROWTH: (usize, usize) = (256, 1 << 26);
 
 pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), ReadError> {
@@ -21,7 +21,7 @@ pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), 
             let what = format!("geometry compressed by Draco cannot be decoded ({why})");
             ReadError::file(what, "export the asset again, or without the compression")
         };
-        // An attribute with neither copy would silently become zeros.
+        // An attribute with neither compressed nor plain values would silently become zeros.
         if let Some(name) = find_missing(primitive, draco, accessors) {
             return Err(broken(&format!("it contains no {name}")));
         }

@@ -19,7 +19,7 @@ pub(super) struct NumberStorage {
     // True if integers mean fractions of their range.
     pub normalized: bool,
     pub shape: String,
-    // True if only nonzero rows are stored when that is shorter.
+    // True if the accessor may be sparse: only nonzero rows are stored if that takes fewer bytes.
     pub sparse: bool,
 }
 
@@ -140,7 +140,7 @@ fn bounds(values: &[f32], width: usize, has_fractions: bool) -> [Value; 2] {
 
 fn push(bytes: &mut Vec<u8>, value: f32, stored: &NumberStorage) {
     let whole = |range: f64| (f64::from(value) * if stored.normalized { range } else { 1.0 }).round();
-    // Casts from floats saturate.
+    // Casts from floats clamp to the integer's range.
     match stored.component {
         5120 => bytes.extend((whole(127.0).max(-127.0) as i8).to_le_bytes()),
         5121 => bytes.push(whole(255.0) as u8),

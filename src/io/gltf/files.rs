@@ -14,7 +14,7 @@ pub(super) enum BufferPlace {
     Beside,
 }
 
-/// Makes the files of an asset, first its own, called `name`.
+/// Makes an asset's files; the first is the glTF itself, called `name`.
 pub(super) fn files(
     mut document: Value,
     buffer: Vec<u8>,

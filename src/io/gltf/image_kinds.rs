@@ -35,7 +35,7 @@ pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: 
     let ending = extension(bytes);
     let Some(kind) = media_type(ending) else { return };
     let image = &mut document["images"][at];
-    // Images in views need a media type; files only keep one.
+    // Images in buffer views must state a media type; images in files may.
     if image.get("mimeType").is_some() || image.get("bufferView").is_some() {
         image["mimeType"] = kind.into();
     }

@@ -1,4 +1,4 @@
-//! Levels of detail by the extension `MSFT_lod`: a node lists nodes that may be drawn instead.
+//! Levels of detail by the extension `MSFT_lod`: a node lists coarser nodes to draw in its place.
 
 use serde_json::{Map, Value, json};
 
@@ -16,7 +16,7 @@ pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], cove
         return;
     }
     let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
-    // Nodes with levels of their own keep them.
+    // Nodes that already have levels of detail keep them.
     let taken = nodes_of_levels(&draft.document);
     let mut offered = false;
     for node in (0..n_nodes).filter(|node| !taken.contains(node)) {

@@ -1,4 +1,4 @@
-//! Bytes behind a URI.
+//! Loading of the bytes that a URI names.
 
 use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};

@@ -1,4 +1,4 @@
-//! Materials of a new asset.
+//! Materials written to a new asset.
 
 use serde_json::{Value, json};
 
@@ -50,7 +50,7 @@ impl<'a> MaterialWriter<'a> {
         if *roughness != 1.0 {
             base["roughnessFactor"] = (*roughness).into();
         }
-        // glTF knows only one texture for both.
+        // glTF has one texture for roughness and metal together.
         if rough == metal {
             self.put(draft, base, "metallicRoughnessTexture", rough.as_ref(), name);
         } else {
@@ -81,7 +81,7 @@ impl<'a> MaterialWriter<'a> {
         used: ImageUse,
         material: &str,
     ) -> Option<Value> {
-        // Textures are compared whole: wrap modes belong to the sampler.
+        // Textures are equal only if their wrap modes are, since these are stored in the texture's sampler.
         if let Some((_, index)) = self.textures.iter().find(|(known, _)| *known == texture) {
             return Some(index.clone());
         }

@@ -94,7 +94,7 @@ impl MeshPlacement<'_> {
         Ok(if self.instances.is_some() { most } else { 1 })
     }
 
-    /// Returns the transform of the mesh to the scene at each instance.
+    /// Returns the transform from the mesh to the scene for each instance.
     pub fn transforms(&self, data: &Data, limit: usize) -> Result<Vec<DMat4>, ReadError> {
         let Some(names) = self.instances else { return Ok(vec![self.transform]) };
         let rows = |name: &str| names.get(name).map(|&accessor| data.floats(accessor, limit)).transpose();

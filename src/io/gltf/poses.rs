@@ -1,4 +1,4 @@
-//! Poses of skinned meshes.
+//! Poses of skinned meshes, from animations or invented.
 
 use glam::{DMat4, DQuat, DVec3};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -115,7 +115,7 @@ impl Asset {
     }
 
     fn track(&self, sampler: &AnimationSampler) -> Result<Track, ReadError> {
-        // Most numbers of a track: hours of motion.
+        // Most numbers in a track, enough for hours of motion.
         const MOST: usize = 1 << 24;
         let data = self.container.data();
         let (_, times) = data.floats(sampler.input, MOST)?;
@@ -125,7 +125,7 @@ impl Asset {
             let number = |i: usize| f64::from(row.get(i).copied().unwrap_or_default());
             glam::DVec4::new(number(0), number(1), number(2), number(3))
         };
-        // The middle of a spline's three rows per key is its value; between keys it is interpolated linearly.
+        // A cubic spline has three rows per key; only the middle one, the value, is used, interpolated linearly.
         let values = values.chunks_exact(width).skip(n_of_key / 2).step_by(n_of_key).map(row).collect();
         let times = times.into_iter().map(f64::from).collect();
         Ok(Track { times, values, is_stepped: sampler.interpolation == "STEP" })
@@ -171,7 +171,7 @@ struct Track {
 }
 
 impl Track {
-    // Rotations take the shorter way; without keys there is no value.
+    // Rotations are interpolated the shorter way round; a track without keys has no value.
     fn interpolate(&self, time: f64) -> Option<glam::DVec4> {
         let last = self.times.len().min(self.values.len()).checked_sub(1)?;
         let after = self.times[..=last].partition_point(|&t| t <= time).min(last);

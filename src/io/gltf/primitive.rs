@@ -11,7 +11,7 @@ use super::semantics::{SKIN, is_own_channel, target_channel};
 use super::simplified_part::SimplifiedPart;
 use crate::mesh::{Channel, Role};
 
-// Vertices that a file needs for some faces: one per pair of vertex and wedge.
+// Vertices that the file needs for the faces of a primitive: one per pair of vertex and wedge.
 pub(super) struct PrimitiveVertices {
     pairs: Vec<[u32; 2]>,
     positions: Vec<[f32; 3]>,
@@ -152,7 +152,7 @@ impl PrimitiveWriter<'_, '_> {
             _ => {}
         }
         let kind = (channel.role, channel.width);
-        // Filtered directions have a storage of their own.
+        // Compressed normals and tangents are encoded on an octahedron.
         if self.packed.is_some_and(|packed| packed.is_filtered(kind)) {
             return Some(push_directions(self.draft, &values, channel.width));
         }

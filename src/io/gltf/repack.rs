@@ -32,9 +32,6 @@ pub(super) fn drop_unused(draft: &mut Draft) {
 }
 
 /// Moves all buffer views into one buffer and returns it.
-///
-/// # Errors
-/// [`WriteError`] if a view has no bytes, or the buffer exceeds `limit`.
 pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
     let mut buffer = Vec::new();
     // Views of equal bytes in memory keep sharing them.
@@ -73,7 +70,7 @@ fn place_view(view: &mut Map<String, Value>, offset: usize, length: usize) {
 
 fn name_buffer(document: &mut Value, length: usize) {
     let Value::Object(document) = document else { return };
-    // A buffer that was the only one keeps its other members.
+    // If the document had one buffer, its other JSON members stay.
     let mut buffer = match document.get_mut("buffers").and_then(Value::as_array_mut) {
         Some(buffers) if buffers.len() == 1 => buffers[0].as_object_mut().map(std::mem::take).unwrap_or_default(),
         _ => Map::new(),

@@ -52,13 +52,13 @@ pub(super) fn mend_numbers(values: &mut [f32]) {
     values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
 }
 
-/// Returns joints and weights (n x 4 n_sets each) from `rows` (n x width) of both.
+/// Splits `rows` (n x width) into joints and weights that sum to one, n x 4 n_sets each.
 pub(super) fn normalize_skin(rows: &[f32], width: usize, n_sets: usize) -> (Vec<f32>, Vec<f32>) {
     let n_slots = 4 * n_sets;
     let (mut joints, mut weights) = (Vec::new(), Vec::new());
     for row in rows.chunks_exact(width) {
         let mut bound = bindings(row);
-        // Sorting happens only now, so that joints otherwise keep their order.
+        // Only vertices with too many joints are sorted; other joints keep their order.
         if bound.len() > n_slots {
             bound.sort_by(|a, b| b.1.total_cmp(&a.1));
             bound.truncate(n_slots);

@@ -9,12 +9,13 @@ use crate::io::ReadError;
 use crate::io::far_from_origin::is_far_from_origin;
 use crate::mesh::{Looks, PlacedMesh, RawMesh, merge_placed_meshes};
 
-/// Limits of vertices and faces: the first per byte of the asset, the second in any case.
+/// Largest number of vertices and faces: the first times the bytes of the asset, plus the second.
 const REPEATS: (usize, usize) = (256, 1 << 22);
 const MOST: usize = 1 << 26;
 
 impl Asset {
-    /// Joins versions of the [parts](Asset::parts) with the transforms of their nodes; drops unplaced parts.
+    /// Joins `meshes`, versions of the [parts](Asset::parts), with the transforms of their nodes; drops parts without a
+    /// node.
     ///
     /// # Errors
     /// [`ReadError`] if nodes repeat meshes to an extreme size.
@@ -55,7 +56,7 @@ impl Asset {
         self.parts().iter().map(&mut next).collect()
     }
 
-    /// Returns the transforms of each of the [parts](Asset::parts), the identity if none is placed.
+    /// Returns the transforms of each of the [parts](Asset::parts); the identity if no part has a node.
     ///
     /// # Errors
     /// [`ReadError`] if nodes repeat meshes to an extreme size.

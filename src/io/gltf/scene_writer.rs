@@ -22,7 +22,7 @@ use super::simplified_part::SimplifiedPart;
 use crate::io::{Format, ImageConverter, OutputFile, Packing, WriteError};
 use crate::mesh::{Attributes, Channel, PositionGrid, Role};
 
-/// Limits of bytes in kept views: the first per byte read, the second in any case.
+/// Largest number of bytes in unchanged views: the first times the bytes read, plus the second.
 const REPEATS: (usize, usize) = (16, 1 << 26);
 
 /// Options for writing a scene.
@@ -31,15 +31,15 @@ const REPEATS: (usize, usize) = (16, 1 << 26);
 pub struct SceneOptions<'a> {
     /// glTF or GLB.
     pub format: Format,
-    /// File name.
+    /// Name of the glTF file.
     pub name: &'a str,
-    /// Smallest screen coverage of each level, or empty.
+    /// Share of the screen's area down to which each level is drawn, or empty.
     pub coverage: &'a [f64],
     /// Packing, from [`Asset::packing`] for these levels.
     pub packing: Option<&'a Packing>,
     /// Converter of images.
     pub images: Option<&'a dyn ImageConverter>,
-    /// Prefix of files for embedded images (`NAME_0.png`, JSON only).
+    /// Prefix of files for the embedded images of a `.gltf` (`NAME_0.png`).
     pub shared_images: Option<&'a str>,
 }
 
@@ -77,7 +77,7 @@ impl Asset {
 
     /// Writes levels of detail, the finest first (`MSFT_lod`); otherwise like [`write`](Self::write).
     ///
-    /// `coverage` has the smallest screen coverage of each level, or is empty.
+    /// `coverage` is that of [`SceneOptions`].
     ///
     /// # Errors
     /// As [`write`](Self::write), and without a level, or with another number of coverages.
@@ -275,7 +275,7 @@ impl Asset {
 }
 
 impl SimplifiedPart {
-    /// Returns the number of vertices in a glTF: one per primitive and set of values.
+    /// Returns the number of vertices in an uncompressed glTF: one per primitive and pair of vertex and wedge.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, SimplifiedPart};
@@ -286,7 +286,7 @@ impl SimplifiedPart {
         faces_by_group(self).values().map(|faces| PrimitiveVertices::collect(self, faces).len()).sum()
     }
 
-    /// Returns the number of vertices in a compressed glTF.
+    /// Returns the number of vertices in a compressed glTF, which merges vertices with equal values.
     pub fn n_merged_vertices(&self) -> usize {
         faces_by_group(self)
             .values()

@@ -84,7 +84,7 @@ pub(super) struct BufferView {
     pub extensions: ViewExtensions,
 }
 
-// Both names mean one format.
+// The extension has two names for one format.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ViewExtensions {

@@ -69,7 +69,7 @@ fn join_parts(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<
         let Some(part) = asset.meshes.iter().position(|&of_part| of_part == mesh) else { continue };
         let (mesh, first_group): (&RawMesh, u32) = (&meshes[part], first_groups[part]);
         let n_wedges = mesh.attributes.n_wedges().max(1);
-        // Instances multiply everything, channels of other parts included.
+        // Each instance repeats vertices and faces, and has values for the channels of all parts.
         spend(&mut budget, mesh.positions.len() + mesh.faces.len() + n_wedges * n_numbers)?;
         placed.push(PlacedMesh { mesh, transform, first_group });
     }

@@ -14,7 +14,7 @@ use crate::mesh::{RawMesh, Role};
 // Offset and scale by name of coordinates; the scale is applied first.
 pub(super) type Transforms = BTreeMap<String, [[f64; 2]; 2]>;
 
-/// Returns a material's transforms; `None` if coordinates have several or a rotation.
+/// Returns the transform of each texture coordinate set; `None` if one has several or a rotation.
 pub(super) fn material_transforms(material: &Value) -> Option<Transforms> {
     let (mut found, mut is_plain) = (Transforms::new(), true);
     for_each_texture_use(&mut material.clone(), &mut |used| {

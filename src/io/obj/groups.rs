@@ -19,12 +19,12 @@ pub(super) struct ObjGroups<'a> {
     current: u32,
     numbers: FxHashMap<GroupState<'a>, u32>,
     states: Vec<GroupState<'a>>,
-    // Group of each triangle; empty while all are in the first group.
+    // Group of each triangle; empty while all triangles are in the first group.
     pub of_faces: Vec<u32>,
 }
 
 impl<'a> ObjGroups<'a> {
-    /// Takes a statement; returns whether the statement is about groups.
+    /// Records the name that a group statement sets; returns false for other statements.
     pub fn take(&mut self, word: &[u8], rest: &'a [u8]) -> bool {
         let Some(kind) = WORDS.iter().position(|known| *known == word) else { return false };
         self.changed |= self.state[kind] != Some(rest);
@@ -47,7 +47,7 @@ impl<'a> ObjGroups<'a> {
         }
     }
 
-    /// Drops the kinds of names that put nearly every face into its own group.
+    /// Drops kinds of names that differ on nearly every face; returns one note per kind.
     pub fn drop_varied_names(&mut self) -> Vec<String> {
         let mut notes = Vec::new();
         // Such groups would forbid every collapse. One kind of name goes at a time: the others may still group faces

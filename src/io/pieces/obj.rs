@@ -1,4 +1,4 @@
-//! Streams of OBJ in runs of whole lines.
+//! Reading of OBJ files in runs of whole lines.
 
 use std::io::Read;
 use std::path::Path;
@@ -86,7 +86,7 @@ fn each_line(
         let is_last = n_read == 0;
         // The last line may lack its end.
         let end = if is_last { Some(bytes.len()) } else { end_of_lines(&bytes, n_before) };
-        // Without a line end, reading goes on up to a bound.
+        // Without a line end, reading goes on until the line is too long.
         let Some(end) = end else {
             if bytes.len() > LONGEST_LINE {
                 return Err(ReadError::file("a line is too long", REMEDY));

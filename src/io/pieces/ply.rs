@@ -1,4 +1,4 @@
-//! Streams of binary PLY.
+//! Reading of binary PLY files as streams.
 
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -9,7 +9,7 @@ use crate::io::{ReadError, Scalar};
 
 const LONGEST_HEADER: u64 = 1 << 20;
 const RUN: usize = 1 << 16;
-// More corners of a polygon are damage.
+// A polygon with more corners is taken as damage of the file.
 const MOST_CORNERS: usize = 1 << 20;
 
 #[derive(Debug)]

@@ -1,4 +1,4 @@
-//! Streams of binary STL.
+//! Reading of binary STL files as streams.
 
 use std::io::Read;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{Triangle, read_beginning, unreadable};
 use crate::io::ReadError;
 
-/// Returns the number of faces, or `None` for text.
+/// Returns the number of faces, or `None` for an STL in text form.
 pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
     // The header is 80 bytes, the count four.
     let start = read_beginning(path, 84)?;

@@ -11,7 +11,7 @@ use crate::io::extra::{Column, ColumnLayout, Extra, Group, ReadMesh, has_too_man
 use crate::io::{ReadError, Scalar};
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 
-// With more combinations, face numbers are no groups.
+// With more distinct combinations, the numbers of faces identify faces and not groups.
 const MOST_GROUPS: usize = 1 << 16;
 
 pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> {
@@ -123,7 +123,7 @@ impl PlyReader {
             return read_faces(source, element, &mut self.mesh, &mut self.fans);
         };
         let texcoord = element.list(&["texcoord"]).filter(|_| !with_strips);
-        // Whole numbers of faces are taken as groups: materials, labels, parts.
+        // Columns of whole numbers are taken as groups of faces: materials, labels, components.
         let is_group = |&i: &usize| element.properties[i].length.is_none() && element.properties[i].scalar.is_whole();
         let columns: Vec<usize> = (0..element.properties.len()).filter(is_group).collect();
         for (i, property) in element.properties.iter().enumerate() {

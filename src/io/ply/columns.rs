@@ -58,7 +58,7 @@ impl ChannelPlan {
     }
 }
 
-/// Returns the value of 1.0 in a column.
+/// Returns the number that means 1.0 in a column of this type, such as 255.
 pub(super) fn unit(role: Role, scalar: Scalar) -> f64 {
     match (role, scalar) {
         (Role::Colour, Scalar::U16) => 65_535.0,
@@ -67,7 +67,7 @@ pub(super) fn unit(role: Role, scalar: Scalar) -> f64 {
     }
 }
 
-/// Returns the input's layout of a channel if it fits, else the usual one.
+/// Returns the input's columns of a channel if they fit, else the usual columns.
 pub(super) fn layout_of(channel: &Channel, extra: &Extra, n_before: usize) -> ColumnLayout {
     // The original layout fits only if the channel kept its width.
     let known = extra.layout(&channel.name).filter(|layout| layout.columns.len() == channel.width);

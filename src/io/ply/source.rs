@@ -10,7 +10,7 @@ pub(super) enum Source<'a> {
     Text {
         text: Text<'a>,
         rows_left: usize,
-        // True if each row is a line; decided at the first row that does not end its line.
+        // True if each row is one line; decided at the first row after which the line goes on.
         has_lines: Option<bool>,
     },
     Binary {

@@ -33,17 +33,17 @@ pub(super) struct ModelDocument {
 pub(super) struct Object {
     pub id: u32,
     pub name: Option<String>,
-    // Property and entry of faces without their own.
+    // Property for faces without their own: its identifier, and the index of an entry in its list.
     pub property: Option<(u32, u32)>,
     pub positions: Vec<[f64; 3]>,
     pub faces: Vec<[u32; 3]>,
-    // Property of each face, with the entries at its corners; shorter if the last faces have none.
+    // Identifier of each face's property and the entry's index at each corner; shorter if the last faces have none.
     pub of_faces: Vec<Option<(u32, [u32; 3])>>,
     pub components: Vec<Reference>,
 }
 
 pub(super) struct Reference {
-    // Part with the object, if it is another part.
+    // Part of the package that has the object, if it is another part.
     pub path: Option<String>,
     pub object: u32,
     pub transform: DMat4,

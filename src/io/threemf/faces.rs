@@ -37,7 +37,7 @@ impl IgnoredContent {
 type FaceEntries = (u32, [u32; 3]);
 
 impl ObjectMeshes {
-    /// Adds the mesh of an object and returns its index; `is_named` numbers an unnamed object.
+    /// Adds an object's mesh and returns its index; `is_named` gives unnamed objects a numbered name.
     pub fn add(&mut self, object: &mut Object, properties: &FxHashMap<u32, FaceProperty>, is_named: bool) -> usize {
         let positions = std::mem::take(&mut object.positions);
         let faces = std::mem::take(&mut object.faces);

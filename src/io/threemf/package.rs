@@ -13,7 +13,7 @@ use crate::io::ReadError;
 use crate::io::one_line::one_line;
 use crate::mesh::fallible_allocation::with_fallible_allocation;
 
-/// Limits of unpacked bytes: the first per byte of the package, the second in any case.
+/// Largest number of unpacked bytes: the first times the package's bytes, or the second if more.
 const LIMIT: (usize, usize) = (200, 16 << 20);
 
 // End of the type of the relation to the model; the start names a year.

@@ -39,7 +39,7 @@ pub(in crate::io) fn write_attributed(
     let objects = group_by_object(content, attributes, extra, &mut notes);
     let palette = Palette::from_channels(attributes);
     let mut materials = BaseMaterials::from_groups(attributes, extra, looks);
-    // With colours, a face without a material is white by itself.
+    // If corners have colours, a face without a material needs no white material of its own.
     if palette.colours.is_empty() {
         materials.add_plain();
     }

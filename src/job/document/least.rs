@@ -16,7 +16,7 @@ use crate::job::textures::Textures;
 // Texture sides that the advice may name, largest first.
 const SIDES: [usize; 7] = [2048, 1024, 512, 256, 128, 64, 32];
 
-// Empty images, to measure the other bytes.
+// Converter to empty images, by which the bytes besides images are measured.
 #[derive(Debug)]
 struct NoImages;
 
@@ -27,7 +27,7 @@ impl ImageConverter for NoImages {
 }
 
 impl Document {
-    /// Rejects a size in bytes below the smallest possible glTF, with advice.
+    /// Rejects `n_bytes` below the smallest possible glTF, with advice.
     pub fn check_bytes(&self, n_bytes: usize, job: &Job, file_name: &str) -> Result<(), JobError> {
         if !matches!(job.format, Format::Gltf | Format::Glb) {
             return Ok(());

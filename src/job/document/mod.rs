@@ -24,18 +24,18 @@ pub use placed_surface::PlacedSurface;
 
 /// A mesh, or a scene whose meshes are united into one.
 pub struct Document {
-    /// Relation of coordinates to those of the file.
+    /// Local origin of the coordinates, and whether the file stores doubles.
     pub frame: Frame,
     /// Changes made by cleaning.
     pub counts: CleanCounts,
-    /// Content that was lost, one line each.
+    /// Content dropped or repaired while reading, one line each.
     pub notes: Vec<String>,
-    /// Changes made by a repair.
+    /// Changes made by `--fill-holes` or `--printable`.
     pub repaired: Option<RepairCounts>,
     kind: Kind,
-    // Attributes of the result if they are not all of the input's.
+    // Attributes that the result keeps; `None` if it keeps all of the input's.
     wanted: Option<Attributes>,
-    /// Importance of each vertex of the file.
+    /// Importance of each vertex, in the order of the file.
     factors: Option<Vec<f32>>,
     textures: Option<Textures>,
 }
@@ -90,7 +90,7 @@ impl Document {
         }
     }
 
-    /// Lists the names of materials, groups and objects with their groups of faces.
+    /// Lists names of materials, groups and objects, each with the index of a group of faces.
     pub fn group_names(&self) -> Vec<(String, u32)> {
         match &self.kind {
             Kind::Mesh { extra, .. } => {
@@ -132,7 +132,7 @@ impl Document {
         report.dropped.iter().map(dropped).collect()
     }
 
-    /// Returns the materials of the groups, and one line per problem.
+    /// Returns the material of each group of faces, and one line per problem.
     pub fn looks(&self, allow_outside: bool) -> (Looks, Vec<String>) {
         match &self.kind {
             Kind::Mesh { extra, .. } => io::read_looks(extra, allow_outside),
@@ -157,7 +157,7 @@ impl Document {
         input
     }
 
-    /// Returns the attributes of the result with the original groups of faces.
+    /// Returns the attributes of the result with the original's groups of faces.
     pub fn attributes_with_groups(&self) -> Attributes {
         let all = self.attributes();
         let wanted = self.wanted.as_ref().unwrap_or(all).clone();
@@ -195,12 +195,12 @@ impl Document {
         }
     }
 
-    /// Sets the importance of each vertex of the file.
+    /// Sets the importance of each vertex, in the order of the file.
     pub fn with_importance(self, factors: Option<Vec<f32>>) -> Self {
         Self { factors, ..self }
     }
 
-    /// Returns the given importance, n_vertices; the inner `None` means invalid numbers.
+    /// Returns the importance set by the caller, n_vertices; the inner `None` means invalid numbers.
     pub fn importance(&self) -> Option<Option<Vec<f32>>> {
         let (factors, sources) = (self.factors.as_ref()?, self.file_vertices()?);
         let values: Option<Vec<f32>> = sources.iter().map(|&vertex| factors.get(vertex as usize).copied()).collect();
@@ -211,7 +211,7 @@ impl Document {
         }))
     }
 
-    /// Returns the file vertex of each vertex; `None` for a scene, which has no numbering of its own.
+    /// Returns the index in the file of each vertex; `None` for a scene.
     pub fn file_vertices(&self) -> Option<&[u32]> {
         match &self.kind {
             Kind::Mesh { cleaned, .. } => Some(&cleaned.source),
@@ -220,7 +220,7 @@ impl Document {
     }
 }
 
-/// Joins the given names, such as `door (oak)`.
+/// Joins the names of an object and its material, such as `door (oak)`.
 fn join_names(object: Option<&String>, material: Option<&String>) -> String {
     match (object, material) {
         (Some(object), Some(material)) => format!("{object} ({material})"),

@@ -10,7 +10,7 @@ use super::{Document, Kind};
 
 const MOST_LISTED: usize = 40;
 
-/// A name and its groups of faces.
+/// A name and the indices of its groups of faces.
 type Named = (String, Vec<u32>);
 
 impl Document {
@@ -31,7 +31,7 @@ impl Document {
         Ok((0..self.mesh().faces().len() as u32).map(|face| groups.contains(&attributes.group(face))).collect())
     }
 
-    /// Returns the groups of faces with a name, or an error text.
+    /// Returns the groups of faces with a name; the error lists the existing names.
     pub fn groups_named(&self, name: &str) -> Result<Vec<u32>, String> {
         let named = self.named_groups();
         let groups: Vec<u32> =

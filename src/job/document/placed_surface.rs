@@ -11,16 +11,16 @@ use crate::simplify::Simplified;
 use super::write::simplified_parts;
 use super::{Document, Kind};
 
-/// A surface with the transforms of its scene.
+/// Mesh with the transforms of its scene.
 pub struct PlacedSurface<'a> {
-    /// Mesh.
+    /// Mesh in scene coordinates.
     pub mesh: Cow<'a, TriMesh>,
     /// Attributes of the mesh.
     pub attributes: Cow<'a, Attributes>,
 }
 
 impl Document {
-    /// Returns original and result with their scene's transforms, relative to one origin.
+    /// Returns the original and the result with the transforms of their scene, relative to one origin.
     pub fn place_surfaces(&self, result: &Simplified) -> Result<[PlacedSurface<'_>; 2], ReadError> {
         let Kind::Scene { asset, united, pieces } = &self.kind else {
             let result = PlacedSurface {
@@ -62,7 +62,7 @@ impl Document {
         }
     }
 
-    /// Measures the distance between the packed result and the original; `None` if one is empty.
+    /// Measures the distance between packed result and original; `None` if a mesh is empty.
     pub fn distance(&self, result: &Simplified, packing: Option<&Packing>, n_samples: usize) -> Option<QuickDistance> {
         let packed = match &self.kind {
             Kind::Mesh { .. } => {
@@ -99,7 +99,7 @@ fn on_grids<'a>(
     TriMesh::new(positions, result.mesh.faces().to_vec()).map_or(Cow::Borrowed(&result.mesh), Cow::Owned)
 }
 
-// `around` is the mesh's origin in the grid's coordinates.
+// `around` is the mesh's local origin in the coordinates of the grid.
 fn on_grid<'a>(mesh: &'a TriMesh, grid: Option<&PositionGrid>, around: [f64; 3]) -> Cow<'a, TriMesh> {
     let Some(grid) = grid else { return Cow::Borrowed(mesh) };
     let rounded = |p: &[f32; 3]| {

@@ -109,7 +109,7 @@ impl Document {
         Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures })
     }
 
-    // The result needs these attributes, and its format can store them.
+    // Only attributes that the job needs and the format can store are kept.
     fn select_attributes(mut self, job: &Job) -> Result<Self, JobError> {
         if job.format.is_bare() || job.bake.is_some() {
             self.wanted = Some(Attributes::default());
@@ -158,7 +158,7 @@ impl Document {
         Ok(self)
     }
 
-    // A solid has one shape; scenes of several meshes, skins and morph targets have more.
+    // `--printable` makes one solid: scenes of several meshes, skins and morph targets have more than one shape.
     fn check_printable(&self, job: &Job) -> Result<(), JobError> {
         let of_scene = |kind: &Kind| matches!(kind, Kind::Scene { pieces, .. } if pieces.iter().flatten().count() > 1);
         if of_scene(&self.kind) {
@@ -179,7 +179,7 @@ fn clean_options(job: &Job) -> CleanOptions {
     CleanOptions { weld: job.weld }
 }
 
-/// Snaps vertices closer than the job's distance; `scale` is the mesh's scale in its scene.
+/// Snaps vertices closer than [`Job::weld_near`]; `scale` is the mesh's scale in its scene.
 fn weld_near(raw: &mut RawMesh, job: &Job, scale: f64) {
     if let Some(bound) = job.weld_near {
         let distance = match bound {

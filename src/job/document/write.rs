@@ -19,13 +19,12 @@ use crate::job::textures::Textures;
 use super::{Document, Kind};
 
 impl Document {
-    /// Returns the frame of the written file; single-precision formats have no double-precision frame.
+    /// Returns the frame of the written file, with `double` unset for single-precision formats.
     pub fn written_frame(&self, job: &Job) -> Frame {
         Frame { double: self.frame.double && !job.format.is_single_precision(), ..self.frame }
     }
 
-    /// Returns the largest distance by which writing rounds a vertex; 0 unless a single-precision file has a distant
-    /// origin.
+    /// Returns the largest distance by which writing moves a vertex; 0 for doubles or without a local origin.
     pub fn rounding(&self, job: &Job) -> f64 {
         let frame = self.written_frame(job);
         if frame.double || frame.origin == [0.0; 3] {
@@ -36,7 +35,7 @@ impl Document {
         0.5 * 3f64.sqrt() * f64::from(f32::EPSILON) * reach
     }
 
-    /// Returns the positions of a result in double precision if the file stores doubles.
+    /// Returns the result's positions in double precision, or `None` if the file stores no doubles.
     pub fn exact_positions(&self, result: &Simplified, job: &Job) -> Option<Vec<[f64; 3]>> {
         if !self.frame.double {
             return None;
@@ -120,7 +119,7 @@ impl Document {
         self.textures.as_ref().map(|textures| textures as &dyn ImageConverter)
     }
 
-    /// Returns the packing of results, and one line per value that cannot be packed.
+    /// Chooses one packing for all results; notes name unpacked meshes.
     pub fn packing(
         &self,
         results: &[&Simplified],
@@ -212,7 +211,7 @@ pub(super) fn simplified_parts(
 
 /// Returns for each output vertex its exact input position, or `None` if it moved.
 ///
-/// There is no list if it is unknown which vertices moved.
+/// The whole list is `None` if it is unknown which vertices moved.
 fn unmoved_positions(
     positions: &[[f64; 3]],
     cleaned: &Cleaned,

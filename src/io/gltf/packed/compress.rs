@@ -3,7 +3,7 @@
 use meshopt::{encode_filter_oct, encode_index_buffer, encode_vertex_buffer_level, optimize_vertex_cache};
 
 const DIRECTION_BITS: i32 = 8;
-// Version 0 of the format has only one method.
+// Compression level; version 0 of the format has one method for all levels.
 const LEVEL: i32 = 2;
 
 pub(in crate::io::gltf) const CAN_COMPRESS: bool = true;
@@ -12,13 +12,13 @@ pub(in crate::io::gltf) fn order_faces(faces: &[[u32; 3]], n_vertices: usize) ->
     optimize_vertex_cache(faces.as_flattened(), n_vertices).as_chunks::<3>().0.to_vec()
 }
 
-/// Encodes unit directions (n x 4, the fourth number kept) on an octahedron, four bytes each.
+/// Encodes unit directions (n x 4) on an octahedron, four bytes each; rounds the fourth number.
 pub(in crate::io::gltf) fn encode_octahedral(directions: &[[f32; 4]]) -> Vec<u8> {
     let encoded: Vec<[i8; 4]> = encode_filter_oct(directions, DIRECTION_BITS);
     encoded.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// Compresses a view; `None` for unsupported strides.
+/// Compresses a buffer view; `None` for an unsupported `stride`.
 pub(super) fn compress_view(bytes: &[u8], is_triangles: bool, stride: usize) -> Option<Vec<u8>> {
     match (is_triangles, stride) {
         (true, 2) => {

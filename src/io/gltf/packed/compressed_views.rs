@@ -20,14 +20,11 @@ struct Stream {
     is_triangles: bool,
     stride: usize,
     filter: Option<String>,
-    // Stated target, and stated stride unless the target is vertices; 0 for none.
+    // Members `target` and `byteStride` of the view, 0 if absent; the stride of vertex data is left out.
     says: [u64; 2],
 }
 
-/// Compresses the views and packs them into one buffer.
-///
-/// # Errors
-/// [`WriteError`] if a view has no bytes, or the buffer exceeds `limit`.
+/// Compresses the buffer views and returns them packed into one buffer.
 pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
     // Merging renumbers views, which unknown extensions may refer to.
     if !may_name_indices(&draft.document) {

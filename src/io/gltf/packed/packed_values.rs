@@ -14,7 +14,7 @@ use crate::mesh::{PositionGrid, Role};
 pub(in crate::io::gltf) struct PrimitivePacking<'a> {
     pub grid: Option<&'a PositionGrid>,
     pub uvs: &'a UvGrids,
-    // Material, which is the key of `uvs`.
+    // Index of the material, by which `uvs` lists its grids.
     pub surface: Option<usize>,
     pub compress: bool,
 }
@@ -23,12 +23,12 @@ impl PrimitivePacking<'_> {
     pub fn pack_positions(&self, positions: &[[f32; 3]]) -> Option<(Vec<f32>, NumberStorage)> {
         let grid = self.grid?;
         let numbers: Vec<[i64; 3]> = positions.iter().map(|p| grid.round(p.map(f64::from))).collect();
-        // A mesh that leaves the range of its grid stays single precision.
+        // Positions beyond the grid's range stay in single precision.
         let stored = whole_number_storage(numbers.as_flattened().iter().copied(), "VEC3")?;
         Some((numbers.into_iter().flatten().map(|x| x as f32).collect(), stored))
     }
 
-    /// Returns a morph target's displacements (n x 3) in grid steps.
+    /// Converts a morph target's displacements (n x 3) to grid steps; `None` without a grid.
     pub fn pack_displacements(&self, values: &[f32], stored: &NumberStorage) -> Option<(Vec<f32>, NumberStorage)> {
         let step = self.grid?.step;
         let sparse = stored.sparse && !self.compress;
@@ -57,7 +57,7 @@ impl PrimitivePacking<'_> {
         self.compress && compress::CAN_COMPRESS && matches!(kind, (Role::Normal, 3) | (Role::Tangent, 4))
     }
 
-    /// Returns the storage of an attribute; puts texture coordinates on their grid.
+    /// Returns the number type for an attribute's values; rounds texture coordinates to their grid.
     pub fn pack_attribute(
         &self,
         name: &str,
@@ -77,14 +77,14 @@ impl PrimitivePacking<'_> {
     fn pack_uvs(&self, name: &str, values: &mut [f32]) -> Option<NumberStorage> {
         match self.surface.and_then(|surface| self.uvs.grid(surface, name)) {
             Some(grid) => values.as_chunks_mut::<2>().0.iter_mut().for_each(|uv| *uv = grid.share(*uv)),
-            // Without a grid, coordinates on the texture still fit fractions.
+            // Without a grid, coordinates from 0 to 1 can still be stored as fractions of an integer's range.
             None if values.iter().all(|x| (0.0..=1.0).contains(x)) => {}
             None => return None,
         }
         Some(NumberStorage { component: UNSIGNED_SHORT, normalized: true, ..NumberStorage::floats("VEC2") })
     }
 
-    /// Sorts joints by weight; rounds weights to 255ths that sum to one (n x `n_slots`).
+    /// Sorts each vertex's joints by weight; rounds weights to 255ths that sum to one (n x `n_slots`).
     pub fn pack_skin(&self, joints: &mut [f32], weights: &mut [f32], n_slots: usize) -> NumberStorage {
         for (joints, weights) in joints.chunks_exact_mut(n_slots).zip(weights.chunks_exact_mut(n_slots)) {
             let mut bound: Vec<(f32, f32)> = joints.iter().copied().zip(weights.iter().copied()).collect();

@@ -1,4 +1,4 @@
-//! Grids shared by meshes of an asset.
+//! Position grids that several meshes of an asset share.
 
 use glam::DMat4;
 use rustc_hash::FxHashMap;
@@ -12,9 +12,9 @@ use crate::mesh::longest_side;
 use crate::mesh::union_find::UnionFind;
 
 impl Asset {
-    /// Chooses the packing of parts, per level one for each of [`parts`](Self::parts); notes name unpacked parts.
+    /// Chooses a grid for each of the [`parts`](Self::parts), valid in all `levels`; notes name parts that get none.
     ///
-    /// Meshes of one skin share a grid, as do meshes with one transform and a common position.
+    /// Meshes of one skin share a grid, as do meshes with equal transforms and a position in common.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, SimplifiedPart, PackOptions};
@@ -29,7 +29,7 @@ impl Asset {
         for members in sets {
             let of_members = levels.iter().flat_map(|level| members.iter().filter_map(|&part| level.get(part)));
             let meshes: Vec<LevelMesh> = of_members.map(|part| (&part.positions[..], &part.faces[..])).collect();
-            // One part that must stay single precision keeps its whole set so.
+            // A part that must stay in single precision keeps all parts of its set in single precision.
             let is_free = members.iter().all(|&part| !has_no_grid[part]);
             // All levels count: each must survive the rounding.
             let grid = is_free.then(|| grid_for(&meshes, options.bits)).flatten();
@@ -43,7 +43,7 @@ impl Asset {
         (Packing { grids, compress: options.compress }, notes)
     }
 
-    /// Returns, per part, the longest side of its grid's box.
+    /// Returns for each part the longest side of the box that its grid covers.
     pub fn packing_sides(&self) -> Vec<f64> {
         let mut sides = vec![0.0; self.parts().len()];
         for members in self.grid_sharing().0 {

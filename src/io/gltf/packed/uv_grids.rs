@@ -1,4 +1,4 @@
-//! Texture coordinates on grids, which texture transforms undo.
+//! Grids to which texture coordinates are rounded; texture transforms convert grid steps back.
 //!
 //! Materials on the same faces share a grid.
 
@@ -81,7 +81,7 @@ impl UvGrids {
         let mut is_closed: BTreeSet<(usize, String)> = closed.into_iter().map(|(s, name)| (set_of(s), name)).collect();
         let all: BTreeSet<String> = uses.iter().flatten().cloned().collect();
         for (surface, used) in uses.iter().enumerate() {
-            // Faces of several materials need all of them to undo the grid.
+            // All materials of a set must undo the grid, so coordinates that one of them does not use get no grid.
             is_closed.extend(all.difference(used).map(|name| (set_of(surface), name.clone())));
         }
         let mut boxes = Boxes::default();
@@ -99,7 +99,7 @@ impl UvGrids {
         Self { grids: (0..uses.len()).flat_map(of_surface).collect() }
     }
 
-    /// Makes the materials undo the grids; `surface` maps a material to its key.
+    /// Gives the materials texture transforms that undo the grids; `surface` maps a material to its key in `grids`.
     pub fn undo(&self, document: &mut Value, surface: impl Fn(usize) -> usize) {
         let Some(Value::Array(materials)) = document.get_mut("materials") else { return };
         let mut is_undone = false;
@@ -167,7 +167,7 @@ fn shared_and_closed(
             for pair in surfaces.windows(2) {
                 sharing.union(pair[0] as u32, pair[1] as u32);
             }
-            // Kept primitives and coordinates moved by morph targets cannot have a grid.
+            // Coordinates of primitives that are copied unchanged, or that morph targets move, cannot have a grid.
             let is_ours = meshes.contains(&mesh) && primitive.triangle_positions().is_some();
             let moved = primitive.targets.iter().flat_map(|target| target.keys());
             let kept = primitive.attributes.keys().filter(|_| !is_ours);
@@ -231,7 +231,7 @@ pub(in crate::io::gltf) fn coordinates(used: &Value) -> String {
     format!("TEXCOORD_{set}")
 }
 
-/// Calls `show` with every use of a texture in a material.
+/// Calls `show` with every JSON object of a material that refers to a texture.
 pub(in crate::io::gltf) fn for_each_texture_use(value: &mut Value, show: &mut dyn FnMut(&mut Value)) {
     match value {
         Value::Array(values) => values.iter_mut().for_each(|value| for_each_texture_use(value, show)),
