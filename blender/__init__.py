@@ -6,7 +6,7 @@ import bpy
 
 from . import operators, panel, preview, settings
 
-# What may bring copies of an ended preview back.
+# Handlers of events that may restore copies of an ended preview.
 HANDLERS = ("undo_post", "redo_post", "load_post")
 CLASSES = (settings.NeuralMeshSettings, *operators.CLASSES, *panel.CLASSES)
 

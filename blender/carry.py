@@ -14,7 +14,7 @@ BORDER_ATTRIBUTES = ("material_index", "sharp_face")
 
 @dataclass(frozen=True)
 class Places:
-    """Places of the result on the original."""
+    """The closest triangles of the original and weights on them, for corners, vertices and faces of the result."""
 
     triangles: np.ndarray
     """Triangle of the original for each corner of the result, m x 3."""
@@ -117,7 +117,7 @@ def kept_group_names(owner):
 
 
 def write_keys_and_groups(mesh, keys, groups):
-    """Sets shape keys and vertex groups of a mesh that has nothing but vertices yet."""
+    """Sets shape keys and vertex groups of a mesh that has only vertices so far."""
     if not keys and not groups:
         return
     # A round trip through a BMesh gives each key block as many points as the mesh has vertices now.

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Colours the vertices of a simplified mesh by their distance from the original, from blue to red.
-The largest distance is written beside it as a custom property, which the panel shows as the legend."""
+The largest distance is stored as a custom property, which the panel shows as the legend."""
 
 import numpy as np
 from mathutils.bvhtree import BVHTree

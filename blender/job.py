@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs work on arrays in a thread, with its progress and a way to stop it.
-The work has no part in Blender's data; the operator that started it reads the outcome in the main thread."""
+The work does not touch Blender's data; the operator that started it reads the outcome in the main thread."""
 
 import threading
 
@@ -48,7 +48,7 @@ class Job:
             self._work(self._tell)
         except Stopped:
             pass
-        # Nothing above this thread would hear of a failure.
+        # No caller of this thread could catch an exception.
         except Exception as error:
             self.error = first_line(error)
 
@@ -59,5 +59,5 @@ class Job:
 
 
 def first_line(error):
-    """Returns what an exception says, in one line."""
+    """Returns the first line of an exception's message, or its type."""
     return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

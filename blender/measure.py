@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Prints how results differ from those of Blender's Decimate modifier at equal numbers of faces, and the time of the operator.
+"""Compares results with those of Blender's Decimate modifier at equal numbers of faces, and times the operator.
 Run it by an interpreter that has `bpy` and `neural_mesh`: `python blender/measure.py [errors | times]`."""
 
 import os
@@ -21,7 +21,7 @@ from conftest import add_character, add_sphere, make_grid, positions_of, select 
 
 SAMPLES = 20_000
 RATIOS = (0.5, 0.2, 0.1)
-# Times that each of two things is timed, in turns.
+# Number of timings of each of two things, in turns.
 N_TURNS = 5
 
 
@@ -99,7 +99,7 @@ def measure_result(original, result):
     shading = [rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-9) for rows in shading]
     angles = np.degrees(np.arccos(np.clip((shading[0] * shading[1]).sum(1), -1, 1)))
     distance = nm.compare((positions, triangles), (found, faces))["distance_mean"]
-    # Beside a seam the nearest point may be across it, where coordinates are any: a few such points would decide a mean.
+    # Near a seam the closest point may be across it, with unrelated coordinates, and a few such points would dominate a mean.
     return np.array([distance, np.median(uv_errors), angles.mean()])
 
 
@@ -148,7 +148,7 @@ def measure_overhead():
         if keeps_shading:
             attributes["normals"] = convert.read_mesh(item, mesh, keeps_shading).normals
         options = {"attributes": attributes or None, "weld": False, "check": False, "keep_components": True}
-        # In turns, each as fast as it was once: a machine has other things to do.
+        # The minimum of alternating runs reduces the influence of other work on the machine.
         seconds = {"operator": [], "simplify": []}
         for _ in range(N_TURNS):
             select(item)

@@ -13,7 +13,7 @@ from .job import Job, Refusal, first_line
 from .settings import Carrying, Levels, Sizing
 from .simplify import simplify_tasks
 
-# Seconds between two looks at the progress.
+# Seconds between two updates of the progress.
 INTERVAL = 0.1
 
 
@@ -78,13 +78,13 @@ class RunsInBackground:
         self.end_progress(context)
 
     def end_progress(self, context):
-        """Removes what showed the progress."""
+        """Removes the display of the progress."""
         context.window_manager.event_timer_remove(self.timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
 
     def report_end(self, tasks):
-        """Reports how many triangles stay, and what ended larger than requested or has to be bound again."""
+        """Reports the number of triangles, missed sizes, and modifiers to bind again."""
         before = sum(len(task.source.triangles) for task in tasks)
         after = sum(len(task.result.triangles if task.result else task.source.triangles) for task in tasks)
         self.report({"INFO"}, f"{after:,} of {before:,} triangles in {time.perf_counter() - self.begun:.1f} s")

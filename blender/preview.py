@@ -12,7 +12,7 @@ from . import convert, scene
 from .job import Job, Refusal, first_line
 from .simplify import simplify_tasks
 
-# Seconds between two looks at the work.
+# Seconds between two updates of the preview.
 INTERVAL = 0.05
 # Property of the copies, by which they are found after an undo.
 MARK = "neural_mesh_preview"
@@ -31,20 +31,20 @@ class Preview:
         self.copies = [add_copy(task) for task in self.tasks]
 
     def read_settings(self):
-        """Returns the settings that the result depends on, but for those that were read with the objects."""
+        """Returns the settings that the result depends on, except those that are read with the objects."""
         settings = self.settings
         size = settings.size_by, settings.ratio, settings.faces, settings.error_percent, settings.error_units
         return (*size, settings.keep_components, settings.merge_equal, settings.bends)
 
     @property
     def is_outdated(self):
-        """Returns whether the settings are others than those of the newest work."""
+        """Returns whether the settings differ from those of the newest work."""
         return self.shown_settings != self.read_settings()
 
     def update(self):
         """Shows the result of work that has ended, and starts work for settings that have changed.
 
-        Settings are looked at, as Blender crashes at its end where properties of an extension call back.
+        Settings are polled, as Blender crashes on exit if properties of an extension have callbacks.
         """
         if self.job is not None and not self.job.is_running:
             self.finish_job()
@@ -118,7 +118,7 @@ def remove_copies():
 
 
 def list_handlers():
-    """Returns the handlers of what changes the scene beneath a preview."""
+    """Returns the handler lists of events that change the scene during a preview."""
     handlers = bpy.app.handlers
     return handlers.undo_pre, handlers.redo_pre, handlers.save_pre, handlers.load_pre
 
@@ -139,7 +139,7 @@ def end():
     if current is None:
         return
     ended, current = current, None
-    # A timer that is left crashes Blender at its end.
+    # A remaining timer crashes Blender on exit.
     if bpy.app.timers.is_registered(update):
         bpy.app.timers.unregister(update)
     for handlers in list_handlers():
@@ -162,7 +162,7 @@ def end_before(*_):
 
 
 def update():
-    """Looks after the preview; a timer calls it until the preview has ended."""
+    """Updates the preview; a timer calls it until the preview has ended."""
     if current is None:
         return None
     try:

@@ -11,7 +11,7 @@ from . import bake, convert, error_colors
 from .job import Refusal
 from .simplify import MOST_IMPORTANCE, MOST_PROTECTION, Task
 
-# Modifiers that remember single vertices.
+# Modifiers that are bound to vertices.
 BOUND_MODIFIERS = ("HOOK", "MESH_DEFORM", "SURFACE_DEFORM", "LAPLACIANDEFORM")
 
 
@@ -79,7 +79,7 @@ def read_task(context, item, options):
 
 
 def read_importance(item, source, options):
-    """Returns how much each vertex counts, or nothing where no group says so."""
+    """Returns the importance of each vertex, n, or `None` without a chosen group."""
     chosen = ((options.importance_group, MOST_IMPORTANCE), (options.protection_group, MOST_PROTECTION))
     factors = [most ** source.groups[item.vertex_groups[name].index] for name, most in chosen if name in item.vertex_groups]
     return np.prod(factors, axis=0).astype(np.float32) if factors else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Declares what a user chooses, once for the panel, which keeps it with the scene, and for the operators.
+"""Declares the settings, once for the panel, which stores them with the scene, and for the operators.
 Each property says its unit; an operator that is called from a script has the same names."""
 
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty

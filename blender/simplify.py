@@ -62,7 +62,7 @@ def simplify_tasks(tasks, n_faces=None, progress=None):
 
 
 def share_faces(tasks, n_faces, progress):
-    """Sets the number of faces of each mesh: as many as it keeps where all are simplified together by position."""
+    """Shares a number of faces out among meshes: each gets what it keeps when all are simplified as one mesh."""
     if len(tasks) == 1:
         tasks[0].size = {"faces": n_faces}
         return
@@ -119,7 +119,7 @@ def simplify_task(task, progress):
 
 
 def call_simplify(positions, triangles, **options):
-    """Calls the simplifier as it is called for every mesh here; a result larger than requested is told by its outcome."""
+    """Calls the simplifier with the extension's settings; the outcome says if the result is larger than requested."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", nm.NeuralMeshWarning)
         # Equal positions are merged here, where shape keys and weights have a say.
@@ -127,7 +127,7 @@ def call_simplify(positions, triangles, **options):
 
 
 def weld_vertices(source):
-    """Returns for each vertex the one that stands for all at its position with equal shape keys and weights."""
+    """Returns for each vertex the first one with equal position, shape keys and weights."""
     random = np.random.default_rng(0)
     columns = [source.positions, *source.keys]
     if source.groups:
@@ -154,7 +154,7 @@ def weld_vertices(source):
 
 
 def name_attributes(source):
-    """Returns values at corners as the simplifier takes them, m x 3 x k, and its name for each attribute that it carries."""
+    """Returns the attributes for the simplifier at corners, m x 3 x k, and the name it uses for each."""
     attributes, names = {}, {}
     for layer in source.layers:
         is_corner = layer.domain == "CORNER" and layer.is_blended
@@ -171,13 +171,13 @@ def name_attributes(source):
 
 
 def group_triangles(source):
-    """Returns a number for each triangle that tells materials and flat faces apart, and a triangle of each number."""
+    """Returns a group number for each triangle, by material and flat shading, and one triangle of each group."""
     columns = [layer.values[:, 0].astype(np.int64) for layer in source.layers if layer.name in carry.BORDER_ATTRIBUTES]
     if not columns:
         return None, None
     codes = sum(column << (32 * place) for place, column in enumerate(columns))
     _, first, groups = np.unique(codes, return_index=True, return_inverse=True)
-    # A single group has no borders, and none is told to the simplifier.
+    # A single group has no borders, so none is passed to the simplifier.
     return (groups.reshape(-1), first) if len(first) > 1 else (None, None)
 
 

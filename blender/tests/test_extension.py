@@ -35,7 +35,7 @@ def attribute(mesh, name, prop, width):
     return convert.get(data, prop, np.float32, width * len(data)).reshape(-1, width)
 
 
-def refused(match, **options):
+def assert_rejected(match, **options):
     with pytest.raises(RuntimeError, match=match):
         bpy.ops.object.neural_mesh_simplify(**options)
 
@@ -60,7 +60,7 @@ def test_modifiers_are_applied_but_armatures():
     assert len(body.vertex_groups) == 30
 
 
-def test_ratio_is_that_of_triangles():
+def test_ratio_counts_triangles():
     sphere = add_sphere()
     n = n_triangles(sphere.data)
     run(ratio=0.25)
@@ -68,7 +68,7 @@ def test_ratio_is_that_of_triangles():
     assert is_closed(sphere.data)
 
 
-def test_a_mesh_that_carries_nothing():
+def test_bare_mesh():
     mesh = bpy.data.meshes.new("Grid")
     positions, triangles = make_grid(30)
     mesh.from_pydata(positions.tolist(), [], triangles.tolist())
@@ -80,7 +80,7 @@ def test_a_mesh_that_carries_nothing():
     assert not mesh.uv_layers and not mesh.color_attributes
 
 
-def test_error_is_held():
+def test_error_is_met():
     sphere = add_sphere(96, 48)
     sphere.scale = (2, 2, 2)
     bpy.context.view_layer.update()
@@ -105,11 +105,11 @@ def test_shape_keys_are_kept():
     positions = positions_of(body.data)
     for i in range(20):
         moved = convert.get(blocks[f"Key{i}"].data, "co", np.float32, positions.size).reshape(-1, 3)
-        # The offsets are smooth, so that they can be evaluated where a vertex is now.
+        # The offsets are smooth, so they can be evaluated at the moved vertices.
         assert np.abs(moved - positions - move_by_key(positions, i)).max() < 0.01
 
 
-def test_a_mesh_that_will_bend_is_nearer_in_its_shape_keys():
+def test_bending_mesh_is_closer_in_shape_keys():
     distances = []
     for bends in (False, True):
         bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -159,7 +159,7 @@ def test_armature_bends_the_result_as_the_original():
     assert np.mean(distances) < 0.01
 
 
-def test_faces_of_a_scene_are_shared_out():
+def test_faces_are_shared_among_objects():
     spheres = [add_sphere(16 + i % 5 * 4, 8 + i % 5 * 2, (3 * i, 0, 0)) for i in range(50)]
     select(*spheres)
     total = sum(n_triangles(sphere.data) for sphere in spheres)
@@ -204,7 +204,7 @@ def find_uv_splits(mesh):
 
 
 @pytest.mark.parametrize("is_marked", [False, True])
-def test_edges_are_seams_where_the_original_has_seams(is_marked):
+def test_seam_edges_stay_seams(is_marked):
     mesh = add_sphere().data
     mesh.edges[0].use_seam = is_marked
     run(ratio=0.3)
@@ -213,7 +213,7 @@ def test_edges_are_seams_where_the_original_has_seams(is_marked):
     assert find_uv_splits(mesh)
 
 
-def test_materials_flat_faces_and_attributes_stay():
+def test_materials_flat_faces_and_attributes_are_kept():
     sphere = add_sphere()
     mesh = sphere.data
     for name in ("North", "South"):
@@ -285,7 +285,7 @@ def test_custom_normals_are_set_again():
     assert normals[:, 2].min() > 0.99
 
 
-def test_merging_spares_vertices_that_shape_keys_part():
+def test_merging_keeps_vertices_that_shape_keys_separate():
     sphere = add_sphere(16, 8)
     mesh = sphere.data
     source = convert.read_mesh(sphere, mesh)
@@ -342,28 +342,28 @@ def test_levels_of_detail_show_one_by_one():
         assert visible == ["Character" if shown < 0 else f"Character_LOD{shown}"]
 
 
-def test_refusals_say_why_and_change_nothing():
-    refused("select at least one mesh")
+def test_errors_say_why_and_change_nothing():
+    assert_rejected("select at least one mesh")
     body = add_character(n_keys=7, segments=24, rings=12)
     before = positions_of(body.data)
-    refused("shape keys", apply_modifiers=True)
-    refused("no vertex group|has a vertex group", importance_group="Nobody")
-    refused("error is 0", size_by="ERROR_UNITS", error_units=0)
+    assert_rejected("shape keys", apply_modifiers=True)
+    assert_rejected("no vertex group|has a vertex group", importance_group="Nobody")
+    assert_rejected("error is 0", size_by="ERROR_UNITS", error_units=0)
     bpy.ops.object.mode_set(mode="EDIT")
-    refused("Object Mode")
+    assert_rejected("Object Mode")
     bpy.ops.object.mode_set(mode="OBJECT")
     body.modifiers.new("Multires", "MULTIRES")
-    refused("Multiresolution")
+    assert_rejected("Multiresolution")
     assert (positions_of(body.data) == before).all()
     empty = bpy.data.objects.new("Empty", bpy.data.meshes.new("Empty"))
     bpy.context.collection.objects.link(empty)
     select(empty)
-    refused("no faces")
+    assert_rejected("no faces")
     with pytest.raises(RuntimeError, match="Ratios"):
         bpy.ops.object.neural_mesh_lods(ratios="2, x")
 
 
-def test_linked_meshes_are_refused(tmp_path):
+def test_linked_meshes_are_rejected(tmp_path):
     add_sphere().name = "Ball"
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -371,7 +371,7 @@ def test_linked_meshes_are_refused(tmp_path):
         into.objects = ["Ball"]
     bpy.context.collection.objects.link(into.objects[0])
     select(into.objects[0])
-    refused("linked from a library")
+    assert_rejected("linked from a library")
 
 
 def paint(item):
@@ -414,7 +414,7 @@ def test_materials_are_baked_to_a_new_one():
     assert np.abs(pixels_at_faces(sphere, bpy.data.images["Sphere Metallic"]) - 1).max() < 0.02
     shader = next(node for node in mesh.materials[0].node_tree.nodes if node.type == "BSDF_PRINCIPLED")
     assert all(shader.inputs[name].links for name in ("Base Color", "Roughness", "Metallic", "Normal"))
-    # What is baked already is baked again.
+    # A baked result can be baked again.
     run(ratio=0.5, bake=True, bake_size=64)
     assert len(mesh.materials) == 1 and mesh.materials[0].name.startswith("Sphere_Baked.")
 
@@ -480,7 +480,7 @@ def test_undo_ends_a_preview():
     assert [item.name for item in bpy.data.objects] == ["Sphere"]
 
 
-def test_a_preview_that_cannot_begin_says_why():
+def test_preview_reports_errors():
     with pytest.raises(RuntimeError, match="select at least one mesh"):
         bpy.ops.object.neural_mesh_preview()
     assert preview.current is None
@@ -501,13 +501,13 @@ def test_shading_is_kept_by_custom_normals():
         outward /= np.linalg.norm(outward, axis=1, keepdims=True)
         differences.append(1 - (normals * outward).sum(1).mean())
     assert differences[0] < differences[1]
-    # Flat faces are flat, whatever is wanted.
+    # Flat faces stay flat with any setting.
     flat = add_sphere()
     run(ratio=0.5)
     assert not flat.data.has_custom_normals and not any(polygon.use_smooth for polygon in flat.data.polygons)
 
 
-def test_triangles_are_read_as_those_of_polygons():
+def test_triangles_equal_triangulated_polygons():
     sphere = add_sphere()
     by_polygons = convert.read_mesh(sphere, sphere.data)
     run(ratio=0.999)
@@ -518,7 +518,7 @@ def test_triangles_are_read_as_those_of_polygons():
     assert (fast.triangles == vertices).all() and len(fast.triangles) < len(by_polygons.triangles)
 
 
-def test_undo_brings_the_original_back():
+def test_undo_restores_original():
     sphere = add_sphere()
     n = len(sphere.data.polygons)
     bpy.ops.ed.undo_push(message="before")
@@ -542,7 +542,7 @@ def test_a_result_can_be_saved_and_read(tmp_path):
 
 
 class Layout:
-    """Stands for a panel's layout and remembers what was drawn on it."""
+    """Mock of a panel's layout that records what is drawn."""
 
     def __init__(self):
         self.drawn = []
@@ -567,7 +567,7 @@ def test_the_panel_draws_settings_and_legend():
     assert operator.ratio == 0.5 and operator.keep_components
 
 
-def test_materials_of_modifiers_come_along():
+def test_materials_of_modifiers_are_kept():
     sphere = add_sphere()
     group = bpy.data.node_groups.new("Paint", "GeometryNodeTree")
     group.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
@@ -584,7 +584,7 @@ def test_materials_of_modifiers_come_along():
 
 
 class Window:
-    """Stands for the context of a window, which Blender has none of here."""
+    """Mock of a window's context, which Blender lacks without a window."""
 
     def __init__(self):
         self.events = []
@@ -628,7 +628,7 @@ def test_escape_stops_a_simplification():
     assert task.result is None and operator.job.error is None
 
 
-def test_a_failure_in_the_thread_is_one_line():
+def test_thread_error_is_one_line():
     def work(tell):
         raise ValueError("first\nsecond")
 

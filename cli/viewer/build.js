@@ -1,4 +1,4 @@
-// Makes dist/viewer.html and dist/report.html of src: pages with style, script and the licence of three.js inside. `scripts/viewer`
+// Builds dist/viewer.html and dist/report.html from src: pages with style, script and the licence of three.js inside. `scripts/viewer`
 // runs it.
 
 import { readFileSync, mkdirSync, writeFileSync } from 'node:fs';
@@ -7,7 +7,7 @@ import { bundle, filled, licence, withParts } from './pages.js';
 const source = (file) => `${import.meta.dirname}/src/${file}`;
 const folder = process.argv[2] ?? 'dist';
 
-/** Writes a page of one entry point and style sheets. */
+/** Writes a page from one entry point and style sheets. */
 async function make(page, script, styles) {
   const [js, ...css] = await Promise.all([script, ...styles].map((file) => bundle(source(file))));
   const text = filled(withParts(readFileSync(source(page), 'utf8')), { css: css.join(''), js });

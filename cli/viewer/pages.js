@@ -1,4 +1,4 @@
-// Makes pages that carry everything inside: parts of HTML put in place, scripts and styles bundled, the licence of three.js beside them.
+// Builds self-contained pages: inserts shared HTML, and bundles scripts, styles and the licence of three.js.
 
 import { readFileSync } from 'node:fs';
 import { build } from 'esbuild';
@@ -8,7 +8,7 @@ const read = (path) => readFileSync(new URL(path, import.meta.url), 'utf8');
 /** The licence of three.js, which every page contains. */
 export const licence = read('node_modules/three/LICENSE').trim();
 
-/** Bundles a script or style sheet with all that it imports; `alias` says which file stands for the name of a package. */
+/** Bundles a script or style sheet with its imports; `alias` maps names of packages to files. */
 export async function bundle(file, { alias = {}, format = 'iife' } = {}) {
   const { outputFiles } = await build({
     entryPoints: [file],
@@ -23,21 +23,21 @@ export async function bundle(file, { alias = {}, format = 'iife' } = {}) {
   return outputFiles[0].text.trim();
 }
 
-/** A page with the parts that others have as well, at the depth where they are named. */
+/** Returns a page with shared HTML files inserted, indented as their placeholders. */
 export function withParts(page) {
   return page.replace(/^( *)<!-- (\w+\.html) -->\n/gm, (_, blanks, part) => read(`src/${part}`).replace(/^(?=.)/gm, blanks));
 }
 
-/** A page with its style, its script and the licence inside. */
+/** Returns a page with its style, its script and the licence inside. */
 export function filled(page, { css, js }) {
-  // The replacements are functions because `$` means something in strings.
+  // The replacements are functions, as `$` has a meaning in replacement strings.
   return page
     .replace('/* style */', () => css)
     .replace('/* script */', () => inScript(js))
     .replace(/<body.*>/, (body) => `${body}\n<!--\nThis page contains three.js (threejs.org):\n\n${licence}\n-->`);
 }
 
-/** A script as it can stand in an element. */
+/** Escapes a script for a script element. */
 export function inScript(js) {
   return js.replaceAll('</script', '<\\/script');
 }

@@ -1,8 +1,8 @@
-// Axes of plots: from values to places and back to round numbers. A scale is logarithmic where values allow.
+// Scales of plot axes: map values to positions, and choose round numbers for ticks. A scale is logarithmic if the values allow it.
 
 import { short } from './words.js';
 
-/** A scale over values: logarithmic where none is below 0 and most are above; zeros then lie at its lower end. */
+/** Returns a scale over values: logarithmic if none is below 0 and most are above; zeros are then at its lower end. */
 export function scaleOf(values) {
   let [low, high, least, nAbove, nBelow, n] = [Infinity, -Infinity, Infinity, 0, 0, 0];
   for (const value of values) {
@@ -22,13 +22,13 @@ export function scaleOf(values) {
   return { isLog: false, low: low - room, high: high + room };
 }
 
-/** Where a value lies, 0 to 1. */
+/** Returns the position of a value on a scale, 0 to 1. */
 export function shareOf({ isLog, low, high }, value) {
   if (!isLog) return (value - low) / (high - low);
   return value > low ? Math.log(value / low) / Math.log(high / low) : 0;
 }
 
-/** Round values along a scale with their words, about n of them at most. */
+/** Returns at most about n round values along a scale, with labels. */
 export function ticksOf(scale, n) {
   const values = scale.isLog ? logTicks(scale, n) : evenTicks(scale, n);
   return values.map((value) => ({ value, words: tick(value) }));
@@ -47,7 +47,7 @@ function evenTicks({ low, high }, n) {
   return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(12)));
 }
 
-/** Powers of ten, with 2 and 5 between them where there is room; over less than a decade even steps. */
+/** Returns powers of ten, with 2 and 5 between them if there is room; even steps below a decade. */
 function logTicks(scale, n) {
   const [from, to] = [Math.floor(Math.log10(scale.low)), Math.ceil(Math.log10(scale.high))];
   const decades = Array.from({ length: to - from + 1 }, (_, i) => from + i);

@@ -1,11 +1,11 @@
-// The colour bar: what the colours stand for, where they end, in which unit; the reader chooses both.
+// The colour bar: the distances that colours mean; the reader chooses the end of the scale and the unit.
 
 import { GRADIENT } from './colours.js';
 import { short } from './words.js';
 
 const TICKS = [0, 0.25, 0.5, 0.75, 1];
 
-/** What lies beyond each end. */
+/** Text about the distances above each end of the scale. */
 const BEYOND = {
   p95: '5 % of the surfaces are farther and have the last colour.',
   p99: '1 % of the surfaces is farther and has the last colour.',
@@ -14,7 +14,7 @@ const BEYOND = {
 };
 
 /**
- * Wires up the bar; `changed(share)` hears where the colours end, as a share of the largest distance. What it gives back shows
+ * Wires up the bar; `changed(share)` is called with the end of the scale, as a share of the largest distance. The returned function shows
  * another scale, of meshes with this diagonal.
  */
 export function makeBar(changed) {
@@ -38,7 +38,7 @@ export function makeBar(changed) {
   own.addEventListener('input', type);
   return (newScale, newDiagonal) => {
     [scale, diagonal] = [newScale, newDiagonal];
-    // A share of the diagonal needs one.
+    // A share of the diagonal is undefined if the diagonal is 0.
     if (!(diagonal > 0)) unit.value = 'own';
     if (end.value === 'own') return type();
     length = scale[end.value] || scale.max;
@@ -47,7 +47,7 @@ export function makeBar(changed) {
   };
 }
 
-/** As many decimals on every tick. */
+/** Formats ticks with equal numbers of decimals. */
 function tick(value, end) {
   if (value === 0) return '0';
   if (end < 1e-4 || end >= 1e6) return value.toExponential(2);

@@ -1,10 +1,10 @@
-// The words over a pane: whose mesh it is, how large, and how many of its edges are marked; where textures are shown, whether it has one.
+// The caption over a pane: the mesh, its size, its number of marked edges, and whether it has a texture if textures are shown.
 
 import { count } from './words.js';
 
 const KINDS = ['open', 'non-manifold', 'turned'];
 
-/** Fills the caption of a pane; `marked` is left out where the marked edges are not known. */
+/** Fills the caption of a pane; without `marked` the marked edges are not mentioned. */
 export function fillCaption(pane, role, { name, faces }, marked, ofCover) {
   const title = make('strong', role);
   const size = [make('div', name, 'name'), make('div', `${count(faces)} faces`)];

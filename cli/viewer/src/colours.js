@@ -1,19 +1,20 @@
-// The colours of distances: magma, even to the eye and readable without red and green; and the texture that paints it.
+// The colour scale of distances, magma, which is perceptually even and readable for colour-blind people; and its texture.
 
 import { ClampToEdgeWrapping, DataTexture, LinearFilter, SRGBColorSpace } from 'three';
 
 /**
- * Eight even steps of matplotlib's magma (CC0) from its light end: no distance is light, so that shapes and edges stay
- * visible where all is well, and distance is dark. Its last steps, nearly black, are left out.
+ * Eight even steps of matplotlib's magma (CC0) from its light end.
+ *
+ * Distance 0 is light, so that shapes and edges stay visible there. The last, nearly black steps are left out.
  */
 const STEPS = ['fcfdbf', 'feca8d', 'fd9668', 'f1605d', 'cd4071', '9e2f7f', '721f81', '440f76'];
 
 const TEXELS = 256;
 
-/** The scale as a CSS gradient from left to right. */
+/** Colour scale as a CSS gradient from left to right. */
 export const GRADIENT = `linear-gradient(to right, ${STEPS.map((step) => `#${step}`).join(', ')})`;
 
-/** A row of colours; `repeat.x` says how much of it a share of 1 spans. */
+/** Creates a texture of one row of colours; `repeat.x` is the part of it that a share of 1 spans. */
 export function colourTexture() {
   const texture = new DataTexture(Uint8Array.from(texels()), TEXELS, 1);
   texture.colorSpace = SRGBColorSpace;
@@ -27,7 +28,7 @@ function texels() {
   return Array.from({ length: TEXELS }, (_, i) => [...colourAt(i / (TEXELS - 1)), 255]).flat();
 }
 
-/** Red, green and blue at a share of the scale, 0 to 255 each. */
+/** Returns red, green and blue at a share of the scale, 0 to 255 each. */
 function colourAt(share) {
   const along = share * (STEPS.length - 1);
   const step = Math.min(Math.floor(along), STEPS.length - 2);

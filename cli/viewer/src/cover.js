@@ -1,4 +1,4 @@
-// What covers a surface, as three.js draws it: its corners with texture coordinates and colours, and the images.
+// The cover of a surface in three.js: corners with texture coordinates and colours, and images.
 
 import {
   BufferAttribute, BufferGeometry, ClampToEdgeWrapping, Color, DoubleSide, Mesh, MeshPhongMaterial, MirroredRepeatWrapping,
@@ -7,12 +7,12 @@ import {
 
 const WRAPS = { repeat: RepeatWrapping, clamp: ClampToEdgeWrapping, mirror: MirroredRepeatWrapping };
 
-/** The images and materials that covers of a scene share; `imageOf(index)` gives the file of an image as a blob. */
+/** Creates the store of images and materials that the covers of a scene share; `imageOf(index)` returns an image file as a blob. */
 export function makeWardrobe(imageOf) {
   return { imageOf, bitmaps: new Map(), materials: new Map() };
 }
 
-/** Adds the covered surface that `load` gives to a model, the first time that it is shown; everyone who asks waits until it is there. */
+/** Adds the covered surface that `load` returns to a model when it is first shown; all callers wait for it. */
 export function addCover(model, load, wardrobe) {
   model.covering ??= makeCover(model, load, wardrobe);
   return model.covering;
@@ -34,7 +34,7 @@ async function makeCover(model, load, wardrobe) {
   model.group.add(model.covered);
 }
 
-/** The material of a paint, one for all surfaces that are painted alike. */
+/** Returns the material of a paint, shared by all surfaces with this paint. */
 function materialOf(paint, wardrobe) {
   const key = JSON.stringify(paint);
   if (!wardrobe.materials.has(key)) wardrobe.materials.set(key, makeMaterial(paint, wardrobe));
@@ -42,7 +42,7 @@ function materialOf(paint, wardrobe) {
 }
 
 async function makeMaterial({ image, wrap, color, coloured }, wardrobe) {
-  // An image that the browser cannot read leaves the plain colour.
+  // If the browser cannot read an image, the plain colour stays.
   const bitmap = image === null ? null : await bitmapOf(image, wardrobe).catch(() => null);
   const map = bitmap && textureOf(bitmap, wrap);
   return new MeshPhongMaterial({
@@ -60,7 +60,7 @@ function textureOf(bitmap, [u, v]) {
   return texture;
 }
 
-/** The pixels of an image, as the file has them. */
+/** Decodes the pixels of an image without colour conversion. */
 function bitmapOf(index, { imageOf, bitmaps }) {
   if (!bitmaps.has(index)) bitmaps.set(index, imageOf(index).then(decode));
   return bitmaps.get(index);
@@ -70,14 +70,14 @@ function decode(file) {
   return createImageBitmap(file, { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
 }
 
-/** Draws all covers with facets or smooth, with or without room for edges. */
+/** Sets flat or smooth shading of all covers, and whether edges are drawn over them. */
 export async function setCovers({ materials }, flatShading, polygonOffset) {
   for (const material of await Promise.all(materials.values())) {
     Object.assign(material, { flatShading, polygonOffset, needsUpdate: true });
   }
 }
 
-/** Frees the graphics card of what covers of a scene share. */
+/** Frees the graphics memory that the covers of a scene share. */
 export async function disposeWardrobe({ bitmaps, materials }) {
   for (const material of await Promise.allSettled(materials.values())) {
     material.value?.map?.dispose();

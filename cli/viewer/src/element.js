@@ -1,6 +1,6 @@
-// Elements of a page.
+// Creates elements of a page.
 
-/** An element with a text and properties. */
+/** Creates an element with a text and properties. */
 export function element(tag, textContent, properties = {}) {
   return Object.assign(document.createElement(tag), { textContent }, properties);
 }

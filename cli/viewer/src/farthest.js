@@ -1,11 +1,11 @@
-// The place where two meshes are farthest apart, with a ring around it that no surface hides.
+// Marks the point where two meshes are farthest apart with a ring that is drawn over all surfaces.
 
 import { BufferAttribute, BufferGeometry, CanvasTexture, Points, PointsMaterial, Vector3 } from 'three';
 
 const PIXELS = 44;
 const COLOUR = '#d61878';
 
-/** Makes a ring, to be put somewhere. */
+/** Creates a ring without a position. */
 export function makeRing() {
   const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(3), 3));
   const material = new PointsMaterial({
@@ -30,7 +30,7 @@ function drawnRing() {
   return canvas;
 }
 
-/** The point of the models that has the largest share, and the normal there. */
+/** Returns the point of the models with the largest distance, and its normal. */
 export function farthestOf(models) {
   let found = { share: -1, point: new Vector3(), normal: new Vector3() };
   for (const { painted, plain } of models) {

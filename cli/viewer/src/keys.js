@@ -5,7 +5,7 @@ import { lookFromStart, orbit, pan, zoom } from './view.js';
 const TURN = Math.PI / 24;
 const STEP = 0.03;
 
-/** What a key does to the camera: plain, and with Shift. */
+/** Camera moves by key: without and with Shift. */
 const CAMERA = {
   ArrowLeft: [(view) => orbit(view, -TURN, 0), (view) => pan(view, STEP, 0)],
   ArrowRight: [(view) => orbit(view, TURN, 0), (view) => pan(view, -STEP, 0)],
@@ -33,12 +33,12 @@ export function listen(view, canvas) {
   });
 }
 
-/** Whether a key is meant for the browser or the system. */
+/** Returns whether a key is meant for the browser or the system. */
 function isShortcut(event) {
   return event.metaKey || ((event.ctrlKey || event.altKey) && !isThirdLevel(event));
 }
 
-/** Whether AltGr is held, which some systems report as Ctrl and Alt: keys then write other characters, on some keyboards + and -. */
+/** Returns whether AltGr is pressed, which some systems report as Ctrl and Alt; some keyboards need it for + and -. */
 function isThirdLevel(event) {
   return event.getModifierState('AltGraph');
 }

@@ -1,4 +1,4 @@
-// The page of `neural-mesh compare`: reads what the program wrote into it and wires up view, switches and numbers.
+// The page of `neural-mesh compare`: reads the data that the program wrote into it, and wires up view, switches and numbers.
 
 import { makeBar } from './bar.js';
 import { fillCaption } from './caption.js';
@@ -37,7 +37,7 @@ function writeWords({ original, results, settings, program, figures }) {
   at('settings').textContent = `${program}, ${count(settings.samples)} samples on each surface, seed ${settings.seed}`;
 }
 
-/** What a caption says of the cover of a mesh, where textures are shown. */
+/** Returns the words of a caption about the texture of a mesh, if textures are shown. */
 function wordsOfCover(cover) {
   if (!cover) return 'plain: no texture and no colours';
   return cover.borrowed ? 'texture of the original' : '';

@@ -1,4 +1,4 @@
-// A surface as three.js draws it: the mesh, its edges, its marks. The materials are shared by all of a page.
+// The model of a surface in three.js: mesh, edges and marks. All models of a page share the materials.
 
 import {
   BufferAttribute, BufferGeometry, Color, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshPhongMaterial,
@@ -8,10 +8,10 @@ import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 
-/** Open, non-manifold and turned edges; the legend of the page has the same colours. */
+/** Colours of open, non-manifold and turned edges; the page's legend has equal ones. */
 const MARKS = ['#0a84ff', '#00a88f', '#6cae00'];
 
-/** What surfaces, edges and marks look like. */
+/** Creates the materials of surfaces, edges and marks. */
 export function makeMaterials() {
   const solid = new MeshPhongMaterial({
     side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
@@ -25,8 +25,9 @@ export function makeMaterials() {
 }
 
 /**
- * The inner side of a surface, seen through holes and where faces are turned over: red, dark blue under colours. Not where it
- * is seen edge on: at an outline the inner side is as near as the outer one and would show through.
+ * Shader code that paints back faces, visible through holes and on turned faces: red, or dark blue under colours.
+ *
+ * Faces seen edge-on are left out: at an outline the back face is as near as the front face and would show through.
  */
 const INSIDE = `
 #ifdef USE_MAP
@@ -42,7 +43,7 @@ function tintInside(shader) {
   shader.fragmentShader = shader.fragmentShader.replace(after, `${after}${INSIDE}`);
 }
 
-/** Makes the objects of a surface, drawn as its `fine`; its edges and marks only when they are shown. */
+/** Creates the objects of a surface, drawn as its `fine` version; edges and marks follow when they are shown. */
 export function makeModel(surface, radius, materials) {
   const geometry = geometryOf(surface.fine, radius);
   const group = new Group();
@@ -62,7 +63,7 @@ function geometryOf({ positions, normals, faces }, radius) {
   return geometry;
 }
 
-/** Adds the surface of a model that distances are known on, where that is not the one that is drawn without them. */
+/** Adds the surface on which distances are known, if it is not the one that is drawn without them. */
 export function addPainted(model, fine, materials) {
   if (model.painted) return;
   model.painted = new Mesh(geometryOf(fine, model.geometry.boundingSphere.radius), materials.solid);
@@ -70,7 +71,7 @@ export function addPainted(model, fine, materials) {
   model.group.add(model.painted);
 }
 
-/** Adds the marked edges of a model, the first time that they are shown; everyone who asks waits until they are there. */
+/** Adds the marked edges of a model when they are first shown; all callers wait for them. */
 export function addMarks(model, materials) {
   model.marking ??= makeMarks(model, materials);
   return model.marking;
@@ -95,7 +96,7 @@ function segments(positions, edges, material) {
   return object;
 }
 
-/** Adds the edges of a model, the first time that they are shown; everyone who asks waits until they are there. */
+/** Adds the edges of a model when they are first shown; all callers wait for them. */
 export function addWire(model, materials) {
   model.wiring ??= makeWire(model, materials);
   return model.wiring;
@@ -111,7 +112,7 @@ async function makeWire(model, materials) {
   model.group.add(model.wire);
 }
 
-/** The colour of all wires; the denser the mesh, the fainter its edges, so that the surface stays visible. */
+/** Sets the colour of edges; edges of dense meshes are fainter, so that the surface stays visible. */
 function wireOf({ surface }, { wire }) {
   const material = wire.clone();
   material.color = wire.color;
@@ -119,35 +120,35 @@ function wireOf({ surface }, { wire }) {
   return material;
 }
 
-/** Number of the points that are drawn. */
+/** Returns the number of points that are drawn. */
 export function nPoints(model) {
   return model.geometry.getAttribute('position').count;
 }
 
-/** Paints a model by the shares of the points that have distances, n_points x 2. */
+/** Paints a model by the distances of its points, as texture coordinates n_points x 2. */
 export function setShares({ painted, plain }, shares) {
   (painted ?? plain).geometry.setAttribute('uv', new BufferAttribute(shares, 2));
 }
 
-/** Colours of surface and edges for a theme. */
+/** Sets the colours of surface and edges for a theme. */
 export function setTheme(materials, { surface, wire }) {
   materials.plain = new Color(surface);
   materials.wire.color.set(wire);
 }
 
-/** Lets the edges win over the surface they lie on; without them, back faces would win over front faces at outlines. */
+/** Moves the surface behind its edges in depth while they are shown; otherwise that would let back faces show at outlines. */
 export function makeRoomForWire(materials, isShown) {
   materials.solid.polygonOffset = isShown;
 }
 
-/** Shows distances as colours, or the plain surface where `texture` is null. */
+/** Shows distances as colours, or the plain surface if `texture` is null. */
 export function paint(materials, texture) {
   materials.solid.map = texture;
   materials.solid.color.copy(texture ? new Color(0xffffff) : materials.plain);
   materials.solid.needsUpdate = true;
 }
 
-/** Frees the graphics card of a model. */
+/** Frees the graphics memory of a model. */
 export function disposeModel({ group, wire }) {
   group.traverse(({ geometry }) => geometry?.dispose());
   wire?.material.dispose();

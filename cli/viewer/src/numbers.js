@@ -1,14 +1,14 @@
-// Text in the page back to whole numbers: base64, inflated, seven bits a byte. The way there is packed.rs of the program.
+// Decodes text in the page to whole numbers: base64, inflated, seven bits per byte. The encoder is packed.rs of the program.
 
 import { breathe, inSlices } from './slices.js';
 
-/** The numbers of that name, to be read from the front. */
+/** Opens the numbers of a name for reading from the front. */
 export async function numbersOf(name) {
   const stream = new Blob(await bytesOf(name)).stream().pipeThrough(new DecompressionStream('deflate-raw'));
   return { bytes: new Uint8Array(await new Response(stream).arrayBuffer()), at: 0 };
 }
 
-/** The bytes behind the script elements of that name, part by part. */
+/** Yields the bytes in the script elements of a name, element by element. */
 export async function bytesOf(name) {
   const parts = [];
   for (const { textContent } of document.querySelectorAll(`[data-of="${name}"]`)) {
@@ -18,7 +18,7 @@ export async function bytesOf(name) {
   return parts;
 }
 
-/** Reads n numbers, each through `take(number, i)`. */
+/** Reads n numbers and passes each to `take(number, i)`. */
 export async function readEach(numbers, n, take) {
   await inSlices(n, (from, to) => {
     let at = numbers.at;
@@ -35,7 +35,7 @@ export async function readEach(numbers, n, take) {
   });
 }
 
-/** Reads n numbers stored as differences from the one before, each through `take(number, i)`. */
+/** Reads n numbers stored as differences to the previous one, and passes each to `take(number, i)`. */
 export async function readDifferences(numbers, n, take) {
   let before = 0;
   await readEach(numbers, n, (difference, i) => {

@@ -1,10 +1,10 @@
-// What the program packed into elements of the page, as a source of a scene: surfaces, shares of distances, covers, images.
+// Reads the data that the program packed into the page, as a source of a scene: surfaces, distances, covers, images.
 
 import { bytesOf, numbersOf } from './numbers.js';
 import { refined } from './refine.js';
 import { allEdges, unpackCover, unpackShares, unpackSurface } from './surface.js';
 
-/** Makes the source of what the page's words describe; scene.js says what a source is. */
+/** Creates the source of the comparison that the page describes; scene.js defines sources. */
 export function packedSource({ surfaces, covers, images }) {
   return {
     surface: (index, place) => unpackModel(surfaces[index], index, place),

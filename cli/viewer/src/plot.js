@@ -1,13 +1,13 @@
-// One plot on a canvas: axes, lines, points, and the point under the mouse. Knows no method and no figure.
+// Draws one plot on a canvas: axes, lines, points, and the point under the mouse.
 
 import { scaleOf, shareOf, ticksOf } from './axes.js';
 
-/** Around the plot, in pixels of the page. */
+/** Margins of the plot, in pixels of the page. */
 const MARGIN = { left: 58, right: 14, top: 10, bottom: 44 };
-/** How far the mouse may be from a point. */
+/** Largest distance of the mouse from a point to select it, in pixels. */
 const REACH = 14;
 
-/** Makes the plot of a canvas; `describe(point)` gives the lines of words about one. */
+/** Creates the plot of a canvas; `describe(point)` returns lines of text about a point. */
 export function makePlot(canvas, describe) {
   const plot = { canvas, describe, content: { points: [], lines: [], x: '', y: '' } };
   plot.ring = add(canvas.parentElement, 'ring');
@@ -34,7 +34,7 @@ export function setContent(plot, content) {
   askToDraw(plot);
 }
 
-/** Draws before the next frame, once however often it is asked. */
+/** Schedules one drawing before the next frame. */
 function askToDraw(plot) {
   if (plot.asked) return;
   plot.asked = true;
@@ -90,7 +90,7 @@ function drawAxes(plot, context, scales, inner) {
 }
 
 function drawPoints({ placeOf }, context, points) {
-  // Many points stay apart where they are small and let others through; nobody sees then that they are squares.
+  // Many points are drawn as small translucent squares, which stay distinguishable and are fast.
   const areMany = points.length > 2000;
   const [size, alpha] = areMany ? [1.1, 0.4] : [2.6, 0.75];
   context.globalAlpha = alpha;
@@ -120,7 +120,7 @@ function drawLine({ placeOf }, context, { style, points }) {
   for (const point of points) mark(context, placeOf(point), 3.8, style.isSecond);
 }
 
-/** Says what the nearest point is. */
+/** Shows the text of the nearest point. */
 function point(plot, { offsetX, offsetY }) {
   const { points, lines } = plot.content;
   if (!plot.placeOf) return;

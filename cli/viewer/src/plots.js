@@ -1,15 +1,15 @@
-// The three plots: a figure against size, time against the size of the input, a figure against time. A line is of medians, a dot a mesh.
+// The three plots: a figure over size, time over input size, a figure over time. Lines join medians; a dot is a mesh.
 
 import { makePlot, setContent } from './plot.js';
 import { number, spoken } from './words.js';
 
 const DIGITS = 3;
-/** Medians along the axis of input sizes. */
+/** Number of medians along the axis of input sizes. */
 const BINS = 8;
 
 const labelled = ({ name, unit }) => (unit ? `${spoken(name)}, ${unit}` : spoken(name));
 
-/** Wires up plots and legend; `pointsOf(column)` gives the values of the meshes. */
+/** Wires up plots and legend; `pointsOf(column)` returns the values of the meshes. */
 export function makePlots(data, pointsOf) {
   const { columns, methods } = data.overview;
   const column = (name) => columns.findIndex((other) => other.name === name);
@@ -24,7 +24,7 @@ export function makePlots(data, pointsOf) {
       state.wanted = wanted;
       document.documentElement.dataset.plots = 'busy';
       for (const at of [size, seconds, wanted.column]) if (at >= 0) state.values[at] = await pointsOf(at);
-      // Where something else has been asked for meanwhile, that is what will be shown.
+      // A newer choice replaces this one.
       if (state.wanted !== wanted) return;
       state.choice = wanted;
       update();
@@ -34,7 +34,7 @@ export function makePlots(data, pointsOf) {
   };
 }
 
-/** Colours repeat after the last; black is the ink of the page. */
+/** Colours of methods, repeated after the last; black is the text colour of the page. */
 function stylesOf({ colours }) {
   const ink = getComputedStyle(document.documentElement).getPropertyValue('--ink').trim();
   return colours.map((colour, i) => ({ colour: colour === '#000000' ? ink : colour, isSecond: colours.indexOf(colour) < i }));
@@ -77,7 +77,7 @@ function fill(state) {
   setContent(plots[2], { ...over(seconds), x: 'seconds' });
 }
 
-/** Methods that are shown. */
+/** Returns the methods that are shown. */
 function shown({ overview: { methods }, hidden }) {
   return methods.map((_, i) => i).filter((method) => !hidden.has(method));
 }
@@ -86,7 +86,7 @@ function isWhole({ x, y }) {
   return Number.isFinite(x) && Number.isFinite(y);
 }
 
-/** The meshes at the chosen ratio, with one column over another; `x` may be a function of the mesh. */
+/** Returns a point for each mesh at the chosen ratio, one column over another; `x` may be a function of the mesh. */
 function dots(state, x, y) {
   const { overview: { methods }, meshes, values, styles, choice } = state;
   return shown(state).flatMap((method) => meshes.map((_, mesh) => {
@@ -96,7 +96,7 @@ function dots(state, x, y) {
   })).filter(isWhole);
 }
 
-/** A line for each method through its medians at the ratios. */
+/** Returns a line for each method through its medians at the ratios. */
 function medians(state, x, y) {
   const { overview: { standings, ratios }, styles } = state;
   const median = (ratio, method, column) => standings[ratio][method].cells[column]?.median ?? NaN;
@@ -106,7 +106,7 @@ function medians(state, x, y) {
   }).filter((line) => line.points.length > 0);
 }
 
-/** Seconds over vertices of the input: lines join the medians of meshes of about the same size. */
+/** Returns points and lines of seconds over input vertices; lines join the medians of meshes of similar sizes. */
 function timeOverInput(state) {
   const points = dots(state, (mesh) => state.meshes[mesh][1], state.seconds);
   const ends = points.map(({ x }) => Math.log(x));

@@ -1,8 +1,8 @@
-// The values of all meshes back to numbers. The way into the page is points.rs of the program.
+// Decodes the values of all meshes. The encoder is points.rs of the program.
 
 import { numbersOf, readEach } from './numbers.js';
 
-/** Gives the values of a column, n_ratios x n_methods x n_meshes, NaN where there is none; unpacks each when it is first asked for. */
+/** Returns a function that unpacks a column on first use: n_ratios x n_methods x n_meshes values, NaN for missing ones. */
 export function pointsOf({ overview: { ratios, methods }, meshes }) {
   const n = ratios.length * methods.length * meshes.length;
   const known = new Map();
@@ -12,7 +12,7 @@ export function pointsOf({ overview: { ratios, methods }, meshes }) {
   };
 }
 
-/** Each value is 0 for none, or one more than the first 21 bits of its number. */
+/** Decodes values: 0 for a missing value, else one more than the first 21 bits of its number. */
 export async function unpackValues(numbers, n) {
   const bits = new Uint32Array(n);
   const values = new Float32Array(bits.buffer);

@@ -1,8 +1,8 @@
-// Faces cut into smaller ones of the same shape, so that colours can change within a large face. The surface stays the same.
+// Cuts faces into smaller similar ones, so that colours can vary within a large face. The surface is unchanged.
 
 import { inSlices } from './slices.js';
 
-/** A surface whose faces have so many steps along each side; positions and normals run on evenly from the corners. */
+/** Returns a surface whose faces are cut into `steps` along each side; positions and normals are interpolated. */
 export async function refined({ positions, normals, faces }, steps) {
   const grid = gridOf(steps);
   const nFaces = faces.length / 3;
@@ -23,7 +23,7 @@ export async function refined({ positions, normals, faces }, steps) {
   return fine;
 }
 
-/** Weights of the points of a face, row by row from its first corner, and the corners of the small faces between them. */
+/** Returns the barycentric weights of the points of a face, row by row from its first corner, and the small faces between them. */
 function gridOf(steps) {
   const weights = [];
   const corners = [];

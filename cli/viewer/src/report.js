@@ -1,4 +1,4 @@
-// The page of `neural-mesh-bench evaluate`: reads what the program wrote into it and wires up tables, plots and the worst cases.
+// The page of `neural-mesh-bench evaluate`: reads the data that the program wrote into it, and wires up tables, plots and worst cases.
 
 import { makePlots } from './plots.js';
 import { pointsOf } from './points.js';

@@ -1,10 +1,10 @@
-// What is in the panes: the original and the result that is chosen, loaded when first shown, and how they are drawn.
+// The contents of the panes: the original and the chosen result, loaded when first shown, and how they are drawn.
 //
-// What is drawn comes from a source, an object of functions that may take their time:
+// Meshes come from a source, an object of functions, most of which may return promises:
 //   surface(index, place)   a mesh: positions, faces, normals; `fine`, the same as it is drawn; findEdges(), findMarked()
-//   shares(pair, counts)    {ofResult, ofOriginal}: distances as shares of the largest, n_points x 2; null where they are not known.
-//                           `surfaces`, of original and result, where these points are not those of `fine`
-//   hasCover(index)         whether a mesh has textures or colours, said at once
+//   shares(pair, counts)    {ofResult, ofOriginal}: distances as shares of the largest, n_points x 2; null if unknown.
+//                           `surfaces`, of original and result, if the points are not those of `fine`
+//   hasCover(index)         whether a mesh has textures or colours; synchronous
 //   cover(index, surface)   positions, normals, uvs, colours, faces by paint, runs, and the paints {image, wrap, color, coloured}
 //   image(index)            the file of an image as a blob
 
@@ -17,7 +17,7 @@ import {
 } from './model.js';
 import { askToDraw, lookAt, lookFromStart, setLight, setPlace } from './view.js';
 
-/** Where the meshes of a comparison lie in the scene: the original's box around the origin, its diagonal 2 long. */
+/** Returns the placement of a comparison in the scene: the original's box is centered and its diagonal 2. */
 export function placeOf(surfaces, eye) {
   const { low, sides } = surfaces[0];
   const centre = low.map((x, axis) => x + sides[axis] / 2);
@@ -28,7 +28,7 @@ export function placeOf(surfaces, eye) {
   return { centre, scale, half, eye, radius: Math.max(...surfaces.map(reach)) * scale || 1 };
 }
 
-/** Makes an empty scene in a view, of a content as `setContent` takes it. */
+/** Creates a scene in a view, with a content for `setContent`. */
 export function makeScene(view, content) {
   const roots = view.scenes.map(({ scene }) => {
     const root = new Group();
@@ -62,7 +62,7 @@ function fill(scene, { source, pairs, places }) {
   });
 }
 
-/** What `make` gives for a key; the second time from memory, where the first one did not fail. */
+/** Returns the result of `make` for a key, cached unless it failed. */
 function remembered(known, key, make) {
   if (!known.has(key)) {
     const loading = make();
@@ -87,7 +87,7 @@ async function loadPair(scene, pair) {
   return { original, model, shares };
 }
 
-/** Shows a pair, the result beside its original; of several calls the last one wins. Says whether this one did. */
+/** Shows an original and its result; returns false if a later call replaced this one. */
 export async function showPair(scene, at) {
   scene.wanted = at;
   const { loaded } = scene;
@@ -119,7 +119,7 @@ function wearShares(scene, shares) {
   setShares(models[1], shares.ofResult);
 }
 
-/** Loads the distances of a pair again, where its source knows them by now. */
+/** Reloads the distances of a pair, which its source may know by now. */
 export async function refreshShares(scene, at) {
   const { loaded } = scene;
   const pair = await loaded.results.get(at);
@@ -130,7 +130,7 @@ export async function refreshShares(scene, at) {
   await applySwitches(scene);
 }
 
-/** Looks at another place, where the meshes are of another original. */
+/** Resets the camera if the meshes belong to another original. */
 function goTo(scene, place) {
   if (scene.place === place) return;
   scene.place = place;
@@ -148,7 +148,7 @@ export async function setSwitches(scene, switches) {
   if (isAsked) goToFarthest(scene);
 }
 
-/** Rings around the place where the meshes that are shown are farthest apart. */
+/** Puts rings around the point where the shown meshes are farthest apart. */
 function placeRings({ models, rings, shares, switches }) {
   for (const ring of rings) ring.visible = Boolean(switches.farthest && shares);
   if (!rings[0].visible) return;
@@ -156,7 +156,7 @@ function placeRings({ models, rings, shares, switches }) {
   for (const ring of rings) ring.position.copy(point);
 }
 
-/** Looks at that place from where its surface looks to. */
+/** Looks at the farthest point along its normal. */
 function goToFarthest({ view, models, roots, shares }) {
   if (!shares) return;
   const { point, normal } = farthestOf(models);
@@ -181,7 +181,7 @@ async function applySwitches(scene) {
   if (switches.wire) for (const model of models) await addWire(model, materials);
   if (switches.marks) for (const model of models) await addMarks(model, materials);
   if (switches.texture) await showCovers(scene, models, shown);
-  // Where something else has been asked for meanwhile, that is what will be shown.
+  // A newer choice replaces this one.
   if (scene.switches !== switches || scene.models !== models) return;
   placeRings(scene);
   for (const model of models) {
@@ -195,7 +195,7 @@ async function applySwitches(scene) {
   askToDraw(view);
 }
 
-/** Whether distances are shown as colours: they are asked for and known. */
+/** Returns whether distances are shown as colours: switched on and known. */
 function hasColours({ switches, shares }) {
   return Boolean(switches.colours && shares);
 }
@@ -204,7 +204,7 @@ function paintSolid(scene) {
   paint(scene.materials, hasColours(scene) ? scene.texture : null);
 }
 
-/** Makes the covers that models have, and draws them as the switches say. */
+/** Loads the covers of the models, and draws them as the switches say. */
 async function showCovers({ source, wardrobe, switches }, models, shown) {
   for (const [pane, model] of models.entries()) {
     const index = shown[pane];
@@ -213,13 +213,13 @@ async function showCovers({ source, wardrobe, switches }, models, shown) {
   await setCovers(wardrobe, switches.flat, switches.wire);
 }
 
-/** Where the colours end, as a share of the largest distance. */
+/** Sets the end of the colour scale, as a share of the largest distance. */
 export function setColourEnd(scene, share) {
   scene.texture.repeat.x = 1 / Math.max(share, 1e-6);
   askToDraw(scene.view);
 }
 
-/** Takes the colours of the page. */
+/** Applies the colours of the page's theme. */
 export function setSceneTheme(scene, colours) {
   setTheme(scene.materials, colours);
   scene.view.renderer.setClearColor(colours.stage);

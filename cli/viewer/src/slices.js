@@ -1,6 +1,6 @@
-// Long loops in short slices, so that the page answers between them; no threads of its own.
+// Splits long loops into short slices, so that the page stays responsive without threads.
 
-/** Milliseconds after which a loop lets others have their turn. */
+/** Milliseconds after which a loop yields to the page. */
 const PATIENCE = 8;
 
 let began = performance.now();
@@ -9,7 +9,7 @@ const pause = globalThis.scheduler?.yield
   ? () => globalThis.scheduler.yield()
   : () => new Promise((resolve) => setTimeout(resolve));
 
-/** Lets the page answer if the last time is long ago. */
+/** Yields to the page if the last time is long ago. */
 export async function breathe() {
   if (performance.now() - began < PATIENCE) return;
   await pause();

@@ -4,11 +4,11 @@ import { element } from './element.js';
 
 /**
  * Fills a table. `columns` are {title, unit, about, isWord, isChosen}; `rows` are lists of {value, text, small, element}. It is
- * sorted as it was by the reader before, else by column `first`.
+ * sorted as the reader chose before, else by column `first`.
  */
 export function fillSorted(table, columns, rows, first = null) {
   const titles = columns.map(({ title }) => title).join('\n');
-  // Other columns are another table.
+  // The choice is kept only for a table with equal columns.
   if (table.sorted?.titles !== titles) table.sorted = { titles, by: first, isDown: false };
   const head = document.createElement('thead');
   head.append(headRow(columns, table.sorted, (by) => {

@@ -1,4 +1,4 @@
-// What is around the meshes of any page: switches, keys, the words while something is going on.
+// Controls around the meshes of any page: switches, keys, and messages about work in progress.
 
 import { listen } from './keys.js';
 import { setSwitches } from './scene.js';
@@ -6,7 +6,7 @@ import { lookFromStart } from './view.js';
 
 const at = (id) => document.getElementById(id);
 
-/** Wires up the controls of a scene; what it gives back applies switches that a script has set. */
+/** Wires up the controls of a scene; the returned function applies switches that a script has set. */
 export function wireStage(scene) {
   listen(scene.view, at('canvas'));
   at('reset').addEventListener('click', () => lookFromStart(scene.view));
@@ -14,13 +14,13 @@ export function wireStage(scene) {
   return wireSwitches(scene);
 }
 
-/** Shows the switch of textures where a mesh has one. */
+/** Shows the texture switch if a mesh has a texture. */
 export function offerTexture(isThere) {
   at('texture').disabled = !isThere;
   at('texture').parentElement.hidden = !isThere;
 }
 
-/** A surface has one kind of colours at a time. */
+/** Keeps distances and textures exclusive, as a surface shows one kind of colours. */
 function wireTexture() {
   const [texture, colours] = [at('texture'), at('colours')];
   texture.addEventListener('change', () => { if (texture.checked) colours.checked = false; });
@@ -39,25 +39,25 @@ function wireSwitches(scene) {
   return update;
 }
 
-/** Says what is going on, over the meshes; nothing where there are no words. */
+/** Shows a message over the meshes; an empty string hides it. */
 export function wait(words) {
   at('wait').textContent = words;
   at('wait').hidden = words === '';
 }
 
-/** Tells tests and measurements that the page is there. */
+/** Signals to tests and measurements that the page is drawn. */
 export function markFirstDraw() {
   if (document.documentElement.dataset.state === 'ready') return;
   document.documentElement.dataset.state = 'ready';
   performance.mark('first-draw');
 }
 
-/** What goes wrong is said in the page. */
+/** Shows errors in the page. */
 export function attempt(work) {
   return work.catch(fail);
 }
 
-/** Says in the page that meshes cannot be shown. */
+/** Shows that the meshes cannot be displayed, and why. */
 export function fail(error) {
   console.error(error);
   wait(`The meshes cannot be shown: ${error.message}. The numbers are complete. A browser of 2023 or newer with WebGL is needed.`);

@@ -1,9 +1,9 @@
-// How the methods stand: tables of medians, means and quotients, and what has no result.
+// Tables of the methods: medians, means and quotients, and the missing results.
 
 import { fillSorted } from './sorted.js';
 import { number, precise, spoken } from './words.js';
 
-/** What cells can hold, and what that is called. */
+/** Statistics of a cell, with their names. */
 export const STATISTICS = {
   median: () => 'median',
   mean: () => 'mean',
@@ -14,17 +14,17 @@ const DIGITS = 3;
 
 const at = (id) => document.getElementById(id);
 
-/** A cell of a table; a small number says of how many results it is, where some have no value. */
+/** Creates a table cell; a small number gives the number of results if some have no value. */
 function cellOf(standing, column, statistic) {
   const { n, n_quotients: nQuotients, ...values } = standing.cells[column];
   const [value, some, all] = statistic === 'quotient' ? [values.quotient, nQuotients, standing.both] : [values[statistic], n, standing.results];
   if (value === null) return { value, text: '' };
-  // Halves of medians say nothing where there are thousands.
+  // Decimals from even numbers of meshes mean nothing in numbers of thousands.
   const text = statistic === 'quotient' ? precise(value, DIGITS) : number(Math.abs(value) < 1000 ? value : Math.round(value), DIGITS);
   return { value, text, small: some < all ? `of ${some}` : '' };
 }
 
-/** One figure at every ratio, in all ways. */
+/** Fills the table of one figure at every ratio, with all statistics. */
 export function fillSingle({ columns, methods, ratios, standings, relative_to: other }, { column, ratio }) {
   const { name, unit, about } = columns[column];
   at('title-one').textContent = spoken(name);
@@ -39,7 +39,7 @@ export function fillSingle({ columns, methods, ratios, standings, relative_to: o
   fillSorted(at('one'), [{ title: 'method', isWord: true }, ...ofRatios], rows, 1 + ratio * ways.length);
 }
 
-/** All figures at one ratio, in one way. */
+/** Fills the table of all figures at one ratio, with one statistic. */
 export function fillOverall({ columns, methods, ratios, standings, relative_to: other }, { column, ratio, statistic }) {
   at('title-all').textContent = `All figures at ratio ${ratios[ratio]}: ${STATISTICS[statistic](other)}`;
   const heads = columns.map(({ name, unit, about }, i) => (
@@ -55,7 +55,7 @@ export function fillOverall({ columns, methods, ratios, standings, relative_to: 
   fillSorted(at('all'), [{ title: 'method', isWord: true }, ...ofFailed, ...heads], rows);
 }
 
-/** What has no result, and why; nothing where all have one. */
+/** Lists the missing results with reasons; hidden if there are none. */
 export function fillFailures({ failures }, nMore) {
   at('how-failures').textContent = nMore > 0 ? `The first ${failures.length} reasons; tables.md has ${number(nMore)} more.` : '';
   at('failures-section').hidden = failures.length === 0;

@@ -1,9 +1,9 @@
-// Numbers to flat arrays: positions, normals, faces, marked edges, distances. Knows no 3-D library and no page.
+// Decodes numbers to flat arrays: positions, normals, faces, marked edges, distances. Independent of three.js and the page.
 
 import { readDifferences, readEach } from './numbers.js';
 import { inSlices } from './slices.js';
 
-/** Unpacks a mesh. `place` is {centre, scale}: where the middle of the scene lies and what it is multiplied by. */
+/** Unpacks a mesh. `place` is {centre, scale}: positions are taken relative to the centre and scaled. */
 export async function unpackSurface(layout, numbers, place) {
   const positions = await readPositions(layout, numbers, place);
   const faces = await readFaces(layout, numbers);
@@ -22,7 +22,7 @@ async function readPositions({ vertices, low, step }, numbers, { centre, scale }
   return positions;
 }
 
-/** Each corner is stored as its distance below the next number not yet used. */
+/** Decodes faces; each corner is stored as its distance below the next unused vertex number. */
 async function readFaces({ faces }, numbers) {
   const corners = new Uint32Array(3 * faces);
   let next = 0;
@@ -40,7 +40,7 @@ async function readEdges(n, numbers) {
   return edges;
 }
 
-/** Distances of n points as shares of the largest one, as texture coordinates: n x 2. They are stored as roots. */
+/** Decodes distances of n points as texture coordinates n x 2: shares of the largest, stored as square roots. */
 export async function unpackShares(n, numbers) {
   const shares = new Float32Array(2 * n).fill(0.5);
   await readDifferences(numbers, n, (root, i) => { shares[2 * i] = (root / 65535) ** 2; });
@@ -74,7 +74,7 @@ export async function unpackCover({ wedges, low, step, coloured, paints }, numbe
   return { ...cover, ...byPaint(corners, paintOf, paints.length) };
 }
 
-/** Faces in the order of their paints, and from where to where each paint goes, in corners. */
+/** Sorts faces by paint, and returns the range of each paint in corners. */
 function byPaint(corners, paintOf, nPaints) {
   const runs = Array.from({ length: nPaints }, () => [0, 0]);
   for (const paint of paintOf) runs[paint][1] += 3;
@@ -88,7 +88,7 @@ function byPaint(corners, paintOf, nPaints) {
   return { faces, runs };
 }
 
-/** Normals of the vertices, each the mean of its faces' by area. */
+/** Computes area-weighted vertex normals. */
 export async function vertexNormals(positions, faces) {
   const normals = new Float32Array(positions.length);
   await inSlices(faces.length / 3, (from, to) => addNormals(positions, faces, normals, from, to));
@@ -115,7 +115,7 @@ function normalise(normals, from, to) {
   }
 }
 
-/** Both ends of every edge, once: an edge that is not marked has one face on each side, running opposite ways. */
+/** Returns the ends of every edge, once: an unmarked edge has two faces of opposite directions. */
 export async function allEdges({ faces, marked }) {
   const edges = new Uint32Array(2 * faces.length + marked.reduce((sum, list) => sum + list.length, 0));
   let n = 0;

@@ -1,4 +1,4 @@
-// The numbers beside the view: a row per figure, a column per result.
+// The table of numbers next to the view: a row per figure, a column per result.
 
 import { element } from './element.js';
 import { number, spoken } from './words.js';
@@ -22,14 +22,14 @@ export function showColumn(table, shown) {
   scrollTo(table.parentElement, table.tHead.rows[0].cells);
 }
 
-/** Scrolls sideways until the marked column lies beside the first one, and nothing else of the page. */
+/** Scrolls only the table sideways until the marked column is next to the first one. */
 function scrollTo(box, cells) {
   const cell = [...cells].find((cell) => cell.classList.contains('shown'));
   const [left, right] = [cell.offsetLeft - cells[0].offsetWidth, cell.offsetLeft + cell.offsetWidth - box.clientWidth];
   box.scrollLeft = Math.min(Math.max(box.scrollLeft, right), left);
 }
 
-/** Fills a list with what the figures mean. */
+/** Fills a list with the meanings of the figures. */
 export function fillMeanings(list, figures) {
   for (const { name, unit, about } of figures) {
     list.append(element('dt', spoken(name)), element('dd', unit ? `${about} (${unit})` : about));

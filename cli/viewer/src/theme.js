@@ -1,8 +1,8 @@
-// Light or dark: as the system says, until the reader says otherwise.
+// The light or dark theme: the system's, until the reader chooses one.
 
 const dark = matchMedia('(prefers-color-scheme: dark)');
 
-/** Wires up the choice of the theme; `changed` hears the colours of the 3-D view. */
+/** Wires up the choice of the theme; `changed` is called with the colours of the 3-D view. */
 export function makeTheme(changed) {
   const choice = document.getElementById('theme');
   const update = () => {

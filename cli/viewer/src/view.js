@@ -1,11 +1,11 @@
-// Two panes side by side under one camera, drawn when something has changed; knows no mesh and no figure.
+// Two panes under one camera, drawn when something has changed. Independent of meshes and figures.
 
 import {
   DirectionalLight, HemisphereLight, PerspectiveCamera, Scene, Spherical, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
-/** Makes the view of a canvas whose panes are elements over it: of a box around the origin, first seen from `eye`. */
+/** Creates the view of a canvas with panes as elements over it, of a box around the origin, first seen from `eye`. */
 export function makeView(canvas, panes, { half, radius, eye }) {
   const renderer = new WebGLRenderer({ canvas, antialias: true });
   renderer.setScissorTest(true);
@@ -29,10 +29,10 @@ function makeScene() {
   return { scene, sky, lamp };
 }
 
-/** The corners of a box. */
+/** Returns the corners of a box. */
 const SIGNS = [-1, 1].flatMap((x) => [-1, 1].flatMap((y) => [-1, 1].map((z) => new Vector3(x, y, z))));
 
-/** Even light under colours that mean something, more shade on a plain surface. */
+/** Sets even light for meaningful colours, and more shading on a plain surface. */
 export function setLight(view, isEven) {
   for (const { sky, lamp } of view.scenes) {
     sky.intensity = isEven ? 2.3 : 1.3;
@@ -44,12 +44,12 @@ function resize(view) {
   const { clientWidth, clientHeight } = view.renderer.domElement;
   view.renderer.setPixelRatio(Math.min(globalThis.devicePixelRatio, 2));
   view.renderer.setSize(Math.max(clientWidth, 1), Math.max(clientHeight, 1), false);
-  // Until the reader has moved the camera, all is seen whatever the size.
+  // Until the reader moves the camera, the whole box stays visible at any size.
   if (!view.isMoved) lookFromStart(view);
   askToDraw(view);
 }
 
-/** Draws before the next frame, once however often it is asked. */
+/** Schedules one drawing before the next frame. */
 export function askToDraw(view) {
   if (view.asked) return;
   view.asked = true;
@@ -74,40 +74,40 @@ function draw(view) {
   view.drawn?.();
 }
 
-/** The part of a pane's frame that is drawn: all of it, or under a wipe what is on its side of the divider. */
+/** Returns the drawn rectangle of a pane: all of it, or its side of the divider under a wipe. */
 function shownPart([left, bottom, width, height], pane, wipe) {
   if (wipe === null) return [left, bottom, width, height];
   return pane === 0 ? [left, bottom, wipe * width, height] : [left + wipe * width, bottom, (1 - wipe) * width, height];
 }
 
-/** Draws the panes over each other, each on its side of a divider at a share of the width; null: side by side. */
+/** Draws the panes over each other, split by a divider at a share of the width; null draws them side by side. */
 export function setWipe(view, wipe) {
   const isOther = (view.wipe === null) !== (wipe === null);
   view.wipe = wipe;
-  // The panes have another shape now.
+  // The panes have changed their shape.
   if (isOther && !view.isMoved) lookFromStart(view);
   askToDraw(view);
 }
 
-/** A little above and to the left of the eye. */
+/** Moves the light a little above and to the left of the eye. */
 function lampPosition({ camera, controls }) {
   const side = new Vector3(-0.35, 0.45, 0).applyQuaternion(camera.quaternion);
   return camera.position.clone().addScaledVector(side, camera.position.distanceTo(controls.target));
 }
 
-/** The depth range around the scene, so that near surfaces can be told apart. */
+/** Fits the depth range to the scene, so that close surfaces are resolved. */
 function fitDepth({ camera, controls, radius }) {
   const distance = camera.position.length();
   camera.near = Math.max(distance - 1.1 * radius, 0.02 * camera.position.distanceTo(controls.target));
   camera.far = distance + 1.1 * radius;
 }
 
-/** Turns to a box of another size, seen from elsewhere. */
+/** Changes the box and the direction from which it is first seen. */
 export function setPlace(view, { half, radius, eye }) {
   Object.assign(view, { half, radius, eye: new Vector3(...eye) });
 }
 
-/** Puts the camera where the whole box is seen. */
+/** Moves the camera so that the whole box is visible. */
 export function lookFromStart(view) {
   const { camera, controls, radius } = view;
   view.isMoved = false;
@@ -121,7 +121,7 @@ export function lookFromStart(view) {
   askToDraw(view);
 }
 
-/** Looks at a point from near by, in a direction from it. */
+/** Looks at a point from nearby, from a given direction. */
 export function lookAt(view, point, direction) {
   const { camera, controls, radius } = view;
   view.isMoved = true;
@@ -131,7 +131,7 @@ export function lookAt(view, point, direction) {
   askToDraw(view);
 }
 
-/** How far the eye is from the middle where every corner of the box lies inside the pane. */
+/** Returns the distance of the camera from the center at which every corner of the box is inside the pane. */
 function distanceToFit({ camera, panes, half }) {
   const { width, height } = panes[0].getBoundingClientRect();
   const up = Math.tan((camera.fov / 2) * (Math.PI / 180));
@@ -154,7 +154,7 @@ export function orbit(view, right, up) {
   moved(view);
 }
 
-/** Comes nearer (below 1) or goes away (above 1). */
+/** Scales the distance of the camera: below 1 closer, above 1 farther. */
 export function zoom(view, factor) {
   const { camera, controls } = view;
   camera.position.sub(controls.target).multiplyScalar(factor).add(controls.target);

@@ -1,25 +1,25 @@
-// Numbers as people read them, as the program's own table has them.
+// Formats numbers as in the program's own table.
 
 const whole = new Intl.NumberFormat('en-US', { maximumFractionDigits: 0 });
 
-/** The name of a figure as people say it. */
+/** Returns the readable name of a figure. */
 export function spoken(name) {
   return name.replaceAll('_', ' ');
 }
 
-/** A count with commas. */
+/** Formats a count with commas. */
 export function count(n) {
   return whole.format(n);
 }
 
-/** Four significant digits, or as many as asked for; whole numbers whole; a dash where there is no value. */
+/** Formats a value with four significant digits by default; integers in full; a dash for no value. */
 export function number(value, digits = 4) {
   if (value === null || !Number.isFinite(value)) return '–';
   if (Number.isInteger(value) && Math.abs(value) < 1e15) return whole.format(value);
   return precise(value, digits);
 }
 
-/** So many significant digits, also where they are zeros. */
+/** Formats a value with a number of significant digits, trailing zeros included. */
 export function precise(value, digits) {
   const size = Math.abs(value);
   if (size === 0) return '0';
@@ -27,7 +27,7 @@ export function precise(value, digits) {
   return value.toFixed(Math.max(digits - 1 - Math.floor(Math.log10(size)), 0));
 }
 
-/** Three significant digits without an exponent where possible. */
+/** Formats a value with three significant digits, without an exponent if possible. */
 export function short(value) {
   return value === 0 ? '0' : String(Number(value.toPrecision(3)));
 }

@@ -1,4 +1,4 @@
-// The worst cases of the methods: a table, and the meshes of the one that is chosen.
+// The worst cases of the methods: a table, and the meshes of the chosen case.
 
 import { makeBar } from './bar.js';
 import { fillCaption } from './caption.js';
@@ -13,9 +13,9 @@ const DIGITS = 3;
 
 const at = (id) => document.getElementById(id);
 
-/** Fills the table and makes the view; nothing where there is no case. */
+/** Fills the table and creates the view; does nothing without cases. */
 export function makeWorst({ overview: { methods }, worst: cases, surfaces, eyes }) {
-  // In the order of the methods; of each the worst first, as they come.
+  // Sorted by method; the cases of a method already come with the worst first.
   const worst = methods.flatMap((method) => cases.filter((one) => one.method === method));
   at('worst-section').hidden = worst.length === 0;
   if (worst.length === 0) return null;
@@ -53,7 +53,7 @@ function button(one, choose) {
   return element;
 }
 
-/** The view of the cases that have meshes. */
+/** Creates the view of the cases that have meshes. */
 function makeMeshes(cases, surfaces, eyes) {
   const pairs = cases.map(({ shown }) => shown);
   const places = placesOf(pairs, surfaces, eyes);
@@ -80,7 +80,7 @@ function makeMeshes(cases, surfaces, eyes) {
   return { show, setTheme: (colours) => setSceneTheme(scene, colours) };
 }
 
-/** Where each original and its results lie. */
+/** Returns the placement of each original and its results. */
 function placesOf(pairs, surfaces, eyes) {
   const places = [];
   for (const { original } of pairs) {

@@ -1,10 +1,10 @@
-// A Chromium without a screen and without a graphics card, for tests, measurements and pictures of the page.
+// Starts a headless Chromium without a graphics card, for tests, measurements and pictures of the page.
 
 import assert from 'node:assert/strict';
 import { pathToFileURL } from 'node:url';
 import { chromium } from 'playwright';
 
-/** Milliseconds that anything may take. */
+/** Timeout of every step, in milliseconds. */
 const PATIENCE = 180_000;
 
 /** Starts the browser that CHROMIUM names, or Playwright's own. */
@@ -18,7 +18,7 @@ export function launch() {
 /** Opens a page of the program and waits until it has drawn. `complaints` collects errors and requests. */
 export async function open(browser, path, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1000, height: 700 }, ...options });
-  // A graphics card in software beside other work takes its time.
+  // Software rendering is slow on a busy machine.
   context.setDefaultTimeout(PATIENCE);
   const page = await context.newPage();
   const complaints = [];
@@ -35,7 +35,7 @@ export async function open(browser, path, options = {}) {
   return { page, complaints };
 }
 
-/** Opens a page, uses it, and holds that nobody complained. */
+/** Opens a page, uses it, and asserts that there were no errors or requests. */
 export async function visit(browser, path, options, use) {
   const { page, complaints } = await open(browser, path, options);
   await use(page);

@@ -17,7 +17,7 @@ const LOADERS = {
 
 const triangles = ({ index, attributes }) => (index ? index.count : attributes.position.count) / 3;
 
-/** The triangles of a file, and of them those that were handed to the graphics card. */
+/** Returns the number of triangles in a file, and of those that were drawn. */
 globalThis.openFile = async (url, kind) => {
   const asset = await LOADERS[kind](url);
   const stage = new THREE.Scene();

@@ -15,7 +15,7 @@ async function load(base64) {
   return { scene, share, n_animations: animations.length };
 }
 
-/** The box around all vertices where skins and morph targets put them. */
+/** Returns the bounding box of all vertices after skinning and morphing. */
 function box(scene) {
   const box = new THREE.Box3();
   scene.traverse((node) => { if (node.isMesh) box.expandByObject(node, true); });
@@ -27,7 +27,7 @@ renderer.setSize(SIZE, SIZE);
 document.body.append(renderer.domElement);
 renderer.setClearColor('#ffffff');
 
-/** Frames of a file at shares of its first animation, under the camera that fits `around`, or all of them. */
+/** Draws frames of a file at shares of its first animation, with a camera that fits the box `around`, or all frames. */
 globalThis.frames = async (base64, shares, around) => {
   const { scene, share, n_animations } = await load(base64);
   const stage = new THREE.Scene();

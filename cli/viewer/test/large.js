@@ -4,10 +4,10 @@
 import { readFileSync, writeFileSync } from 'node:fs';
 import { deflateRawSync } from 'node:zlib';
 
-/** Letters of a part, as the program has them. */
+/** Characters per script element, as in the program. */
 const LETTERS = 1 << 18;
 const STEPS = 65_535;
-/** Values of all points, as the program has them. */
+/** Number of values of all points, as in the program. */
 const MOST_VALUES = 3_000_000;
 
 const [report, compare, folder] = process.argv.slice(2);
@@ -57,7 +57,7 @@ function wordsOf(page, id) {
   return JSON.parse(page.match(new RegExp(`id="${id}">(.*?)</script>`))[1]);
 }
 
-/** The page with other data. */
+/** Returns the page with other data. */
 function filled(page, id, words, islands) {
   const bare = page.replace(/<script type="text\/plain"[^>]*>[^<]*<\/script>\n/g, '');
   const data = JSON.stringify(words).replaceAll('<', '\\u003c');
@@ -69,7 +69,7 @@ function island(name, text) {
   return parts.map((part) => `<script type="text/plain" data-of="${name}">${part}</script>\n`).join('');
 }
 
-/** Seven bits a byte, deflated, base64, as packed.rs does. */
+/** Encodes numbers as packed.rs does: seven bits per byte, deflated, base64. */
 function packed(numbers) {
   const bytes = [];
   for (let number of numbers) {
@@ -91,12 +91,12 @@ function differences(numbers) {
   });
 }
 
-/** A value above 0 as points.rs packs it. */
+/** Encodes a value above 0 as points.rs does. */
 function point() {
   return 1 + (new Uint32Array(new Float32Array([Math.exp(4 * random())]).buffer)[0] >>> 11);
 }
 
-/** A rough plate of n x n places, vertices in the order of their first use, as surface_data.rs packs it. */
+/** Encodes a rough plate of n x n vertices in the order of their first use, as surface_data.rs does. */
 function grid(n) {
   const faces = [];
   for (let i = 0; i + 1 < n; i++) {
@@ -125,7 +125,7 @@ function grid(n) {
   return { layout, text: packed([...axes.flatMap(differences), ...below]) };
 }
 
-/** Two surfaces with distances at the vertices of both. */
+/** Encodes two surfaces with distances at the vertices of both. */
 function pairOf(original, result) {
   const roots = ({ layout }) => differences(Array.from({ length: layout.vertices }, () => Math.floor(STEPS * random() ** 2)));
   return { original, result, distances: packed([...roots(result), ...roots(original)]) };

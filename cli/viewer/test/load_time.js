@@ -1,12 +1,12 @@
-// How long pages take until they have drawn, and the longest task of the thread that answers: node load_time.js PAGE...
+// Measures the time until pages are drawn, and the longest task of their main thread: node load_time.js PAGE...
 //
-// Wall-clock time holds whatever else the machine does; the thread's own time does not.
+// Wall-clock time includes other work of the machine; processor time of the thread does not.
 
 import { statSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
 import { launch } from './browser.js';
 
-/** Megabytes of a page, milliseconds until it has drawn, and of processor time of its own thread: in all and the longest task. */
+/** Returns megabytes of a page, milliseconds until it is drawn, and processor milliseconds of its main thread: total and longest task. */
 export async function opening(browser, path) {
   const page = await browser.newPage();
   await browser.startTracing(page, { categories: ['devtools.timeline', 'disabled-by-default-devtools.timeline'] });
@@ -21,7 +21,7 @@ export async function opening(browser, path) {
   return { size: statSync(path).size / 1e6, drawn: Math.round(drawn), total, longest };
 }
 
-/** Milliseconds of processor time of the tasks of the page's own thread, the busiest of its kind. */
+/** Returns the processor milliseconds of the tasks of the page's main thread, the busiest of its kind. */
 function tasksOfThePage(events) {
   const threads = events.filter(({ name, args }) => name === 'thread_name' && args.name === 'CrRendererMain');
   const isTask = ({ name }) => name === 'RunTask';

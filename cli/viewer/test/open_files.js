@@ -11,8 +11,8 @@ const bundle = await build({
   absWorkingDir: import.meta.dirname, entryPoints: ['file_opener.js'], bundle: true, write: false, format: 'iife',
 });
 
-/** Opens a file in a page of its own, to which the files beside it are served, and nothing else. */
-async function opened(browser, path) {
+/** Opens a file in a new page, which can only load files of its folder. */
+async function openFile(browser, path) {
   const complaints = [];
   const page = await browser.newPage();
   page.on('console', (message) => { if (message.type() === 'error') complaints.push(message.text()); });
@@ -34,7 +34,7 @@ async function opened(browser, path) {
 
 const browser = await launch();
 for (const path of process.argv.slice(2)) {
-  const found = await opened(browser, path).catch((error) => String(error).split('\n')[0]);
+  const found = await openFile(browser, path).catch((error) => String(error).split('\n')[0]);
   console.log(JSON.stringify(found));
 }
 await browser.close();

@@ -1,4 +1,4 @@
-// A picture of a page: node picture.js PAGE PICTURE.png
+// Takes a picture of a page: node picture.js PAGE PICTURE.png
 
 import { launch, open } from './browser.js';
 

@@ -1,6 +1,6 @@
-// What a screenshot shows, counted by a page of its own: how much is covered, how much is of a colour, how much two of them differ.
+// Analyses screenshots in a separate page: covered share, share of a colour, difference of two.
 
-/** Makes the counter. */
+/** Creates the page that analyses screenshots. */
 export async function makeEye(browser) {
   const page = await browser.newPage();
   await page.evaluate(() => {
@@ -32,19 +32,19 @@ export async function makeEye(browser) {
     };
   });
   return {
-    /** Share of the pixels that differ from one near the lower left corner. */
+    /** Returns the share of pixels that differ from one near the lower left corner. */
     covered: (shot) => page.evaluate(async (shot) => {
       const image = await pixels(shot);
       return differing(image, image, 4 * ((image.height - 10) * image.width + 10));
     }, shot),
-    /** Shares of the pixels of each half that are mostly of a channel. */
+    /** Returns the shares of pixels in each half that are dominated by a channel. */
     mostly: (shot, channel) => page.evaluate(async ([shot, channel]) => mostly(await pixels(shot), channel), [shot, channel]),
-    /** Share of the pixels that two shots of the same size do not share. */
+    /** Returns the share of pixels that differ between two screenshots of equal size. */
     differing: (a, b) => page.evaluate(async ([a, b]) => differing(await pixels(a), await pixels(b)), [a, b]),
   };
 }
 
-/** A shot of an element, after what was asked for has been drawn. */
+/** Takes a screenshot of an element after pending drawing. */
 export async function shoot(page, selector) {
   await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
   return (await page.locator(selector).screenshot()).toString('base64');

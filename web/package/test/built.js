@@ -1,4 +1,4 @@
-// Imports a module of dist for tests, or says in one line that there is none.
+// Imports a module of dist for tests, or fails with one line if it is not built.
 
 import { existsSync } from 'node:fs';
 

@@ -1,4 +1,4 @@
-// Corners at vertices of another part become copies in their own.
+// Tests that corners at vertices of another part get copies.
 
 import assert from 'node:assert/strict';
 import test from 'node:test';

@@ -1,4 +1,4 @@
-// `neuralSimplify`: documents of glTF-Transform become lighter in place, with skins, morph targets, materials; and `NeuralSimplifier` in
+// Tests `neuralSimplify` on documents of glTF-Transform with skins, morph targets and materials; and `NeuralSimplifier` in
 // glTF-Transform's own `simplify`.
 
 import assert from 'node:assert/strict';
@@ -14,7 +14,7 @@ const { neuralSimplify } = await built('gltf-transform');
 const { NeuralSimplifier } = await built('simplifier');
 const silent = { debug() {}, info() {}, warn() {}, error() {} };
 
-/** A document of a torus of two primitives that share their vertices, with a skin, a morph target and materials. */
+/** Creates a document with a torus of two primitives that share vertices, with a skin, a morph target and materials. */
 function makeDocument() {
   const document = new Document().setLogger(silent);
   const buffer = document.createBuffer();
@@ -45,7 +45,7 @@ function makeDocument() {
   return { document, mesh, node, skin, positions, uv };
 }
 
-/** Positions and faces of all primitives of a mesh. */
+/** Returns the positions and faces of all primitives of a mesh. */
 function surfaceOf(mesh) {
   const [positions, faces] = [[], []];
   for (const primitive of mesh.listPrimitives()) {
@@ -114,7 +114,7 @@ test('what no one uses any more is gone, and the document can be written', async
 test('primitives keep what they look like, and stay joined where they are few', async () => {
   const { positions, faces } = torus();
   const nParts = 24;
-  // Where the boundaries are jagged and vertices stay, some corners are at vertices that their part did not have.
+  // With jagged borders and fixed vertices, some corners use vertices that their primitive did not have.
   for (const [move, jag] of [[true, 0], [false, 0.03]]) {
     const document = new Document().setLogger(silent);
     const mesh = document.createMesh();

@@ -1,4 +1,4 @@
-// The messages between JavaScript and WebAssembly: what goes in comes out, and broken ones are refused.
+// Tests messages between JavaScript and WebAssembly: they are restored, and broken ones are rejected.
 
 import assert from 'node:assert/strict';
 import test from 'node:test';

@@ -34,7 +34,7 @@ async function timed(work, runs = RUNS) {
   return { result, ms: least };
 }
 
-/** The mesh that the native program writes. Its time is that of the process, files read and written. */
+/** Simplifies with the native program; the time is that of the process with files read and written. */
 async function runNative(mesh, ratio) {
   const [out, report] = [join(folder, 'light.ply'), join(folder, 'report.json')];
   const words = ['simplify', mesh, '--ratio', ratio, '--threads', 1, '--no-check', '--report', report, '--output', out, '--force'];
@@ -42,13 +42,13 @@ async function runNative(mesh, ratio) {
   return { name: 'native.ply', bytes: new Uint8Array(readFileSync(out)), report: JSON.parse(readFileSync(report, 'utf8')), ms };
 }
 
-/** The mesh that the package writes. Its time is that of the call, bytes in and out of the worker. */
+/** Simplifies with the package; the time is that of the call with bytes sent to and from the worker. */
 async function runPackage(name, bytes, ratio) {
   const { result, ms } = await timed(() => simplify(bytes, { ratio, no_check: true }, { name, out: 'light.ply' }));
   return { name: 'package.ply', bytes: result.bytes, report: result.report, ms };
 }
 
-/** What is equal of two files. */
+/** Describes how equal two files are: bytes, faces, or nothing. */
 async function equality(files) {
   if (Buffer.compare(files[0].bytes, files[1].bytes) === 0) return 'bytes';
   const [one, other] = await Promise.all(files.map(async ({ name, bytes }) => (await look(bytes, { name })).mesh));

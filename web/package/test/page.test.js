@@ -1,4 +1,4 @@
-// The package in a page and in a worker of a page, in Chromium: `CHROMIUM=chromium node --test test/page.test.js`.
+// Tests the package in a page and in a page's worker in Chromium: `CHROMIUM=chromium node --test test/page.test.js`.
 
 import assert from 'node:assert/strict';
 import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -10,24 +10,24 @@ import { fileURLToPath, pathToFileURL } from 'node:url';
 import { build } from 'esbuild';
 import { chromium } from 'playwright-core';
 
-// An empty name is Playwright's own browser.
+// An empty name selects Playwright's own browser.
 const name = process.env.CHROMIUM ?? 'none';
 const skip = name === 'none' ? 'CHROMIUM names no browser' : false;
 const inPath = () => process.env.PATH.split(delimiter).map((folder) => join(folder, name)).find(existsSync);
 const executablePath = name === '' ? undefined : (!name.includes('/') && inPath()) || name;
 const dist = new URL('../dist/', import.meta.url);
 const shapes = readFileSync(new URL('shapes.js', import.meta.url));
-/** The page of the guide, which finds the package where this server has it. */
+/** Page of the guide, with the package's address on this server. */
 const guide = readFileSync(new URL('../../../docs/guide/web.md', import.meta.url), 'utf8')
   .match(/```html\n([^]*?)```/)[1].replace('./node_modules/neural-mesh/dist/', '/');
-/** A worker that uses the package. */
+/** Program of a worker that uses the package. */
 const NESTED = `import { simplify } from './index.js';
   import { torus } from './shapes.js';
   postMessage((await simplify(torus(), { faces: 500 })).results[0].faces.length);`;
 let server = null;
 let browser = null;
 
-/** Serves dist; below /strict/ by a policy that allows no workers of Blobs, below /allowed/ by one that allows them. */
+/** Serves dist; below /strict/ with a policy that forbids workers from Blobs, below /allowed/ with one that allows them. */
 function serve(request, response) {
   const [, policy, path] = request.url.match(/^\/(?:(strict|allowed)\/)?(.*)$/);
   const workers = policy === 'allowed' ? 'blob:' : "'self'";

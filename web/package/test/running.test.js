@@ -1,4 +1,4 @@
-// How calls run: in workers and here, with progress, aborted, many at once, where workers are refused.
+// Tests how calls run: in workers and in this thread, with progress, aborted, many at once, and without workers.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -104,7 +104,7 @@ test('a process ends by itself', () => {
 });
 
 test('where a page refuses workers, calls run here', () => {
-  // A page: it has a document, and its policy refuses workers.
+  // Imitates a page: there is a document, and its policy forbids workers.
   const page = `globalThis.document = {};
     globalThis.Worker = class { constructor() { throw new Error('SecurityError'); } };`;
   assert.equal(runAlone(`${page} console.log((await simplify(input, { ratio: 1 })).results[0].faces.length);`), '12');

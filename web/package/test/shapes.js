@@ -1,6 +1,6 @@
-// Small meshes for tests, and what makes a mesh closed.
+// Small meshes for tests, and a check that a mesh is closed.
 
-/** A torus of `nu` x `nv` quads: positions n x 3, faces m x 3, closed. */
+/** Returns a closed torus of `nu` x `nv` quads: positions n x 3, faces m x 3. */
 export function torus(nu = 48, nv = 24) {
   const positions = new Float32Array(3 * nu * nv);
   const faces = new Uint32Array(6 * nu * nv);
@@ -16,7 +16,7 @@ export function torus(nu = 48, nv = 24) {
   return { positions, faces };
 }
 
-/** A torus cut open along two circles, so that texture coordinates run from 0 to 1: vertices there are twice, edges are not shared. */
+/** Returns a torus cut along two circles with duplicate vertices, so that texture coordinates run from 0 to 1. */
 export function unrolledTorus(nu = 48, nv = 24) {
   const n = (nu + 1) * (nv + 1);
   const [positions, normals, uv] = [new Float32Array(3 * n), new Float32Array(3 * n), new Float32Array(2 * n)];
@@ -35,7 +35,7 @@ export function unrolledTorus(nu = 48, nv = 24) {
   return { positions, normals, uv, faces: Uint32Array.from(faces) };
 }
 
-/** A wavy square of `n` x `n` quads with a boundary. */
+/** Returns a wavy square of `n` x `n` quads with a boundary. */
 export function hill(n = 32) {
   const positions = new Float32Array(3 * (n + 1) ** 2);
   const faces = [];
@@ -49,7 +49,7 @@ export function hill(n = 32) {
   return { positions, faces: Uint32Array.from(faces) };
 }
 
-/** Number of directed edges between positions whose opposite is not there as often: 0 for a closed surface. */
+/** Counts the half-edges between positions without an opposite one: 0 for a closed surface. */
 export function openEdges(positions, faces) {
   const key = (i) => `${positions[3 * i]},${positions[3 * i + 1]},${positions[3 * i + 2]}`;
   const balance = new Map();
@@ -62,7 +62,7 @@ export function openEdges(positions, faces) {
   return [...balance.values()].filter((sum) => sum !== 0).length;
 }
 
-/** The text of an OBJ. */
+/** Returns the text of an OBJ file. */
 export function toObj({ positions, uv, faces }, { head = '', material = '' } = {}) {
   const row = (array, width, i) => [...array.subarray(width * i, width * i + width)];
   const rows = (array, width, word) => Array.from({ length: array.length / width }, (_, i) => `${word} ${row(array, width, i).join(' ')}`);
@@ -71,5 +71,5 @@ export function toObj({ positions, uv, faces }, { head = '', material = '' } = {
   return [head, ...rows(positions, 3, 'v'), ...(uv ? rows(uv, 2, 'vt') : []), material, ...triangles, ''].join('\n');
 }
 
-/** The bytes of a text. */
+/** Encodes a text as UTF-8. */
 export const utf8 = (text) => new TextEncoder().encode(text);

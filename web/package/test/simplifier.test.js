@@ -1,4 +1,4 @@
-// Each member of `NeuralSimplifier`: what it returns, what it refuses, and that a failure spoils nothing.
+// Tests each member of `NeuralSimplifier`: results, errors, and calls after a failure.
 
 import assert from 'node:assert/strict';
 import test from 'node:test';
@@ -10,7 +10,7 @@ const { NeuralSimplifier, simplifyIndices } = await built('simplifier');
 const { positions, faces } = torus();
 const none = new Float32Array(0);
 
-/** Positions with numbers behind each, and what is wanted of a simplifier that must not see them. */
+/** Returns positions with extra numbers in each row, and the call without them that must have an equal result. */
 function widened(rows, width, stride) {
   const wide = new Float32Array((rows.length / width) * stride).fill(NaN);
   for (let i = 0; i < rows.length; i++) wide[Math.floor(i / width) * stride + (i % width)] = rows[i];
@@ -220,7 +220,7 @@ test('simplifyIndices does the same in a worker and here', async () => {
   await assert.rejects(simplifyIndices({ indices: faces, positions }, { target: 601 }), { name: 'TypeError' });
 });
 
-/** A torus of `n` rings of faces, each a group with vertices of its own, and the group of each vertex. */
+/** Returns a torus of `n` rings of faces, each a group with its own vertices, and the group of each vertex. */
 function striped(n) {
   const points = [];
   const indices = new Uint32Array(faces.length);

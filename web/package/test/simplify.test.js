@@ -1,4 +1,4 @@
-// Files and arrays through the whole program: formats, sizes, closedness, refusals, comparison, surfaces to draw.
+// Tests the whole program on files and arrays: formats, sizes, closed results, errors, comparison, surfaces to draw.
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';

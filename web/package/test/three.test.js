@@ -1,4 +1,4 @@
-// `simplifyModifier`: all attributes, morph attributes and groups of a geometry of three.js come back, and the one given stays.
+// Tests `simplifyModifier`: the result has all attributes, morph attributes and groups, and the input is unchanged.
 
 import assert from 'node:assert/strict';
 import test from 'node:test';
@@ -13,7 +13,7 @@ import { openEdges } from './shapes.js';
 const { simplifyModifier } = await built('three');
 const counts = (geometry) => (geometry.index?.count ?? geometry.attributes.position.count) / 3;
 
-/** The vertex of `source` whose attributes a vertex of `light` has all of. */
+/** Finds the vertex of `source` with all attributes equal to those of a vertex of `light`. */
 function originOf(light, source, vertex) {
   const names = Object.keys(source.attributes);
   const numbers = (attribute, i) => Array.from({ length: attribute.itemSize }, (_, j) => attribute.getComponent(i, j));

@@ -80,7 +80,7 @@ export interface SimplifyOptions {
   size?: Amount;
   /** Sizes of several levels of detail, the finest first. */
   lods?: Amount[];
-  /** Kind of the sizes in `lods`: `'ratio'`, or another of the sizes above. */
+  /** Kind of the sizes in `lods`: `'vertices'` (the default), `'faces'` or `'error'`. */
   lods_by?: string;
   /** Format of the result if no file name gives it; `formats().write` lists all. */
   format?: string;

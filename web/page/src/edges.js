@@ -1,6 +1,6 @@
-// The edges of a welded mesh, and which of them are open, non-manifold or between faces that disagree in winding.
+// Finds the edges of a welded mesh, and those that are open, non-manifold, or between faces of inconsistent winding.
 
-/** Finds `all` edges and the `marked` ones by kind, each edge as two vertices; faces with fewer than three vertices are left out. */
+/** Finds `all` edges and the `marked` ones by kind, each as two vertices; degenerate faces are left out. */
 export function findEdges(faces, nVertices) {
   const keys = sortedKeys(faces, nVertices);
   const all = new Uint32Array(2 * keys.length);
@@ -17,7 +17,7 @@ export function findEdges(faces, nVertices) {
   return { all: all.subarray(0, 2 * n), marked: marked.map((edges) => Uint32Array.from(edges)) };
 }
 
-/** A number for each side of each face: its edge, doubled, and one more where it runs from the larger vertex. */
+/** Returns a number for each half-edge: twice its edge, plus one if it starts at the larger vertex. */
 function sortedKeys(faces, nVertices) {
   const keys = new Float64Array(faces.length);
   let n = 0;
@@ -31,7 +31,7 @@ function sortedKeys(faces, nVertices) {
   return keys.subarray(0, n).sort();
 }
 
-/** 0 open, 1 non-manifold, 2 turned; null where two faces run along an edge in opposite directions. */
+/** Returns the kind of an edge: 0 open, 1 non-manifold, 2 turned; null if two faces have opposite directions along it. */
 function kindOf(keys, from, to) {
   if (to - from === 1) return 0;
   if (to - from > 2) return 1;

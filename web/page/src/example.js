@@ -1,9 +1,9 @@
-// A mesh to try the page with: a trefoil knot whose tube has ripples and two colours, as a binary PLY.
+// Creates the example mesh: a trefoil knot with a rippled tube in two colours, as a binary PLY.
 
 const N_ALONG = 600;
 const N_AROUND = 64;
 
-/** The file of the example. */
+/** Returns the file of the example. */
 export function makeExample() {
   const nVertices = N_ALONG * N_AROUND;
   const head = new TextEncoder().encode([
@@ -55,7 +55,7 @@ function writeFaces(view, at) {
   }
 }
 
-/** The line of the knot. */
+/** Returns a point on the center line of the knot. */
 function knotAt(t) {
   return [Math.sin(t) + 2 * Math.sin(2 * t), Math.cos(t) - 2 * Math.cos(2 * t), -1.2 * Math.sin(3 * t)];
 }

@@ -1,11 +1,11 @@
-// The images of all meshes that are open, each once: a result carries the same textures as its original.
+// Stores the images of all open meshes, each once, as results share textures with their original.
 
-/** Makes an empty collection. */
+/** Creates an empty store. */
 export function makeImages() {
   return { blobs: [], known: new Map() };
 }
 
-/** The number of an image; null where there is none. */
+/** Returns the number of an image, adding it if new; null without an image. */
 export function numberOfImage(images, bytes) {
   if (!bytes || bytes.length === 0) return null;
   const key = `${bytes.length} ${digest(bytes)}`;
@@ -16,7 +16,7 @@ export function numberOfImage(images, bytes) {
   return images.known.get(key);
 }
 
-/** Two numbers of 32 bits that hardly any other bytes have. */
+/** Returns a hash of two 32-bit numbers. */
 function digest(bytes) {
   let [a, b] = [0x811c9dc5, 0x9e3779b1];
   for (const byte of bytes) {

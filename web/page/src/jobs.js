@@ -1,16 +1,18 @@
-// Jobs one at a time, the most urgent first: a more urgent one puts the one that runs back into the queue.
+// Runs jobs one at a time, the most urgent first; a more urgent job puts the running one back into the queue.
 
-/** Makes a queue; `changed(job)` hears which job runs, null where none does, and how much of it is done as `job.share`. */
+/** Creates a queue; `changed(job)` is called with the running job, or null, whenever the job or its `share` changes. */
 export function makeJobs(changed) {
   return { waiting: [], running: null, changed };
 }
 
 /**
- * Asks for a job {owner, key, title, urgency, run}; 0 is the most urgent. `run({signal, progress})` does it, from the start where it was
- * put back. A job that waits already under the key of the same owner is that one, as urgent as the more urgent of the two.
+ * Queues a job {owner, key, title, urgency, run} and returns its promise; urgency 0 is the most urgent.
+ *
+ * `run({signal, progress})` does the work, and is called again after the job was put back. A queued or running job with an equal owner and
+ * key is reused, with the higher urgency of the two.
  */
 export function ask(jobs, { owner, key, title, urgency, run }) {
-  const known = [jobs.running, ...jobs.waiting].find((job) => job?.owner === owner && job?.key === key && !isGivenUp(job));
+  const known = [jobs.running, ...jobs.waiting].find((job) => job?.owner === owner && job?.key === key && !isCancelled(job));
   const job = known ?? makeJob({ owner, key, title, urgency, run });
   job.urgency = Math.min(job.urgency, urgency);
   if (!known) jobs.waiting.push(job);
@@ -24,24 +26,24 @@ function makeJob(job) {
   return Object.assign(job, { promise });
 }
 
-/** Gives up jobs that have not begun and that are not wanted any more. */
+/** Removes waiting jobs that are no longer wanted. */
 export function drop(jobs, isUnwanted) {
   const dropped = jobs.waiting.filter(isUnwanted);
   jobs.waiting = jobs.waiting.filter((job) => !dropped.includes(job));
   for (const job of dropped) job.reject(new DOMException('cancelled', 'AbortError'));
 }
 
-/** Ends what runs and gives up what waits, of the jobs that are meant. */
-export function cancel(jobs, isMeant = () => true) {
-  drop(jobs, isMeant);
+/** Aborts the running job and removes waiting jobs, if they match. */
+export function cancel(jobs, matches = () => true) {
+  drop(jobs, matches);
   const { running } = jobs;
-  if (!running || !isMeant(running)) return;
+  if (!running || !matches(running)) return;
   running.isPutBack = false;
   running.controller.abort();
 }
 
-/** Whether a job still runs that nobody waits for. */
-function isGivenUp({ controller, isPutBack }) {
+/** Returns whether a job is being aborted for good. */
+function isCancelled({ controller, isPutBack }) {
   return Boolean(controller?.signal.aborted) && !isPutBack;
 }
 
@@ -66,7 +68,7 @@ async function start(jobs) {
   if (outcome.isPutBack) jobs.waiting.unshift(job);
   else if (outcome.error) job.reject(outcome.error);
   else job.resolve(outcome.value);
-  // What hears of the end may ask for the next job.
+  // Callers that wait for this job may queue another one first.
   await Promise.resolve();
   start(jobs);
   if (!jobs.running) jobs.changed(null);
@@ -76,7 +78,7 @@ async function settle(job, progress) {
   const { signal } = job.controller;
   try {
     const value = await job.run({ signal, progress });
-    // What came too late is cancelled.
+    // A result after the abort is discarded.
     signal.throwIfAborted();
     return { value };
   } catch (error) {

@@ -1,4 +1,4 @@
-// The page: takes a mesh, shows lighter ones beside it, gives them away. Everything happens in this browser.
+// The page: opens a mesh, shows simplified ones next to it, and saves them. Everything runs in the browser.
 
 import { makeBar } from '../../../cli/viewer/src/bar.js';
 import { fillCaption } from '../../../cli/viewer/src/caption.js';
@@ -13,17 +13,17 @@ import { makeExample } from './example.js';
 import { endingOf, meshesAmong, readMesh } from './files.js';
 import { cancel, makeJobs } from './jobs.js';
 import { makeDownloads, makeLevels, showChosen, showDownloads, showFigures, showLevels, showNotes, showRecipes } from './panel.js';
-import { attempt, oneLine, showWork, warn } from './say.js';
+import { attempt, oneLine, showWork, warn } from './status.js';
 import { COLOURS, convert, forget, makeSession, measure, NOW, outdatedResults, prepareLevels, readSession, resultOf } from './session.js';
 import { percent, placeOfShare, readOptions, readWish, shareAt } from './sizes.js';
 import { makeSource } from './surfaces.js';
-import { save, spokenSize } from './take.js';
+import { save, spokenSize } from './save.js';
 import { wireDoors, wireSizes } from './wiring.js';
 import { wireWipe } from './wipe.js';
 
-/** Where a mesh is first seen from. */
+/** Direction from which a mesh is first seen. */
 const EYE = [0.5, 0.3, 0.82];
-/** Formats whose up is z. */
+/** Formats whose up axis is z by convention. */
 const Z_UP = ['stl', '3mf'];
 
 const at = (id) => document.getElementById(id);
@@ -47,7 +47,7 @@ function start() {
   attempt(app.endings.then((endings) => makeDownloads(endings, (ending) => attempt(download(app, ending)))));
 }
 
-/** The view with nothing in it, and its switches: no colours and marks before there is a mesh. */
+/** Creates the empty view and its switches; colours and marks are off without a mesh. */
 function makeStage(app) {
   const place = placeOf([{ low: [-1, -1, -1], sides: [2, 2, 2] }], EYE);
   const view = makeView(at('canvas'), panes, place);
@@ -62,7 +62,7 @@ function makeStage(app) {
   app.applySwitches = wireStage(app.scene);
   wireWipe(view);
   wait('');
-  // Both need distances, which come last otherwise.
+  // Both switches need distances, which are otherwise measured last.
   const hurry = ({ target }) => { if (target.checked) attempt(measureShown(app, COLOURS)); };
   for (const name of ['colours', 'farthest']) document.querySelector(`[data-switch="${name}"]`).addEventListener('change', hurry);
 }
@@ -82,7 +82,7 @@ async function open(app, files) {
   await openAt(0);
 }
 
-/** Opens a file; where it cannot be read, what was open stays. */
+/** Opens a file; if it cannot be read, the open mesh stays. */
 async function openFile(app, file) {
   warn('');
   performance.mark('opened');
@@ -98,7 +98,7 @@ async function openFile(app, file) {
   }
   if (app.opening !== session) return;
   app.session = session;
-  // What went on with the mesh before may have asked for more meanwhile.
+  // Work on the previous mesh may have queued more jobs meanwhile.
   cancel(app.jobs, ({ owner }) => owner !== session);
   await showOriginal(app);
   await fulfil(app);
@@ -134,7 +134,7 @@ function captionOf(file, mesh) {
   return { name: `${file.name}, ${spokenSize(file)}`, faces: mesh.faces.length / 3 };
 }
 
-/** Makes and shows what is wanted now, then the levels, then the figures. */
+/** Makes and shows the chosen result, then the levels, then the figures. */
 async function fulfil(app) {
   const { session } = app;
   if (!session) return;
@@ -150,7 +150,7 @@ async function fulfil(app) {
   await measureShown(app);
 }
 
-/** Shows a result beside the original. */
+/** Shows a result next to the original. */
 async function show(app, result) {
   const { session, scene } = app;
   if (session.shown === result) return;
@@ -165,7 +165,7 @@ async function show(app, result) {
   }
 }
 
-/** Gives a result its place in the scene; the oldest lose theirs where there are too many. */
+/** Adds a result to the scene, and removes the oldest ones if there are too many. */
 function addPair({ session, scene }, result) {
   scene.pairs.push({ original: 0, result: session.source.add(result.mesh), key: result.wish.key });
   result.pair = scene.pairs.length - 1;
@@ -176,7 +176,7 @@ function addPair({ session, scene }, result) {
   }
 }
 
-/** Brings what stands beside the view in step. */
+/** Updates the panel next to the view. */
 function showBeside({ session }) {
   const options = readOptions();
   showLevels(session, options);
@@ -187,7 +187,7 @@ function showBeside({ session }) {
   showNotes(session);
 }
 
-/** While the slider moves, shows what is there and nearest. */
+/** Shows the nearest existing result while the slider moves. */
 function showNearest(app) {
   const share = shareAt(at('share').valueAsNumber);
   wireShare(share, false);
@@ -200,14 +200,14 @@ function showNearest(app) {
   if (nearest) attempt(show(app, nearest));
 }
 
-/** Says which share is chosen. */
+/** Shows the chosen share. */
 function wireShare(share, moves = true) {
   if (moves) at('share').value = placeOfShare(share);
   at('share').setAttribute('aria-valuetext', percent(share));
   at('share-is').textContent = percent(share);
 }
 
-/** Measures what is shown, and shows figures and colours of it. */
+/** Measures the shown result, and shows its figures and colours. */
 async function measureShown(app, urgency) {
   const { session } = app;
   const result = session?.shown;
@@ -229,13 +229,13 @@ async function download(app, ending) {
   save(await convert(app.jobs, session, session.shown, ending));
 }
 
-/** Ends all work at once; what is there stays. */
+/** Cancels all work; existing results stay. */
 function stop(app) {
   app.idle = app.session ? 'Stopped. Finished results stay; choose a size to continue.' : 'Stopped.';
   cancel(app.jobs);
 }
 
-/** Whether there is a mesh to work with. */
+/** Returns whether a mesh is open. */
 function setOpen(isOpen) {
   at('welcome').hidden = isOpen;
   for (const part of document.querySelectorAll('[data-needs-mesh]')) part.inert = !isOpen;

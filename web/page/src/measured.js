@@ -1,4 +1,4 @@
-// A comparison made ready for the scene: the surfaces that distances were measured on, and what the colours stand for.
+// Prepares a comparison for the scene: the measured surfaces, and the colours of distances.
 
 import { refined } from '../../../cli/viewer/src/refine.js';
 import { vertexNormals } from '../../../cli/viewer/src/surface.js';
@@ -16,7 +16,7 @@ export async function paintPair({ surfaces, distances: { ofOriginal, ofResult } 
   return { scale, shares };
 }
 
-/** A surface in its place, cut as finely as distances were measured. */
+/** Returns a surface in place, cut as finely as distances were measured. */
 async function fineSurface({ positions, faces, steps }, origin, { centre, scale }) {
   const shift = origin.map((x, axis) => (x - centre[axis]) * scale);
   const placed = positions.map((x, i) => x * scale + shift[i % 3]);
@@ -24,7 +24,7 @@ async function fineSurface({ positions, faces, steps }, origin, { centre, scale 
   return steps > 1 ? refined(surface, steps) : surface;
 }
 
-/** Distances as shares of the largest, as texture coordinates: n x 2. */
+/** Returns distances as texture coordinates, n x 2: shares of the largest. */
 function sharesOf(distances, max) {
   const shares = new Float32Array(2 * distances.length).fill(0.5);
   distances.forEach((distance, i) => { shares[2 * i] = max > 0 ? distance / max : 0; });

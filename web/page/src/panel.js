@@ -1,14 +1,14 @@
-// What stands beside the view: buttons of the levels and downloads, figures, recipes, notes.
+// The panel next to the view: buttons for levels and downloads, figures, recipes, notes.
 
 import { element } from '../../../cli/viewer/src/element.js';
 import { fillMeanings, fillTable, showColumn } from '../../../cli/viewer/src/table.js';
 import { spoken } from '../../../cli/viewer/src/words.js';
 import { recipesOf } from './recipes.js';
-import { attempt, oneLine } from './say.js';
+import { attempt, oneLine } from './status.js';
 import { LEVELS, percent, wishOfShare } from './sizes.js';
-import { copy, spokenSize } from './take.js';
+import { copy, spokenSize } from './save.js';
 
-/** The figures that are asked for most, as the program's own table has them. */
+/** Figures of the table, as in the program's own. */
 const FIRST = [
   'vertices', 'faces', 'distance_mean', 'distance_max', 'normal_angle', 'boundary_edges', 'non_manifold_edges',
   'self_intersecting_faces', 'components_added', 'volume_change',
@@ -16,7 +16,7 @@ const FIRST = [
 
 const at = (id) => document.getElementById(id);
 
-/** Makes a button for each level, the finest last; `choose(share)` hears which is wanted. */
+/** Creates a button for each level, the finest last; `choose(share)` is called on a click. */
 export function makeLevels(choose) {
   for (const share of [...LEVELS].sort((a, b) => a - b)) {
     const button = element('button', percent(share), { type: 'button' });
@@ -26,7 +26,7 @@ export function makeLevels(choose) {
   }
 }
 
-/** Says at the buttons which levels are there under these options and which one is shown. */
+/** Marks the levels that exist under these options, and the one that is shown. */
 export function showLevels({ results, failed, shown }, options) {
   for (const button of at('levels').children) {
     const { key } = wishOfShare(Number(button.dataset.share), options);
@@ -41,7 +41,7 @@ function stateOf(key, results, failed) {
   return failed.has(key) ? 'failed' : 'missing';
 }
 
-/** Makes a button for each format; `choose(ending)` hears which is wanted. */
+/** Creates a button for each format; `choose(ending)` is called on a click. */
 export function makeDownloads(endings, choose) {
   at('downloads').replaceChildren(...endings.map((ending) => {
     const button = element('button', ending.toUpperCase(), { type: 'button', title: `Download as ${ending.toUpperCase()}` });
@@ -51,7 +51,7 @@ export function makeDownloads(endings, choose) {
   }));
 }
 
-/** Says at the button of the format that is there already how large the file is. */
+/** Shows the file size on the button of the format that exists already. */
 export function showDownloads({ ending: ready, shown }) {
   for (const button of at('downloads').children) {
     const { ending } = button.dataset;
@@ -75,12 +75,12 @@ export function showFigures({ results, shown }, options) {
   if (at('meanings').children.length === 0) fillMeanings(at('meanings'), figures);
 }
 
-/** Says which options differ from what is usual. */
+/** Marks the options that differ from the defaults. */
 export function showChosen(options) {
   at('chosen').textContent = Object.entries(options).map(([name, value]) => spoken(value === true ? name : value)).join(', ');
 }
 
-/** Shows how to do in a program what the page did. */
+/** Shows recipes that repeat the result outside the page. */
 export function showRecipes({ file, shown }) {
   at('languages').replaceChildren(...recipesOf(file, shown.wish, shown.file.name).map(recipe));
 }
@@ -96,7 +96,7 @@ function recipe({ title, text }) {
   return box;
 }
 
-/** Lists what the program says about the mesh and the result that is shown. */
+/** Lists the notes about the mesh and the shown result. */
 export function showNotes({ notes, shown }) {
   const { outcome = '', free = [] } = shown?.report ?? {};
   const stopped = outcome.startsWith('stopped') ? [outcome, ...free] : [];

@@ -1,6 +1,6 @@
-// How to do in a program what the page did: the command line, Python, JavaScript.
+// Recipes that repeat a result outside the page: command line, Python, JavaScript.
 
-/** The recipes of a result, each {title, text}. */
+/** Returns the recipes of a result, each {title, text}. */
 export function recipesOf({ name, beside }, { size, options }, out) {
   const all = { ...size, ...options };
   return [
@@ -19,7 +19,7 @@ function commandLine(name, all, out) {
   return ['neural-mesh simplify', quote(name), '-o', quote(out), ...flags].join(' ');
 }
 
-/** A word of a shell, in quotes where it needs them. */
+/** Quotes a word for a shell if needed. */
 function quote(word) {
   const text = word.startsWith('-') ? `./${word}` : word;
   return /^[\w./%+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;

@@ -1,8 +1,8 @@
-// Where the colours of distances end: quantiles over the area of both surfaces.
+// Finds the ends of the colour scale of distances: quantiles over the area of both surfaces.
 
 const N_BINS = 1 << 16;
 
-/** The largest distance of a pair of meshes, and those that 95 and 99 % of the area lie below. */
+/** Returns the largest distance of a pair of meshes, and the 95 % and 99 % quantiles by area. */
 export function scaleOf(pairs) {
   let max = 0;
   for (const { values } of pairs) for (const value of values) if (value > max) max = value;
@@ -10,7 +10,7 @@ export function scaleOf(pairs) {
   const bins = new Float64Array(N_BINS);
   for (const { values, mesh } of pairs) {
     const weights = areasOf(mesh);
-    // Both surfaces count the same.
+    // Both surfaces have equal weight.
     const total = weights.reduce((sum, weight) => sum + weight, 0) || 1;
     values.forEach((value, i) => { bins[Math.min(Math.floor((value / max) * N_BINS), N_BINS - 1)] += (weights[i] ?? 0) / total; });
   }
@@ -22,7 +22,7 @@ export function scaleOf(pairs) {
   return { p95: quantile(0.95), p99: quantile(0.99), max };
 }
 
-/** The area around each vertex. */
+/** Returns the area around each vertex. */
 function areasOf({ positions, faces }) {
   const areas = new Float64Array(positions.length / 3);
   for (let i = 0; i < faces.length; i += 3) {

@@ -1,6 +1,6 @@
-// The mesh that is open: its original, the results made of it so far, and which job comes next.
+// The session of an open mesh: its original, its results so far, and the order of jobs.
 //
-// Urgency of jobs: what the reader waits for, then distances that are to be seen as colours, then levels, then figures.
+// Urgency of jobs: what the reader waits for, then distances shown as colours, then levels, then figures.
 
 import { compareFiles, lookAtFile, simplifyFile } from './engine.js';
 import { ask, cancel, drop } from './jobs.js';
@@ -12,10 +12,10 @@ export const COLOURS = 1;
 const LEVEL = 2;
 const FIGURES = 3;
 
-/** Results that are kept: the levels under a few options, and some sizes that were looked at. */
+/** Largest number of results kept: the levels under a few options, and some chosen sizes. */
 const MOST_RESULTS = 24;
 
-/** Makes the session of a file, whose mesh is not read yet; `ending` is that of its results. */
+/** Creates the session of a file before its mesh is read; `ending` is the extension of its results. */
 export function makeSession(file, ending) {
   return { file, ending, mesh: null, notes: [], results: new Map(), failed: new Map(), conversions: new Map() };
 }
@@ -29,12 +29,12 @@ export async function readSession(jobs, session) {
   Object.assign(session, { mesh, notes });
 }
 
-/** Gives up a wish that the reader does not wait for any more. */
+/** Cancels a wish that the reader no longer waits for. */
 export function forget(jobs, key) {
   cancel(jobs, (job) => job.key === key && job.urgency === NOW);
 }
 
-/** The result of a wish, made where it is not there yet. */
+/** Returns the result of a wish, and makes it first if needed. */
 export function resultOf(jobs, session, wish, urgency) {
   const known = session.results.get(wish.key);
   if (known) return Promise.resolve(known);
@@ -53,21 +53,21 @@ async function makeResult(session, wish, control) {
   return result;
 }
 
-/** Makes the levels that are missing under these options, in the background; `made` hears of each. Others are not wanted any more. */
+/** Makes the missing levels under these options in the background, calls `made` for each, and drops other queued levels. */
 export function prepareLevels(jobs, session, options, made) {
   const wishes = LEVELS.map((share) => wishOfShare(share, options));
   drop(jobs, ({ key, urgency }) => urgency === LEVEL && wishes.every((wish) => wish.key !== key));
   for (const wish of wishes) {
     if (session.results.has(wish.key)) continue;
     resultOf(jobs, session, wish, LEVEL).then(made, (error) => {
-      // What was given up can be made later; what failed shows at its button.
+      // Cancelled levels can be made later; failed ones are marked at their buttons.
       if (error.name !== 'AbortError') session.failed.set(wish.key, error.message);
       made();
     });
   }
 }
 
-/** Measures a result, once. Other results that wait for that are shown no more. */
+/** Measures a result, once, and drops queued measurements of other results. */
 export async function measure(jobs, session, result, urgency = FIGURES) {
   if (result.comparison) return;
   const key = `compare ${result.wish.key}`;
@@ -78,14 +78,14 @@ export async function measure(jobs, session, result, urgency = FIGURES) {
   Object.assign(result, await paintPair(measured, origins, session.place), { comparison: measured.comparison });
 }
 
-/** Takes the oldest results out where there are too many, and gives them back. */
+/** Removes and returns the oldest results if there are too many. */
 export function outdatedResults({ results, shown }) {
   const outdated = [...results.values()].filter((result) => result !== shown).slice(0, Math.max(results.size - MOST_RESULTS, 0));
   for (const { wish } of outdated) results.delete(wish.key);
   return outdated;
 }
 
-/** A result in another format: simplified once more, the same way. */
+/** Returns a result in another format by simplifying again with equal options. */
 export function convert(jobs, session, { wish, file }, ending) {
   if (ending === session.ending) return Promise.resolve(file);
   const name = nameOfResult(session.file.name, wish, ending);

@@ -1,6 +1,6 @@
-// Meshes as the simplifier looks at them, made into the source of a scene.
+// Creates the source of a scene from meshes of the package.
 //
-// A mesh has `positions` (n x 3, from `origin`), `faces` (m x 3, in order of groups), and where the file has them `normals`, `uv`,
+// A mesh has `positions` (n x 3, relative to `origin`), `faces` (m x 3, in order of groups), and if the file has them `normals`, `uv`,
 // `colors` (n x 4) and `groups`; its vertices are split at seams.
 
 import { vertexNormals } from '../../../cli/viewer/src/surface.js';
@@ -8,7 +8,7 @@ import { findEdges } from './edges.js';
 import { makeImages, numberOfImage } from './images.js';
 import { weldVertices } from './weld.js';
 
-/** Makes a source of meshes that are added as they come; `sharesOf(pair)` gives the distances of a pair, null where they are not known. */
+/** Creates a source to which meshes are added later; `sharesOf(pair)` returns the distances of a pair, or null if unknown. */
 export function makeSource(sharesOf) {
   const images = makeImages();
   const meshes = [];
@@ -28,7 +28,7 @@ export function makeSource(sharesOf) {
   };
 }
 
-/** The lowest corner of a mesh and its sides. */
+/** Returns the lowest corner and the sides of a mesh's bounding box. */
 function boxOf({ positions, origin = [0, 0, 0] }) {
   const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
   for (let i = 0; i < positions.length; i++) {
@@ -40,7 +40,7 @@ function boxOf({ positions, origin = [0, 0, 0] }) {
   return { low: low.map((x, axis) => x + origin[axis]), sides: low.map((x, axis) => high[axis] - x) };
 }
 
-/** Welded for edges and for normals that the file does not have; drawn with the file's normals where it has them. */
+/** Creates a surface: welded to find edges and missing normals, and drawn with the file's normals if there are any. */
 async function makeSurface(mesh, { centre, scale }) {
   const { origin = [0, 0, 0] } = mesh;
   const shift = origin.map((x, axis) => (x - centre[axis]) * scale);
@@ -62,7 +62,7 @@ async function makeSurface(mesh, { centre, scale }) {
   };
 }
 
-/** The normals of points at their vertices. */
+/** Copies the normals of points to their vertices. */
 function spread(normals, pointOf) {
   const spreaded = new Float32Array(3 * pointOf.length);
   pointOf.forEach((point, vertex) => {
@@ -71,7 +71,7 @@ function spread(normals, pointOf) {
   return spreaded;
 }
 
-/** What the groups of a mesh are painted with; null where nothing has a colour. */
+/** Returns the paints of a mesh's groups, or null if there are no colours. */
 function paintsOf({ faces, colors, uv, groups }, images) {
   const runs = groups?.length ? groups : [{ from: 0, faces: faces.length / 3 }];
   const paints = runs.map(({ color = [1, 1, 1, 1], image, wrap = ['repeat', 'repeat'] }) => ({

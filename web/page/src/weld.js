@@ -1,8 +1,8 @@
-// Vertices at equal positions as one: what a mesh whose vertices are split at seams is made of.
+// Welds vertices at equal positions, such as those split at seams.
 
 import { breathe } from '../../../cli/viewer/src/slices.js';
 
-/** For each vertex the number of its point, n_vertices, and the first vertex at each point, n_points. */
+/** Returns the point of each vertex, n_vertices, and the first vertex at each point, n_points. */
 export async function weldVertices(positions) {
   const n = positions.length / 3;
   const bits = new Uint32Array(positions.buffer, positions.byteOffset, positions.length);
@@ -27,7 +27,7 @@ export async function weldVertices(positions) {
   return { pointOf, firstOf: firstOf.subarray(0, nPoints) };
 }
 
-/** Zero and minus zero are the same number and have the same hash. */
+/** Hashes a position; 0 and -0 have equal hashes. */
 function hash(bits, positions, at) {
   let sum = 0;
   for (let axis = 0; axis < 3; axis++) {

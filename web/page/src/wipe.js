@@ -1,10 +1,10 @@
-// The divider of the wipe: the original to its left, the result to its right; moved by pointer and keys.
+// The divider between the original on its left and the result on its right, moved by pointer and keys.
 
 import { setWipe } from '../../../cli/viewer/src/view.js';
 
 const STEP = 0.02;
 
-/** What a key does to the share of the width that the original has. */
+/** Changes by key of the share of the width that shows the original. */
 const MOVES = {
   ArrowLeft: (share) => share - STEP, ArrowDown: (share) => share - STEP,
   ArrowRight: (share) => share + STEP, ArrowUp: (share) => share + STEP,

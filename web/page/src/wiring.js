@@ -1,24 +1,24 @@
-// The doors of the page, through which meshes come in, and the controls of size and options.
+// Wires up the inputs for files, and the controls of size and options.
 
 import { filesOfDrop, filesOfInput } from './files.js';
 
-/** Milliseconds without a change after which a value counts as chosen: arrow keys change a slider step by step. */
+/** Milliseconds without a change after which a slider's value counts as chosen, as arrow keys change it step by step. */
 const SETTLED = 350;
 
 const at = (id) => document.getElementById(id);
 
-/** Wires up buttons, inputs and dropping; `open(files)` hears what was chosen. */
+/** Wires up buttons, inputs and dropping; `open(files)` is called with the chosen files. */
 export function wireDoors(open, openExample) {
   at('example').addEventListener('click', openExample);
   for (const [button, input] of [['choose', 'files'], ['choose-here', 'files'], ['choose-folder', 'folder']]) {
     at(button).addEventListener('click', () => at(input).click());
   }
-  // Some telephones have no folders to choose.
+  // Some phones cannot choose folders.
   at('choose-folder').hidden = !('webkitdirectory' in at('folder'));
   for (const input of [at('files'), at('folder')]) {
     input.addEventListener('change', () => {
       open(filesOfInput(input));
-      // The same file can be chosen again.
+      // Clearing the value allows to choose a file twice.
       input.value = '';
     });
   }
@@ -37,7 +37,7 @@ export function wireDoors(open, openExample) {
   });
 }
 
-/** Wires up the size and the options: `drag()` hears of each step of the slider, `settle()` of what is wanted now. */
+/** Wires up size and options: `drag()` is called for each step of the slider, `settle()` when a value is chosen. */
 export function wireSizes({ drag, settle }) {
   let timer = 0;
   const soon = () => {

@@ -1,14 +1,14 @@
-// Several files as one: a ZIP archive without compression (APPNOTE.TXT 6.3.10, sections 4.3.7, 4.3.12 and 4.3.16).
+// Writes ZIP archives without compression (APPNOTE.TXT 6.3.10, sections 4.3.7, 4.3.12 and 4.3.16).
 
 const HEAD = 0x04034b50;
 const ENTRY = 0x02014b50;
 const END = 0x06054b50;
-/** Names are UTF-8. */
+/** Flag for names in UTF-8. */
 const FLAGS = 0x0800;
-/** 1980-01-01, the first day that the format knows. */
+/** Date 1980-01-01, the first that the format can express. */
 const DAY = 0x0021;
 
-/** The archive of `files`, each {name, bytes}. */
+/** Returns the archive of `files`, each {name, bytes}. */
 export function zip(files) {
   const parts = [];
   const entries = [];
@@ -25,7 +25,7 @@ export function zip(files) {
   return new Blob([...parts, ...entries, end], { type: 'application/zip' });
 }
 
-/** Numbers of 2 or 4 bytes, the low byte first. */
+/** Encodes numbers of 2 or 4 bytes, little-endian. */
 function fields(numbers) {
   return Uint8Array.from(numbers.flatMap(([width, value]) => Array.from({ length: width }, (_, i) => (value >>> (8 * i)) & 255)));
 }

@@ -1,11 +1,11 @@
-// Files for tests: good ones of the repository and of code, and such that cannot be read.
+// Files for tests: valid ones, from the repository or generated, and invalid ones.
 
 import { readFileSync } from 'node:fs';
 import { gzipSync } from 'node:zlib';
 
 const MESHES = `${import.meta.dirname}/../../../tests/meshes`;
 
-/** A file of tests/meshes as {name, bytes}. */
+/** Reads a file of tests/meshes as {name, bytes}. */
 export function fileOf(path) {
   return { name: path.split('/').pop(), bytes: readFileSync(`${MESHES}/${path}`) };
 }
@@ -24,7 +24,7 @@ export function brokenFiles() {
   const empty = endings.map((ending) => ({ name: `empty.${ending}`, bytes: Buffer.alloc(0) }));
   const noise = Buffer.from(`garbage ${'\u0001\u0002 nothing that a mesh begins with \n'.repeat(40)}`);
   const garbage = endings.map((ending) => ({ name: `garbage.${ending}`, bytes: noise }));
-  // A third of an OBJ is an OBJ.
+  // OBJ is left out, as a truncated OBJ is valid.
   const whole = TINY.filter(({ name }) => !name.endsWith('obj'));
   const cut = whole.map(({ name, bytes }) => ({ name: `cut-${name}`, bytes: bytes.subarray(0, bytes.length / 3) }));
   const bad = ['bad/truncated_header.ply', 'bad/not_a_mesh.obj', 'bad/zero_bytes.stl', 'bad/single_vertex.ply'].map(fileOf);
@@ -36,7 +36,7 @@ export function brokenFiles() {
   return [...empty, ...garbage, ...cut, ...bad, ...others];
 }
 
-/** A sphere with waves as a GLB, of about so many faces. */
+/** Returns a wavy sphere with about a given number of faces as a GLB. */
 export function waveGlb(nFaces) {
   const n = Math.round(Math.sqrt(nFaces / 2));
   const positions = new Float32Array(3 * n * n);

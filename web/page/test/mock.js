@@ -1,4 +1,4 @@
-// Stands for the package where there is no wasm: rings of as many faces as are wanted, after as long as a test wants to wait.
+// Replaces the package without WebAssembly: returns rings of the requested size after a delay that the test sets.
 
 const WRITE = ['obj', 'ply', 'stl', 'off', 'gltf', 'glb', '3mf'];
 const N = 64;
@@ -11,7 +11,7 @@ export async function formats() {
   return { read: WRITE, write: WRITE, version: '0.0.0' };
 }
 
-/** A ring of the size that a file of this mock says, of N otherwise; no ring of files that are empty or garbage. */
+/** Returns a ring of the size in a file of this mock, or of size N; rejects empty files and garbage. */
 export async function look(bytes, { name }) {
   const head = new TextDecoder('latin1').decode(bytes.subarray(0, 40));
   if (bytes.length === 0 || head.startsWith('garbage')) throw new NeuralMeshError(`${name}: this is no mesh`);
@@ -19,7 +19,7 @@ export async function look(bytes, { name }) {
   return { mesh: { ...ring(n), origin: [0, 0, 0], groups: [] }, notes: [] };
 }
 
-/** A ring with a share of the faces. */
+/** Returns a ring with a share of the faces. */
 export async function simplify(bytes, { ratio = 0.1 }, { out, progress, signal }) {
   for (let step = 1; step <= 10; step++) {
     await new Promise((resolve) => setTimeout(resolve, globalThis.mockDelay ?? 20));
@@ -30,7 +30,7 @@ export async function simplify(bytes, { ratio = 0.1 }, { out, progress, signal }
   return { bytes: text, report: {}, files: [{ name: out, bytes: text, beside: [] }], results: [], notes: [] };
 }
 
-/** Figures without meaning, and distances that grow along the ring. */
+/** Returns arbitrary figures, and distances that grow along the ring. */
 export async function compare(original, result, { signal } = {}) {
   await new Promise((resolve) => setTimeout(resolve, 100));
   signal?.throwIfAborted();

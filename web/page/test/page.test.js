@@ -1,6 +1,6 @@
-// The page in a browser: meshes in by every door, sizes, wipe, colours, files out, cancelling, broken files, phones, keys, contrast.
+// Tests the page in a browser: opening, sizes, wipe, colours, saving, cancelling, broken files, phones, keys, contrast.
 //
-// `scripts/web_page` makes the page first. MOCK=1 leaves out what needs the simplifier itself.
+// `scripts/web_page` builds the page first. MOCK=1 skips tests that need the real package.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -41,7 +41,7 @@ const withMesh = (options, use) => withPage(options, async (page) => {
   await use(page);
 });
 
-/** Holds how much of a view an action changes. */
+/** Asserts how much of a view an action changes. */
 async function changes(page, selector, act, least, most = 1) {
   const shot = await shoot(page, selector);
   await act();
@@ -49,7 +49,7 @@ async function changes(page, selector, act, least, most = 1) {
   assert.ok(share >= least && share <= most, `${share} of the pixels changed`);
 }
 
-/** The number of faces in a caption. */
+/** Returns the number of faces in a caption. */
 async function facesIn(page, pane) {
   const text = await page.textContent(`#pane-${pane} .caption`);
   return Number(text.match(/([\d,]+) faces/)[1].replaceAll(',', ''));
@@ -253,7 +253,7 @@ async function cancelAndGoOn(page) {
 }
 
 test('what cannot be read is said in one line, and the page stays alive', () => withMesh({}, async (page) => {
-  // The stand-in knows empty files and garbage.
+  // The mock rejects empty files and garbage only.
   const broken = brokenFiles().filter(({ name }) => REAL || /^(empty|garbage)/.test(name));
   assert.ok(broken.length >= (REAL ? 20 : 14));
   for (const file of broken) {

@@ -1,11 +1,11 @@
-// The parts of the page that need no browser: jobs, files, edges, archives, recipes.
+// Tests the modules of the page that need no browser: jobs, files, edges, archives, recipes.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { test } from 'node:test';
-import { readBelongings } from '../src/belongings.js';
+import { readCompanions } from '../src/companions.js';
 import { findEdges } from '../src/edges.js';
 import { makeExample } from '../src/example.js';
 import { endingOf, meshesAmong, stemOf } from '../src/files.js';
@@ -16,7 +16,7 @@ import { LEVELS, placeOfShare, shareAt } from '../src/sizes.js';
 import { weldVertices } from '../src/weld.js';
 import { zip } from '../src/zip.js';
 
-/** A job that ends when it is let, or is aborted. */
+/** Creates a job that ends on request or when aborted. */
 function pausing(log, key, urgency) {
   const run = ({ signal }) => new Promise((resolve, reject) => {
     log.push(key);
@@ -73,16 +73,16 @@ test('files belong to a mesh by the paths that it names, with folders or without
   const file = (path, text) => ({ path, file: new Blob([text]) });
   const obj = file('cow/cow.obj', 'mtllib cow.mtl\n');
   const inFolder = [obj, file('cow/cow.mtl', 'map_Kd -bm 1 maps/my%20skin.png\n'), file('cow/maps/my skin.png', 'x'), file('cow/other.png', 'y')];
-  assert.deepEqual(Object.keys(await readBelongings(obj, 'obj', inFolder)), ['cow.mtl', 'maps/my skin.png']);
+  assert.deepEqual(Object.keys(await readCompanions(obj, 'obj', inFolder)), ['cow.mtl', 'maps/my skin.png']);
   const gltf = file('a.gltf', '{"images":[{"uri":"./textures/skin.png"}],"buffers":[{"uri":"a.bin"}]}');
   const loose = [gltf, file('skin.png', 'x'), file('a.bin', 'y'), file('b.bin', 'z')];
-  assert.deepEqual(Object.keys(await readBelongings(gltf, 'gltf', loose)), ['textures/skin.png', 'a.bin']);
+  assert.deepEqual(Object.keys(await readCompanions(gltf, 'gltf', loose)), ['textures/skin.png', 'a.bin']);
   const ply = file('a.ply', 'ply\ncomment TextureFile skin.png\nend_header\nb.png');
-  assert.deepEqual(Object.keys(await readBelongings(ply, 'ply', [ply, file('skin.png', 'x'), file('b.png', 'y')])), ['skin.png']);
+  assert.deepEqual(Object.keys(await readCompanions(ply, 'ply', [ply, file('skin.png', 'x'), file('b.png', 'y')])), ['skin.png']);
 });
 
 test('split vertices are welded, and edges are found with their kinds', async () => {
-  // Two faces over an edge whose vertices are there twice, the second face turned over.
+  // Two faces share an edge with duplicate vertices, and the second face is turned.
   const positions = Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, -0, 1, 0, 1, 1, 0);
   const { pointOf, firstOf } = await weldVertices(positions);
   assert.deepEqual([...pointOf], [0, 1, 2, 1, 2, 3]);

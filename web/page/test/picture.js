@@ -1,4 +1,4 @@
-// Pictures of the page with a bust in it: node picture.js FOLDER writes page.png, of a desk, and page-phone.png.
+// Takes pictures of the page with a bust: node picture.js FOLDER writes page.png, at desktop size, and page-phone.png.
 
 import { launch } from '../../../cli/viewer/test/browser.js';
 import { fileOf } from './files.js';
@@ -7,7 +7,7 @@ import { drop, isIdle, isShown, onDisk, open } from './visit.js';
 const folder = process.argv[2];
 const browser = await launch();
 
-/** Opens the bust at the coarsest level and takes a picture when all is measured. */
+/** Opens the bust at the coarsest level and takes a picture after the measurement. */
 async function take(name, options, act) {
   const { page } = await open(browser, onDisk, options);
   await drop(page, [fileOf('nefertiti.ply')]);

@@ -1,4 +1,4 @@
-// Visits to the page in a headless Chromium, from a plain file server or from the disk; nobody may complain, nothing else be asked for.
+// Opens the page in a headless Chromium, from a file server or from disk, and asserts that it makes no errors and no requests.
 
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
@@ -6,13 +6,13 @@ import { createServer } from 'node:http';
 import { resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 
-/** The page to test: that of PAGE, or what build.js makes. */
+/** Path of the page to test: PAGE, or the output of build.js. */
 export const PAGE = resolve(process.env.PAGE ?? `${import.meta.dirname}/../dist/index.html`);
 
-/** Milliseconds that anything may take: the graphics card is in software. */
+/** Timeout of every step in milliseconds, generous for software rendering. */
 const PATIENCE = 120_000;
 
-/** Serves the page alone. */
+/** Serves only the page. */
 export async function serve() {
   const server = createServer(async (request, response) => {
     if (request.url !== '/') return response.writeHead(404).end();
@@ -23,7 +23,7 @@ export async function serve() {
   return { url: `http://127.0.0.1:${server.address().port}/`, close: () => server.close() };
 }
 
-/** The address of the page on the disk. */
+/** Address of the page on disk. */
 export const onDisk = pathToFileURL(PAGE).href;
 
 /** Opens the page; `complaints` collects errors of the console and requests. */
@@ -47,12 +47,12 @@ export async function open(browser, url, options = {}) {
   return { page, complaints };
 }
 
-/** What a graphics card in software says about itself. */
+/** Messages of software rendering that are ignored. */
 function isOfDriver(message) {
   return /GL Driver Message|GPU stall/.test(message.text());
 }
 
-/** Opens the page, uses it, and holds that nobody complained. */
+/** Opens the page, uses it, and asserts that there were no errors. */
 export async function visit(browser, url, options, use) {
   const { page, complaints } = await open(browser, url, options);
   try {
@@ -75,7 +75,7 @@ export async function drop(page, files) {
   }, packed);
 }
 
-/** Drags a folder of the disk onto the page, as a person does. */
+/** Drags a folder from disk onto the page. */
 export async function dragFolder(page, path) {
   const session = await page.context().newCDPSession(page);
   const data = { items: [], files: [path], dragOperationsMask: 1 };
@@ -98,7 +98,7 @@ export async function isShown(page, title) {
   await page.waitForSelector(`html[data-shown="${title}"]`);
 }
 
-/** Waits until nothing is going on. */
+/** Waits until no job runs. */
 export async function isIdle(page) {
   await page.waitForSelector('#work.idle', { state: 'attached' });
 }

@@ -1,14 +1,14 @@
-// What the page says in words: what goes wrong, what is being done and how far it is.
+// Shows errors, the current work and its progress.
 
 const at = (id) => document.getElementById(id);
 
-/** Says in one line what is wrong; nothing where there are no words. */
+/** Shows an error in one line; an empty string hides it. */
 export function warn(words) {
   at('alert').textContent = words;
   at('alert').hidden = words === '';
 }
 
-/** Waits for work; what it fails with is said, but for what was given up. */
+/** Waits for work and shows its error, except for cancelled work; returns null on failure. */
 export async function attempt(work) {
   try {
     return await work;
@@ -18,21 +18,21 @@ export async function attempt(work) {
   }
 }
 
-/** Why something failed. */
+/** Returns the first line of an error's message. */
 export function oneLine(error) {
   return String(error?.message || error).split('\n')[0];
 }
 
-/** Shows the job that runs and how much of it is done; without one, what is to be said then. */
+/** Shows the running job and its progress, or the text `idle` without a job. */
 export function showWork(job, idle) {
   const words = job?.title ?? idle;
   at('work').classList.toggle('idle', !job);
   at('cancel').disabled = !job;
-  // The same words again would be read aloud again.
+  // Setting equal text would make screen readers repeat it.
   if (at('doing').textContent !== words) at('doing').textContent = words;
   const done = Math.round(100 * Math.min(job?.share ?? 0, 1));
   at('done').style.width = `${done}%`;
-  // Nobody knows how far a job is that has said nothing yet.
+  // The progress of a job is unknown until it reports some.
   at('progress').classList.toggle('unknown', Boolean(job) && done === 0);
   if (done > 0) at('progress').ariaValueNow = String(done);
   else at('progress').removeAttribute('aria-valuenow');

@@ -1,11 +1,11 @@
-// Which files belong to a mesh: those that it names, and under the path by which it names them.
+// Finds the files that belong to a mesh: those that it refers to, under the paths that it uses.
 
-/** Bytes at the front of a file in which others are named. */
+/** Bytes at the front of a file that are searched for references to other files. */
 const FRONT = 1 << 20;
 
 const TEXTURE = /\.(bin|png|jpe?g|webp|ktx2)$/i;
 
-/** Whether a file can only belong to a mesh. */
+/** Returns whether a file is not a mesh but can belong to one. */
 export function isCompanion(path) {
   return TEXTURE.test(path) || /\.mtl$/i.test(path);
 }
@@ -14,7 +14,7 @@ export function isCompanion(path) {
  * Reads what belongs to a mesh {path, file} among files: bytes by path. A glTF names buffers and images, a PLY images in its header, an
  * OBJ materials, and these images.
  */
-export async function readBelongings(mesh, ending, files) {
+export async function readCompanions(mesh, ending, files) {
   const others = files.filter((one) => one !== mesh);
   const textures = others.filter(({ path }) => TEXTURE.test(path));
   const folder = folderOf(mesh.path);
@@ -27,7 +27,7 @@ export async function readBelongings(mesh, ending, files) {
   return bytesOf([...materials, ...named(texts.join('\n'), textures, folder)]);
 }
 
-/** The files that a text names; where it names no folder that fits, under their own path. */
+/** Returns the files that a text refers to, under the paths of the references if the folders differ. */
 function named(text, files, folder) {
   return files.flatMap(({ path, file }) => {
     const name = path.split('/').pop();
@@ -35,19 +35,19 @@ function named(text, files, folder) {
     if (!spelled) return [];
     const reference = text.match(new RegExp(`[^\\s"]*${spelled.replace(/[.*+?^${}()|[\]\\]/g, '\\$&')}`))[0];
     const seen = relative(folder, path);
-    // Files that were dropped without their folders are found all the same.
+    // Files that were dropped without their folders are found by name.
     const isThere = seen.endsWith(plain(reference));
     return [{ path: isThere ? seen : plain(reference), file }];
   });
 }
 
-/** A reference as a path: `%20` is a blank, `\` is `/`, `./` is nothing. */
+/** Converts a reference to a path: decodes `%20`, replaces `\` by `/`, and removes `./`. */
 function plain(reference) {
   let path = reference;
   try {
     path = decodeURI(reference);
   } catch {
-    // A percent sign that is one.
+    // The percent sign is no escape.
   }
   return path.replaceAll('\\', '/').replace(/^(\.\/)+/, '');
 }
@@ -61,7 +61,7 @@ function folderOf(path) {
   return path.split('/').slice(0, -1);
 }
 
-/** A path as it is seen from a folder. */
+/** Returns a path relative to a folder. */
 function relative(folder, path) {
   const parts = path.split('/');
   let same = 0;

@@ -1,8 +1,8 @@
-// What leaves the page: files to the reader's disk, text to the clipboard.
+// Saves files to disk and copies text to the clipboard.
 
 import { zip } from './zip.js';
 
-/** Saves a file with what belongs to it: alone as it is, otherwise in a ZIP archive. */
+/** Saves a file, in a ZIP archive if others belong to it. */
 export function save({ name, bytes, beside }) {
   const others = Object.entries(beside).map(([path, of]) => ({ name: path, bytes: of }));
   const isAlone = others.length === 0;
@@ -11,12 +11,12 @@ export function save({ name, bytes, beside }) {
     href: URL.createObjectURL(blob), download: isAlone ? name : `${name.replace(/\.[^.]+$/, '')}.zip`,
   });
   link.click();
-  // The browser has taken hold of the file long before.
+  // By then the browser has started the download.
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
   return link.download;
 }
 
-/** Puts text on the clipboard, also where a page from a disk or without encryption may not use it the new way. */
+/** Copies text to the clipboard, with the old method for pages from disk or without encryption. */
 export async function copy(text) {
   try {
     await navigator.clipboard.writeText(text);
@@ -32,7 +32,7 @@ export async function copy(text) {
   }
 }
 
-/** The size of files as people say it. */
+/** Formats the size of a file. */
 export function spokenSize({ bytes, beside }) {
   const n = Object.values(beside).reduce((sum, other) => sum + other.length, bytes.length);
   if (n < 1000) return `${n} bytes`;
