@@ -21,7 +21,7 @@ pub(super) fn dilate(texels: &mut [Texel], size: usize) {
     beyond.for_each(|texel| *texel = Texel { place: TexelPlace::Outside, ..fallback });
 }
 
-// The rows are those of the nearest chart texels within `REACH` in each column, or `u32::MAX`.
+// Returns for each texel the row of the nearest chart texel in its column within `REACH`, or `u32::MAX`.
 fn nearest_rows(texels: &[Texel], size: usize) -> Vec<u32> {
     let mut nearest = vec![u32::MAX; texels.len()];
     // Two sweeps find the nearest rows by column; rows are searched from their results.

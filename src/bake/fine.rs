@@ -10,7 +10,7 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::{Attributes, Channel, Role, TriMesh};
 use crate::spatial::{Hit, NearestOnTriangles};
 
-/// Largest angle in degrees between faces that are smooth if the file has no normals.
+/// Largest angle in degrees between faces that share normals if the file has none.
 const SMOOTH: f32 = 30.0;
 /// Length of search along a normal, relative to the largest distance between the surfaces.
 // A line that meets the original at 70 degrees from its normal is three times as long as that distance.
@@ -36,7 +36,7 @@ pub(super) struct SurfaceQuery {
     pub point: DVec3,
     // Direction of search, both ways.
     pub ray: Vec3,
-    // Normal of the face.
+    // Unit normal of the simplified mesh's face.
     pub normal: Vec3,
     // Vectors to the next texel, across and down.
     pub steps: [DVec3; 2],
@@ -75,7 +75,7 @@ impl<'a> FineSurface<'a> {
         })
     }
 
-    /// Finds the point on the original, with -1 if only its back is near.
+    /// Finds the original's point for a query, with 1, or -1 if only a back side is near.
     ///
     /// Order of choice: along the ray the nearest face of the same direction, else the nearest such face, else the
     /// nearest of all.

@@ -90,7 +90,7 @@ pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
     all
 }
 
-/// Returns the first face of each face's fan; creases separate fans.
+/// Returns the index of the first face in each face's fan; creases separate fans.
 fn fans(mesh: &TriMesh, faces: &[u32], vertex: u32, of_faces: &[Vec3], least: f32) -> Vec<usize> {
     let mut fans: Vec<usize> = (0..faces.len()).collect();
     for (i, &face) in faces.iter().enumerate() {
@@ -142,7 +142,7 @@ pub(super) fn tangents(mesh: &TriMesh, normals: &[[Vec3; 3]], uvs: &[[Vec2; 3]])
     let any = |normal: &Vec3| normal.try_normalize().unwrap_or(Vec3::Z).any_orthonormal_vector().extend(1.0);
     let tangents = normals.iter().map(|normals| normals.each_ref().map(any)).collect();
     let mut corners = TangentGeometry { mesh, normals, uvs, tangents };
-    // Its error type has no variants.
+    // The error type has no variants: nothing can fail.
     let _ = generate_tangents(&mut corners);
     corners.tangents
 }

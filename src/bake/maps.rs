@@ -11,7 +11,7 @@ use crate::picture::{Image, encode_png_opaque};
 
 const STRAIGHT: [u8; 3] = [128, 128, 255];
 
-/// Makes the material of size x size texels; uniform values take the exact factors of the original.
+/// Makes the material from size x size texels; uniform values become the original's exact factors instead of textures.
 pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Look {
     let map = |of: fn(&Texel) -> [u8; 3]| texture(texels, options.size, of);
     let colour = common_value(texels, |texel| texel.colour);
@@ -77,7 +77,8 @@ fn common_factor<T: PartialEq>(looks: &Looks, of: fn(&Look) -> T) -> Option<T> {
     looks.of_groups.iter().all(|look| of(look) == of(first)).then(|| of(first))
 }
 
-/// Returns a colour in linear light: white under a texture, else exact if it has these bytes, else from the bytes.
+/// Returns a colour in linear light: white if a texture has it, else `exact` if that rounds to `bytes`, else that of
+/// `bytes`.
 fn linear_factor(bytes: Option<[u8; 3]>, exact: Option<[f32; 3]>) -> [f32; 3] {
     let Some(bytes) = bytes else { return [1.0; 3] };
     let exact = exact.filter(|exact| exact.map(|x| to_byte(srgb(x.clamp(0.0, 1.0)))) == bytes);

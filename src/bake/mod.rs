@@ -79,7 +79,7 @@ pub struct BakedMesh {
     pub n_charts: usize,
     /// Share of the texels inside charts.
     pub covered: f64,
-    /// Lost content, one line each.
+    /// Messages on lost content, one line each.
     pub notes: Vec<String>,
 }
 

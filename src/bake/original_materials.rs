@@ -7,7 +7,7 @@ use super::frames::tangents;
 use crate::mesh::{Finish, Look, Looks};
 use crate::picture::{DecodedMaterials, SurfaceMaterials};
 
-// `None` for values that are 1 everywhere.
+// Materials, each `None` if 1 everywhere.
 pub(super) struct OriginalMaterials {
     colour: Option<DecodedMaterials>,
     emission: Option<DecodedMaterials>,
@@ -20,7 +20,7 @@ struct NormalMap {
     materials: DecodedMaterials,
     // Tangents that the map refers to, n_faces x 3.
     tangents: Vec<[Vec4; 3]>,
-    // Scale of the first two components, per group.
+    // Scale of the map's first two components, per group.
     scales: Vec<f32>,
     groups: Vec<u32>,
 }
@@ -28,7 +28,7 @@ struct NormalMap {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SamplePlace {
     pub face: u32,
-    // Barycentric weights.
+    // Barycentric weights of the point.
     pub weights: [f32; 3],
     // Changes of the weights from one texel to the next, across and down.
     pub steps: [[f32; 3]; 2],
@@ -36,9 +36,9 @@ pub(super) struct SamplePlace {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MaterialSample {
-    // Linear light.
+    // Base colour in linear light.
     pub colour: Vec3,
-    // Linear light.
+    // Emitted light, linear.
     pub emission: Vec3,
     pub roughness: f32,
     pub metal: f32,

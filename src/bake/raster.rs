@@ -23,7 +23,7 @@ struct Canvas<'a> {
     charts: &'a Charts,
     frames: &'a Frames,
     fine: &'a FineSurface<'a>,
-    // Start of each row's faces in `faces`.
+    // Index in `faces` at which each row's faces start.
     starts: Vec<usize>,
     faces: Vec<u32>,
 }

@@ -21,9 +21,9 @@ pub(super) struct Texel {
     pub colour: [u8; 3],
     // Emission, sRGB.
     pub emission: [u8; 3],
-    // 0 to 255 for 0 to 1.
+    // Roughness, 0 to 255 for 0 to 1.
     pub roughness: u8,
-    // 0 to 255 for 0 to 1.
+    // Metalness, 0 to 255 for 0 to 1.
     pub metal: u8,
     // Direction in tangent space, 0 to 255 for -1 to 1.
     pub normal: [u8; 3],

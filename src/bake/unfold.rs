@@ -6,7 +6,7 @@ use neural_mesh_xatlas::unwrap;
 use super::BakeError;
 use crate::mesh::TriMesh;
 
-/// Texels around each chart, so that the first two mipmap levels do not mix charts.
+/// Free texels around each chart, so that the first two mipmap levels do not mix charts.
 const PADDING: u32 = 2;
 /// Diagonal to which a mesh is scaled; xatlas ignores faces with less area than 1e-7.
 const DIAGONAL: f64 = 100.0;
@@ -29,7 +29,7 @@ impl Charts {
             let [a, b, c] = face.map(|v| DVec3::from(mesh.positions()[v as usize].map(f64::from)));
             (b - a).cross(c - a).length_squared() > 0.0
         };
-        // xatlas would return no chart at all.
+        // Without any area, xatlas returns no chart.
         if !mesh.faces().iter().any(has_area) {
             return Err(BakeError::Empty);
         }

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::polygon_grid::CornerGrid;
 
-/// Tests per corner and in total; after these, ears are clipped without tests.
+/// Largest number of tests, per corner and in total; after these, ears are clipped without tests.
 const TESTS: (usize, usize) = (2048, 1 << 29);
 
 /// Triangulates the simple polygon `corners` (n_corners x 3) into n_corners - 2 triangles of indices.
@@ -27,7 +27,7 @@ pub fn triangulate(corners: &[[f64; 3]]) -> Vec<[u32; 3]> {
     }
 }
 
-/// Splits along the diagonal from corner 0, unless only the other diagonal reverses no triangle.
+/// Splits a quad along the diagonal from corner 0, unless only with the other both triangles face one way.
 fn split_quad(corners: &[[f64; 3]]) -> [[u32; 3]; 2] {
     let [a, b, c, d] = std::array::from_fn(|i| DVec3::from(corners[i]));
     let agree = |p: DVec3, q: DVec3, r: DVec3, s: DVec3| (q - p).cross(r - p).dot((r - p).cross(s - p)) >= 0.0;

@@ -44,7 +44,7 @@ impl CornerGrid {
         row * self.n_side + column
     }
 
-    /// Returns whether any corner near a counter-clockwise triangle is `wanted`, and the number of tests.
+    /// Returns whether `wanted` accepts any corner near a counter-clockwise triangle, and the number of tests.
     pub fn any_near(&self, [a, b, c]: [DVec2; 3], mut wanted: impl FnMut(u32) -> bool) -> (bool, usize) {
         let margin = self.side * MARGIN;
         let ([first_column, first_row], [last_column, last_row]) =

@@ -52,7 +52,7 @@ impl Quadric {
         (times(&self.a, x).dot(x) - 2.0 * self.b.dot(x) + self.c).max(0.0)
     }
 
-    /// Moves the origin of the coordinates.
+    /// Returns the form in coordinates whose origin is `origin`.
     ///
     /// ```
     /// use neural_mesh::geometry::Quadric;
@@ -85,7 +85,7 @@ impl Quadric {
         Some((x, (self.c - self.b.dot(x)).max(0.0)))
     }
 
-    /// Returns `d'Ad`.
+    /// Returns `d'Ad`, half the second derivative along `d`.
     #[inline]
     pub fn curvature(&self, d: DVec3) -> f64 {
         times(&self.a, d).dot(d)

@@ -20,7 +20,7 @@ pub(crate) mod golden {
         FORCED_ISA.get().copied()
     }
 
-    /// Results by name, as hashes of their bits.
+    /// Names of results, each with a hash of its bits.
     pub(crate) type Results = Vec<(String, u64)>;
 
     pub(crate) struct GoldenCheck {
@@ -39,7 +39,7 @@ pub(crate) mod golden {
             results().iter().for_each(|(name, hash)| println!("{HASH_PREFIX}{name} {hash:016x}"));
             return;
         }
-        // Functions such as `exp` are the system's.
+        // Functions such as `exp` are the system's, which differ in bits.
         if !cfg!(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu")) {
             println!("no golden hashes for this system: nothing is compared");
             return;

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// A pattern of compressed sparse rows, each ascending and without repeats.
+/// The pattern of a sparse matrix in compressed rows, each with ascending, distinct columns.
 ///
 /// Row `i` holds `columns[offsets[i]..offsets[i + 1]]`; values are kept separately, one per entry.
 ///
@@ -62,13 +62,13 @@ impl Csr {
         }
     }
 
-    /// Builds the symmetric graph over `n` nodes with these edges, without loops and repeats.
+    /// Builds the symmetric graph over `n` nodes with these edges; drops loops and repeats.
     pub fn from_edges(n: usize, edges: impl IntoIterator<Item = [u32; 2], IntoIter: Clone>) -> Self {
         let edges = edges.into_iter().filter(|[a, b]| a != b);
         Self::from_entries(n, n, edges.flat_map(|[a, b]| [[a, b], [b, a]]))
     }
 
-    /// Builds rows from (row, column) entries, without repeats.
+    /// Builds rows from (row, column) entries; drops repeats.
     pub fn from_entries(n_rows: usize, n_cols: usize, entries: impl Iterator<Item = [u32; 2]> + Clone) -> Self {
         let mut offsets = vec![0u32; n_rows + 1];
         for [row, col] in entries.clone() {
@@ -154,7 +154,7 @@ impl Csr {
         Self { offsets, columns, n_cols: n }
     }
 
-    /// Builds rows of `k` columns each, unsorted and unique within a row.
+    /// Builds rows of `k` columns each, in any order but distinct within a row.
     ///
     /// ```
     /// use neural_mesh::linalg::Csr;
@@ -229,7 +229,7 @@ impl Csr {
         (0..self.n_rows()).flat_map(|row| self.row(row).iter().map(move |&col| [row as u32, col]))
     }
 
-    /// Returns the transposed rows, and the original index of each entry.
+    /// Returns the transposed rows, and each entry's index in this pattern.
     pub fn transpose(&self) -> (Self, Vec<u32>) {
         let mut offsets = vec![0u32; self.n_cols + 1];
         self.columns.iter().for_each(|&col| offsets[col as usize + 1] += 1);

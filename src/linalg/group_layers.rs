@@ -21,7 +21,8 @@ pub fn layers_group_max(x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> Ma
     layers_group_max_on(Isa::best(), x, layers, group)
 }
 
-/// Applies affine maps with ReLUs between them, adding a row per group after the first; the last gives one column.
+/// Applies affine maps with ReLUs between them, adding each group's row of `group_rows` after the first map; the last
+/// gives one column.
 ///
 /// # Shapes
 /// - `x`: (n_groups * group) x n_in; `group_rows`: n_groups x n_first

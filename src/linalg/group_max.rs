@@ -95,7 +95,7 @@ fn split_places(both: &Matrix, group: usize) -> GroupMax {
     GroupMax { largest: Matrix::new(both.n_rows(), n_cols, largest), rows }
 }
 
-/// Writes the column maxima of rows, then their places.
+/// Writes the column maxima of `rows` to `out`, then the indices of the rows that attain them.
 #[inline(always)]
 fn find_largest(rows: &[f32], out: &mut [f32]) {
     let n_cols = out.len() / 2;

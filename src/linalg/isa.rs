@@ -25,8 +25,8 @@ enum IsaLevel {
 pub(crate) trait RowKernel: Sync {
     /// Computes `rows` into `out`, which holds exactly those rows, zeroed.
     ///
-    /// With `FMA`, fused products are one instruction. Implementations and callees must be `#[inline(always)]`, since
-    /// only inlined code is compiled for the chosen instructions.
+    /// `FMA` is true if a fused product is one instruction. Implementations and callees must be `#[inline(always)]`,
+    /// since only inlined code is compiled for the chosen instructions.
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]);
 }
 

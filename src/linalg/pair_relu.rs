@@ -29,7 +29,7 @@ fn pair_relu_on(isa: Isa, sums: PairReluKernel) -> Matrix {
     isa.compute_matrix(&sums, n_rows, n_cols)
 }
 
-/// Computes `y w + m output_bias` for `y` of [`pair_relu`] and m neighbours.
+/// Computes `y w + m output_bias` for `y` of [`pair_relu`], where node n has m neighbours.
 ///
 /// # Shapes
 /// - `u`, `bias`, `graph`: as for [`pair_relu`]
@@ -228,7 +228,7 @@ impl ColumnKernel for FirstGradientKernel<'_> {
     }
 }
 
-/// The gradient of `u_k`: as first minus as second of pairs.
+/// The kernel of the gradient of `u_k`: its gradient as first row of pairs minus that as second.
 struct TotalGradientKernel<'a> {
     sums: PairReluKernel<'a>,
     incoming: &'a Csr,

@@ -36,7 +36,7 @@ pub fn scored_dev_conv(x: [&Matrix; 2], graph: &Csr, dev_conv: [&Matrix; 2], lay
 /// Nodes with their neighbours.
 #[derive(Clone, Copy, Debug)]
 pub struct Stars<'a, P, F> {
-    /// Two rows of three numbers per node of the graph.
+    /// Positions and normals, or other triples, of the graph's nodes.
     pub x: [&'a [P]; 2],
     /// Number of stars.
     pub n: usize,

@@ -21,9 +21,9 @@ pub enum Role {
     MorphPosition,
     /// Change of a normal or tangent by a morph target, width 3.
     MorphDirection,
-    /// Another number that may be blended.
+    /// Numbers of any other meaning, which may be interpolated.
     Other,
-    /// A whole number that names something and is never blended.
+    /// A whole number, such as an object's number, that is never interpolated.
     Label,
 }
 
@@ -34,7 +34,7 @@ pub struct Channel {
     pub name: String,
     /// Meaning of the values.
     pub role: Role,
-    /// Numbers per wedge.
+    /// Number of values per wedge.
     pub width: usize,
     /// Values, n_wedges x width.
     pub values: Vec<f32>,
@@ -97,7 +97,7 @@ impl Attributes {
         self.groups.get(face as usize).copied().unwrap_or(0)
     }
 
-    /// Returns whether the arrays match `n_faces` and every wedge exists.
+    /// Returns whether the arrays have `n_faces` rows, and values for every wedge.
     pub fn is_valid_for(&self, n_faces: usize) -> bool {
         let n_rows = if self.channels.is_empty() { 0 } else { n_faces };
         self.wedges.len() == n_rows
@@ -105,7 +105,7 @@ impl Attributes {
             && (self.groups.is_empty() || self.groups.len() == n_faces)
     }
 
-    /// Selects faces in the given order; `None` if a row or wedge is missing.
+    /// Returns the attributes of `faces`, in this order; `None` if a face or wedge is missing.
     pub fn select_faces(self, faces: &[u32]) -> Option<Self> {
         let fit = self.channels.is_empty() == self.wedges.is_empty();
         let wedges = select_rows(&self.wedges, faces).filter(|wedges| fit && self.has_values_for(wedges))?;

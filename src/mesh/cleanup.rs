@@ -5,8 +5,7 @@
 //! 3. Welds vertices at equal positions, in single precision about a local origin (-0 equals 0), unless the options
 //!    forbid it.
 //! 4. Drops faces that use a vertex twice, before or after welding.
-//! 5. Drops all but the first of the faces with the same three vertices. A second one stays as a wall between closed
-//!    bodies.
+//! 5. Drops all but the first of the faces with the same three vertices; another stays if closed bodies touch there.
 //! 6. Drops unused vertices.
 //!
 //! Faces of zero area stay, since they hold the surface together.
@@ -31,7 +30,7 @@ impl Default for CleanOptions {
     }
 }
 
-/// Numbers of changes by cleaning.
+/// Numbers of merged vertices and dropped faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CleanCounts {
@@ -47,7 +46,7 @@ pub struct CleanCounts {
     pub non_finite_faces: usize,
     /// Faces with a vertex index out of range.
     pub out_of_range_faces: usize,
-    /// Faces with fewer than three corners.
+    /// Polygons of the file with fewer than three corners.
     pub dropped_faces: usize,
 }
 
@@ -69,11 +68,11 @@ impl std::ops::AddAssign for CleanCounts {
 pub struct Cleaned {
     /// Mesh with at least one face.
     pub mesh: TriMesh,
-    /// Relation of the coordinates to the file's.
+    /// Conversion of the coordinates to the file's.
     pub frame: Frame,
     /// Numbers of changes.
     pub counts: CleanCounts,
-    /// Raw vertex of each vertex, n_vertices.
+    /// Index in the raw mesh of each vertex, n_vertices.
     pub source: Vec<u32>,
     /// Attributes of the mesh.
     pub attributes: Attributes,
@@ -85,11 +84,11 @@ pub struct Cleaned {
 pub enum CleanError {
     /// No face is left.
     NoFaces {
-        /// Vertices as read.
+        /// Number of vertices in the raw mesh.
         n_vertices: usize,
-        /// Triangles as read.
+        /// Number of triangles in the raw mesh.
         n_faces: usize,
-        /// Reasons why faces were dropped.
+        /// Numbers of dropped faces, by reason.
         counts: CleanCounts,
     },
     /// Too many vertices or faces for `u32` indices.
@@ -98,9 +97,9 @@ pub enum CleanError {
     UnfitAttributes,
     /// Single precision cannot hold a component that is too small or too far from the others.
     TooCoarse {
-        /// A vertex of the component.
+        /// Index of one vertex of the component.
         vertex: usize,
-        /// Diagonal of the component.
+        /// Diagonal of the component's bounding box.
         size: f64,
         /// Spacing of `f32` numbers at the component.
         step: f64,
@@ -156,7 +155,7 @@ impl std::fmt::Display for CleanCounts {
 
 /// Cleans a mesh by the steps of this module.
 ///
-/// Doubles are moved to a local origin, which the frame holds.
+/// Doubles are moved to a local origin, which the returned frame holds.
 ///
 /// # Errors
 /// [`CleanError`] if no face is left or single precision cannot hold the mesh.
@@ -230,7 +229,7 @@ impl FaceList {
     }
 }
 
-/// Applies steps 1 and 2, and step 4 before welding.
+/// Applies steps 1 and 2, and step 4 to the faces as read.
 fn drop_broken_faces(positions: &[[f64; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     let n_vertices = positions.len();
     let all_finite = positions.iter().flatten().all(|x| x.is_finite());
@@ -259,7 +258,7 @@ fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
     used
 }
 
-/// Returns a local origin near the centre of the used vertices, with which sums are exact.
+/// Returns a local origin near the centre of the used vertices, to which local coordinates add exactly.
 pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for (position, _) in positions.iter().zip(used).filter(|(_, used)| **used) {
@@ -292,7 +291,7 @@ pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> 
     }
 }
 
-/// Applies step 3; returns whether any two vertices have one position.
+/// Welds vertices (step 3); returns whether any two share a position.
 fn weld(
     positions: Vec<[f64; 3]>,
     local: &[[f32; 3]],
@@ -317,7 +316,7 @@ fn weld(
     Ok(repeated)
 }
 
-/// Applies step 5 until nothing changes.
+/// Drops duplicate faces (step 5) until nothing changes.
 fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     loop {
         let repeated = superfluous_faces(local, &faces.corners, repeated_faces(&faces.corners, local.len()));
@@ -331,7 +330,7 @@ fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut C
     }
 }
 
-/// Applies step 6.
+/// Drops unused vertices (step 6); also returns each vertex's old index.
 fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]], used: &[bool]) -> (Vec<[f32; 3]>, Vec<u32>) {
     if used.iter().all(|used| *used) {
         let source = (0..local.len() as u32).collect();

@@ -2,7 +2,7 @@
 
 use super::{Frame, InvalidMesh, TriMesh};
 
-/// Moves meshes to the first origin that is not zero.
+/// Moves all meshes to their first local origin that is not zero.
 ///
 /// # Errors
 /// [`InvalidMesh`] if single precision cannot hold a mesh about that origin.

@@ -2,7 +2,7 @@
 
 use super::{InvalidMesh, TriMesh};
 
-/// Builds a mesh from some faces and their vertices; also returns the old index of each vertex.
+/// Builds a mesh from `faces` and only the vertices they use; also returns the old index of each vertex.
 ///
 /// # Errors
 /// [`InvalidMesh`] as for [`TriMesh::new`].

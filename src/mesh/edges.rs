@@ -6,18 +6,18 @@ use super::half_edges::for_each_edge;
 /// An edge and its faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
-    /// Vertices, the smaller first.
+    /// Vertex indices, the smaller first.
     pub ends: [u32; 2],
-    /// Faces that traverse the edge from the smaller vertex.
+    /// Number of faces that traverse the edge toward its larger vertex.
     pub up: u32,
-    /// Faces that traverse the edge from the larger vertex.
+    /// Number of faces that traverse the edge toward its smaller vertex.
     pub down: u32,
-    /// First face.
+    /// Lowest face index at the edge.
     pub face: u32,
 }
 
 impl Edge {
-    /// Returns the number of faces.
+    /// Returns the number of faces at the edge.
     pub fn n_faces(&self) -> u32 {
         self.up + self.down
     }

@@ -7,14 +7,15 @@ use super::half_edges::{for_each_edge, next};
 use super::{Attributes, Channel, Role, TriMesh};
 use crate::geometry::triangle::unit_normal;
 
-/// Least difference of two faces' unit normals at which shading is visible.
+/// Least distance between two faces' unit normals at which their edge shows in shading.
 const BENT: f32 = 0.004;
-/// Largest deviation of a flat corner's normal, relative to the difference of the faces' normals.
+/// Largest distance of a flat corner's normal from its face's, relative to the distance between adjacent faces'
+/// normals.
 const NEAR: f32 = 0.25;
-/// Smallest share of flat corners in a flat-shaded mesh.
+/// Smallest share of flat corners at bent edges in a flat-shaded mesh.
 const NEARLY_ALL: f64 = 0.95;
 
-/// Returns whether the corner normals are those of the faces, false without normals or in one plane.
+/// Returns whether the corner normals are those of the faces; false for a plane mesh or one without normals.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, is_shaded_flat, shapes};
@@ -96,7 +97,7 @@ mod tests {
             assert!(!is_shaded_flat(&mesh, &smooth));
             let mut flat = with_flat_normals(&mesh, &smooth, "NORMAL");
             assert!(is_shaded_flat(&mesh, &flat) && flat.is_valid_for(mesh.faces().len()));
-            // Bytes, as files store normals.
+            // Rounds to 16 bits, as some files store normals.
             let normals = flat.channels.iter_mut().flat_map(|channel| &mut channel.values);
             normals.for_each(|x| *x = (*x * 32767.0).round() / 32767.0);
             assert!(is_shaded_flat(&mesh, &flat));

@@ -17,7 +17,7 @@ pub fn is_allocation_fallible() -> bool {
     IS_FALLIBLE.try_with(Cell::get).unwrap_or(false)
 }
 
-/// Runs `work`, which handles errors of `try_reserve`.
+/// Runs `work` with [`is_allocation_fallible`] true: `work` itself handles allocations that fail.
 ///
 /// ```
 /// use neural_mesh::mesh::fallible_allocation::with_fallible_allocation;

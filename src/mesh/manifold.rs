@@ -16,7 +16,7 @@ use super::pulse::Pulse;
 use super::surroundings::{Surroundings, corners_at};
 use super::union_find::UnionFind;
 
-/// Largest number of rounds that change pairs.
+/// Largest number of rounds that change pairs at non-manifold edges.
 const MOST_ROUNDS: usize = 32;
 
 /// A manifold made of the input's faces.
@@ -65,7 +65,7 @@ fn split_sheets(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &Meetin
     let n_vertices = positions.len();
     let first_new = (n_vertices + copies.len()) as u32;
     let mut around = Surroundings::new(first_new as usize, faces, meeting);
-    // Separate all edges if an earlier separation made sheets meet again.
+    // If a separation made sheets meet again, no faces stay joined at non-manifold edges.
     let mut joined = if copies.is_empty() { Some(partners(positions, &around)) } else { None };
     let mut vertices = meeting.vertices.clone();
     for round in 0.. {
@@ -91,7 +91,7 @@ fn split_sheets(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &Meetin
     around.numbers.iter().zip(&around.faces).for_each(|(&f, face)| faces[f as usize] = *face);
 }
 
-/// Changes the pairs at one edge per vertex, so that faces connected around the vertex become partners.
+/// Pairs the faces at one non-manifold edge per vertex so that those connected around the vertex become partners.
 fn change_partners(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners) {
     let mut is_chosen = FxHashSet::default();
     for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
@@ -115,7 +115,7 @@ fn change_partners(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners
     }
 }
 
-/// Matches the faces at edges with more than two, first within a body.
+/// Pairs the faces at edges with more than two faces: first those of one body, then the rest.
 fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partners: &mut Partners) {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
     let mut bodies = UnionFind::new(around.n_clusters);
@@ -178,7 +178,7 @@ fn split_fans(
     }
 }
 
-/// Joins the corners at one vertex over two-face edges, or none if all would join.
+/// Joins a vertex's corners over edges with two faces; joins none if that would make one fan.
 fn separate_fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
     let fans = join_fans(faces, corners, &Partners::default());
     if fans.n_sets() > 1 { fans } else { UnionFind::new(corners.len()) }

@@ -63,7 +63,7 @@ impl EdgeFace {
         Self { half: half.half_edge, is_along: half.runs_up(faces), tip: across, direction }
     }
 
-    /// Returns the bending angle between two faces, plus a penalty for inconsistent winding.
+    /// Returns the bending angle between two faces in radians, plus a penalty for inconsistent winding.
     fn bend(&self, other: &Self) -> f32 {
         let bend = PI - self.direction.angle_between(other.direction);
         let bend = if bend.is_finite() { bend } else { PI };

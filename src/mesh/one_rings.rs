@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use super::pulse::Pulse;
 use super::thread_ranges::thread_ranges;
 
-/// Rings longer than this are ordered with a hash map.
+/// Largest length of a ring that is ordered without a hash map.
 const LONG_RING: usize = 64;
 
 /// The neighbours of every vertex in cyclic order.
@@ -110,13 +110,13 @@ impl OneRings {
         self.ring(vertex).last().copied().filter(|&last| last as usize >= self.n_vertices())
     }
 
-    /// Returns the face of each boundary edge with its ghost vertex.
+    /// Returns a triangle per boundary edge: its two ends and the ghost vertex of its loop.
     pub fn ghost_faces(&self) -> Vec<[u32; 3]> {
         let boundary = (0..self.n_vertices() as u32).filter_map(|v| self.ghost(v).map(|ghost| (v, ghost)));
         if self.oriented {
             return boundary.map(|(v, ghost)| [self.ring(v)[0], v, ghost]).collect();
         }
-        // Without consistent winding, both neighbours are listed and one of the two copies of an edge is kept.
+        // Without consistent winding, every edge is found twice and kept once.
         let both = boundary.flat_map(|(v, ghost)| self.boundary_neighbors(v).map(|w| [w, v, ghost]));
         both.filter(|[w, v, _]| w > v).collect()
     }
@@ -295,7 +295,7 @@ fn reverse_fan(fan: &mut [[u32; 2]]) {
     fan.iter_mut().for_each(|pair| pair.reverse());
 }
 
-/// Extends the ordered start of `fan` and returns its length; `None` if it branches.
+/// Extends the ordered first `n_ordered` edges of `fan`; returns their number, `None` if it branches.
 fn grow_fan(fan: &mut [[u32; 2]], n_ordered: usize, oriented: &mut bool) -> Option<usize> {
     if fan.len() > LONG_RING {
         return grow_long_fan(fan, n_ordered, oriented);
@@ -450,7 +450,7 @@ mod tests {
 
     #[test]
     fn the_hash_map_orders_any_fan_as_scanning_does() {
-        // All ways to take 4 of the edges between 5 vertices, shuffled a little by their number.
+        // All choices of 4 edges between 5 vertices, shuffled.
         let edges: Vec<[u32; 2]> = (0..5).flat_map(|a| (a + 1..5).map(move |b| [a, b])).collect();
         for choice in 0..10_000usize {
             let picks = [choice % 10, choice / 10 % 10, choice / 100 % 10, choice / 1000];
@@ -459,7 +459,7 @@ mod tests {
             let (mut oriented, mut oriented_hashed) = (true, true);
             let n = grow_fan(&mut scanned, 1, &mut oriented);
             let n_hashed = grow_long_fan(&mut hashed, 1, &mut oriented_hashed);
-            // The scan may end before it sees that a vertex has more than two edges.
+            // The scan may not see that a vertex has more than two edges.
             if let (Some(n), Some(n_hashed)) = (n, n_hashed) {
                 assert_eq!((n, oriented, &scanned[..n]), (n_hashed, oriented_hashed, &hashed[..n]), "{fan:?}");
             }
@@ -469,7 +469,7 @@ mod tests {
 
     #[test]
     fn short_cycles_are_those_that_scanning_finds() {
-        // All ways to take 4 of the directed edges between 4 vertices.
+        // All choices of 4 directed edges between 4 vertices.
         let edges: Vec<[u32; 2]> = (0..4).flat_map(|a| (0..4).map(move |b| [a, b])).filter(|[a, b]| a != b).collect();
         let mut n_cycles = 0;
         for choice in 0..12_usize.pow(4) {

@@ -8,13 +8,13 @@ use super::{Attributes, Channel, RawMesh, Role};
 pub(crate) struct PlacedMesh<'a> {
     pub mesh: &'a RawMesh,
     pub transform: DMat4,
-    /// Common index of the mesh's first group.
+    /// Merged index of the mesh's first group.
     pub first_group: u32,
 }
 
 /// Merges meshes in common coordinates, with the channels whose role `is_carried` accepts.
 ///
-/// Zeros replace a missing channel, white a missing colour.
+/// Missing channels become zeros, missing colours white.
 pub(crate) fn merge_placed_meshes(meshes: &[PlacedMesh], is_carried: impl Fn(Role) -> bool) -> RawMesh {
     let mut channels = all_channels(meshes.iter().map(|placed| &placed.mesh.attributes));
     channels.retain(|channel| is_carried(channel.role));

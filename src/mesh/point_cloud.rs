@@ -9,9 +9,9 @@ use super::{Frame, RawMesh};
 pub struct PointCloud {
     /// Points in the local frame, n x 3.
     pub points: Vec<[f32; 3]>,
-    /// Relation of the coordinates to the file's.
+    /// Conversion of the coordinates to the file's.
     pub frame: Frame,
-    /// File vertex of each point, n.
+    /// Index in the file of each point, n.
     pub source: Vec<u32>,
     /// Number of repeated points dropped.
     pub repeated: usize,

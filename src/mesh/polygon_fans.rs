@@ -2,7 +2,7 @@
 
 use crate::geometry::polygon::triangulate;
 
-/// A record of the triangles that came from one polygon.
+/// Ranges of faces that came from one polygon each, to be triangulated later.
 ///
 /// ```
 /// use neural_mesh::mesh::Fans;
@@ -18,7 +18,7 @@ pub struct Fans {
 }
 
 impl Fans {
-    /// Appends the fan of a polygon's vertices to `faces`; returns false below three corners.
+    /// Appends a polygon to `faces` as a fan; returns false if it has fewer than three corners.
     pub fn push(&mut self, corners: &[u32], faces: &mut Vec<[u32; 3]>) -> bool {
         let &[first, ref rest @ ..] = corners else { return false };
         if corners.len() > 3 {
@@ -35,7 +35,7 @@ impl Fans {
         self.triangulate_with(|vertex| positions.get(vertex as usize).copied(), faces);
     }
 
-    /// Triangulates fans of other corners than vertices; `position` locates a corner.
+    /// Triangulates, as [`Self::triangulate`], corners that are not vertex indices; `position` locates a corner.
     pub fn triangulate_with(self, position: impl Fn(u32) -> Option<[f64; 3]>, faces: &mut [[u32; 3]]) {
         let (mut corners, mut points) = (Vec::new(), Vec::new());
         for (start, n_triangles) in self.runs {

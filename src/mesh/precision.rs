@@ -4,14 +4,14 @@ use rustc_hash::FxHashMap;
 
 use super::union_find::UnionFind;
 
-/// Smallest size, in steps of single precision, of a component whose vertices may coincide.
+/// Smallest size of a component whose vertices rounding may merge, in spacings of `f32` numbers.
 const STEPS: f64 = 4096.0;
-/// Smallest size of a component, in steps.
+/// Smallest size of any component, in spacings of `f32` numbers.
 const FEWEST: f64 = 8.0;
 
 pub(super) struct LostComponent {
     pub vertex: usize,
-    /// Diagonal of the component.
+    /// Diagonal of the component's bounding box.
     pub size: f64,
     /// Spacing of `f32` numbers at the component.
     pub step: f64,
@@ -19,7 +19,7 @@ pub(super) struct LostComponent {
 
 /// Returns the first component that rounding `positions` to `local` damages.
 ///
-/// `single` holds the first vertex at each local position.
+/// `single` holds, for each vertex, the first vertex at its local position.
 pub(super) fn find_lost_component(
     positions: &[[f64; 3]],
     local: &[[f32; 3]],

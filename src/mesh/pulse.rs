@@ -21,7 +21,7 @@ impl<'a> Pulse<'a> {
         Self { listener: Some(listener), is_silent: false }
     }
 
-    /// Stops counting items unless `counts`.
+    /// Returns a pulse that reports 0 items unless `counts`.
     pub fn counting_if(self, counts: bool) -> Self {
         Self { is_silent: self.is_silent || !counts, ..self }
     }
@@ -33,7 +33,7 @@ impl<'a> Pulse<'a> {
         }
     }
 
-    /// Splits items into chunks and reports before each and after the last.
+    /// Splits items into chunks; reports finished items before each and after the last.
     #[inline]
     pub fn chunks<T>(self, items: &[T]) -> impl Iterator<Item = &[T]> {
         self.ranges(0..items.len()).map(|range| &items[range])

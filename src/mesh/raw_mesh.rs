@@ -12,9 +12,9 @@ pub struct RawMesh {
     pub faces: Vec<[u32; 3]>,
     /// True if the file stored more precision than `f32`.
     pub double: bool,
-    /// Faces of the file with fewer than three corners.
+    /// Number of the file's faces with fewer than three corners.
     pub dropped_faces: usize,
-    /// Attributes, with one row per face.
+    /// Attributes; their wedges and groups have one row per face.
     pub attributes: Attributes,
 }
 

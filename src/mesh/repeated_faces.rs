@@ -9,14 +9,14 @@ use super::first_equal::first_equal;
 use super::pulse::Pulse;
 use super::union_find::UnionFind;
 
-/// Largest area of a flap, relative to the whole, at which both sides are dropped.
+/// Largest area of connected pairs of coincident faces, relative to the mesh, at which both faces are dropped.
 const SMALL: f64 = 1e-4;
-/// Mark of a vertex with a repeated bit.
+/// Mark of a vertex at which two faces set one bit.
 const SUSPECT: u32 = u32::MAX;
 
 /// Returns the faces that repeat an earlier one, ascending.
 ///
-/// Each face sets one of 32 bits at the lowest vertex; only faces at vertices with a repeated bit are compared.
+/// Each face sets one of 32 bits at its lowest vertex; faces are compared only where a bit was set twice.
 pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> {
     let mut marks = vec![0u32; n_vertices];
     let mut any = false;
@@ -37,10 +37,10 @@ pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> 
     suspects.iter().zip(0..).filter(|&(_, i)| first[i as usize] != i).map(|(&face, _)| face).collect()
 }
 
-/// Returns the superfluous faces among `repeated`, ascending, and both faces of small flaps on a body.
+/// Returns the faces to drop, ascending: superfluous ones of `repeated`, and pairs in small patches on a body.
 ///
-/// Connected repeated faces stay if an edge has an even number of faces with them and an odd number above one without
-/// them: closed bodies touch there in a face.
+/// A patch of connected repeated faces stays if, at an edge with an even number of faces, dropping it would leave an
+/// odd number above one: closed bodies touch along the patch.
 pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repeated: Vec<u32>) -> Vec<u32> {
     if repeated.is_empty() {
         return repeated;
@@ -76,7 +76,7 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
     superfluous
 }
 
-/// Removes pairs of coincident faces that bound no body from `edges`, from the rim inward.
+/// Returns the pairs of coincident faces that bound no body, from the rim inward; subtracts them from `edges`.
 fn find_face_pairs(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], RepeatedEdge>) -> Vec<[u32; 2]> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> =
         kept.iter().map(|&face| (sort_corners(faces[face as usize]), Vec::new())).collect();
@@ -101,7 +101,7 @@ fn find_face_pairs(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32;
     pairs
 }
 
-/// Returns both faces of pairs in small attached patches, and the second face of other pairs.
+/// Returns the faces to drop: both of pairs in small attached patches, and the second of other pairs.
 fn superfluous_in_pairs(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
@@ -204,7 +204,7 @@ mod tests {
         let bodies = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [1, 2, 0], [1, 0, 4], [2, 1, 4], [0, 2, 4]];
         assert_eq!(repeated_faces(&bodies, 5), [4]);
         assert!(superfluous(&curve(5), &bodies).is_empty());
-        // With a third and a fourth face in the other direction, two of the four stay.
+        // Two of four coincident faces stay.
         let more = [&bodies[..], &[[0, 2, 1], [1, 2, 0]]].concat();
         assert_eq!(superfluous(&curve(5), &more).len(), 2);
     }

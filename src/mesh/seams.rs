@@ -11,23 +11,23 @@ const SAME: f32 = 1e-5;
 const MOST_FACES: usize = 16;
 const SAME_COLOUR: f32 = 1.0 / 64.0;
 
-/// A seam and its constraints.
+/// A seam edge and how it may move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FeatureEdge {
     /// Vertices, ascending.
     pub ends: [u32; 2],
-    /// Distance that the seam may move at a low price.
+    /// Distance, in the mesh's unit, within which merges may move the seam at a low price.
     pub slack: f32,
-    /// True if the normals on the two sides differ.
+    /// True if stored normals on the two sides differ by at least 15 degrees.
     pub is_hard: bool,
 }
 
 /// Lists the edges, ascending, between faces of different groups or with different attributes along the edge.
 ///
-/// Normals differ from 15 degrees on, colours from 1/64; joints and morph targets never differ. The slack is above 0
-/// only where nothing but texture coordinates and normals is discontinuous. Over this distance they change by
-/// `seam_error`: texture coordinates in shares of the texture's side, normals by their difference times the distance
-/// over the mesh's diagonal.
+/// Normals count as different from 15 degrees on, colours from 1/64; joints and morph targets never do. The slack is
+/// above 0 only if nothing but texture coordinates and normals is discontinuous. It is the distance at which the error
+/// reaches `seam_error`: a share of the texture's side, or the normals' difference times the distance over the mesh's
+/// diagonal.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, TriMesh, seams};
@@ -49,8 +49,8 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<Fe
         if faces[1..].iter().all(|face| join(&faces[0], face)) {
             return;
         }
-        // With more than two faces, a face that matches no other is one side of a seam. A single such face is a
-        // boundary.
+        // At an edge with more than two faces, those that join no other are the sides of a seam. A single such face is
+        // at a boundary.
         let goes_on = |x: &HalfEdge| faces.iter().any(|y| x.half_edge != y.half_edge && join(x, y));
         let mut alone = faces.iter().filter(|face| !goes_on(face)).map(|face| face.half_edge);
         let Some(first) = alone.next() else { return };
@@ -97,7 +97,7 @@ fn is_texture(role: Role) -> bool {
     matches!(role, Role::Uv | Role::Tangent)
 }
 
-/// Returns the distance over which values change by `seam_error`.
+/// Returns how far the edge may move until its error, as defined at [`seams`], reaches `seam_error`.
 fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32, diagonal: f32) -> f32 {
     let is_smooth = joins(mesh, attributes, half_edges, |role| role == Role::Normal);
     let of_normals = if is_smooth { f32::INFINITY } else { seam_error * diagonal / bend(mesh, attributes, half_edges) };
@@ -151,7 +151,7 @@ fn carries_same(
     [first, next(first)].into_iter().all(same_wedge)
 }
 
-/// Returns the corner at the same vertex across an edge.
+/// Returns the corner at the vertex of `corner` in the face of `half_edge`.
 fn partner(mesh: &TriMesh, corner: u32, half_edge: u32) -> u32 {
     let vertex = |corner: u32| start(mesh.faces(), corner);
     [half_edge, next(half_edge)].into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner)

@@ -37,7 +37,7 @@ pub fn snap(positions: &mut [[f64; 3]], distance: f64) -> usize {
     n_moved
 }
 
-/// Returns the cell of a coordinate, as a float for its range.
+/// Returns the grid cell of a coordinate as a float's bits, since far cells exceed integers.
 fn cell(x: f64, distance: f64) -> u64 {
     // Adding zero turns -0 into 0.
     ((x / (2.0 * distance)).floor() + 0.0).to_bits()

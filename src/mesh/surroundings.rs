@@ -44,7 +44,7 @@ impl Surroundings {
         Self { n_clusters: n_vertices + faces.len(), numbers, faces, clusters, vertices }
     }
 
-    /// Returns the vertices whose faces do not form one fan; `new` vertices follow the mesh's.
+    /// Returns the vertices, those numbered `new` included, whose faces do not form one fan.
     pub(super) fn find_meeting_sheets(&self, new: Range<u32>) -> Vec<u32> {
         let vertices: Vec<u32> = self.vertices.iter().copied().chain(new).collect();
         let opposite = |&(_, corner): &(u32, u32)| {

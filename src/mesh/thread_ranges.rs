@@ -15,7 +15,7 @@ pub(crate) fn thread_ranges(n_vertices: usize) -> Vec<Range<usize>> {
     (0..n).map(|i| n_vertices * i / n..n_vertices * (i + 1) / n).collect()
 }
 
-/// Splits `rows` by `shares`; the rows of a vertex end at `end(vertex)`.
+/// Splits `rows` by the vertex ranges `shares`; the rows of a vertex end at index `end(vertex)`.
 pub(crate) fn split_rows<'a, T>(
     shares: &[Range<usize>],
     mut rows: &'a mut [T],
@@ -32,7 +32,7 @@ pub(crate) fn split_rows<'a, T>(
     parts
 }
 
-/// Adds the value `of` each face to the rows of its corners, in order.
+/// Adds the value `of` each face to its vertices' rows, in face order.
 pub(crate) fn add_faces<T: Send, F>(
     pulse: Pulse,
     rows: &mut [T],

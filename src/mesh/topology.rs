@@ -35,7 +35,7 @@ pub struct Topology {
     pub components: usize,
     /// Euler characteristic: used vertices - edges + faces.
     pub euler: i64,
-    /// Handles, with boundaries filled; only for orientable meshes without non-manifold edges.
+    /// Handles after boundaries are filled; only for orientable meshes without non-manifold edges.
     pub genus: Option<usize>,
 }
 
@@ -82,7 +82,7 @@ impl TopologyPatches {
         }));
     }
 
-    /// Joins open elements over shared edges and counts all.
+    /// Joins the open elements over shared edges; counts the topology of the whole mesh.
     pub fn count_topology(self) -> Topology {
         let TopologyPatch { mut closed, is_one_sided, open_fans, mut open_edges, .. } = self.0;
         open_edges.sort_unstable_by_key(OpenEdge::places);

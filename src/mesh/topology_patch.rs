@@ -1,4 +1,4 @@
-//! Topology of a subset of a mesh's faces, open at shared vertices.
+//! Topology of some faces, joinable with that of others at shared vertices.
 
 use rustc_hash::FxHashMap;
 
@@ -9,7 +9,7 @@ use super::windings::Windings;
 
 pub(crate) type PositionKey = [u32; 3];
 
-/// The topology of some faces: counts of closed elements, and the open ones.
+/// The topology of some faces: counts of complete elements, and those that other faces may extend.
 ///
 /// A fan is a set of corners at one vertex joined over edges.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +18,7 @@ pub(crate) struct TopologyPatch {
     pub is_one_sided: bool,
     pub n_open_components: u32,
     pub n_open_sides: u32,
-    /// Position of each open fan.
+    /// Position of the vertex of each open fan.
     pub open_fans: Vec<PositionKey>,
     pub curves: Vec<[u32; 2]>,
     /// Half-edges between two shared vertices.
@@ -27,12 +27,12 @@ pub(crate) struct TopologyPatch {
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TopologyCounts {
-    /// Vertices that are not shared; of these, unused ones and those with several fans.
+    /// Vertices that are not shared; the next two fields count unused ones and those with several fans.
     pub vertices: usize,
     pub unreferenced_vertices: usize,
     pub non_manifold_vertices: usize,
     pub faces: usize,
-    /// Edges with an unshared end; of these, boundary, non-manifold and inconsistently wound ones.
+    /// Edges with an unshared end; the next three count boundary, non-manifold and inconsistently wound ones.
     pub edges: usize,
     pub boundary_edges: usize,
     pub non_manifold_edges: usize,
@@ -64,7 +64,7 @@ pub(crate) struct OpenEdge {
     pub fans: [u32; 2],
     pub component: u32,
     pub side: u32,
-    /// True if the face is reversed against the first of its side.
+    /// True if the face is wound opposite to the first face of its side.
     pub is_turned: bool,
 }
 
@@ -85,7 +85,7 @@ pub(crate) fn position_key(position: [f32; 3]) -> PositionKey {
 }
 
 impl TopologyPatch {
-    /// Joins the faces of a mesh; `is_shared` accepts vertices with faces elsewhere.
+    /// Builds the topology of one block of a mesh; `is_shared` accepts vertices that other blocks use.
     pub fn new(mesh: &TriMesh, is_shared: impl Fn(u32) -> bool) -> Self {
         let mut links = Links::new(mesh);
         for_each_edge(mesh.positions().len(), mesh.faces(), |[a, b], half_edges| {
@@ -103,7 +103,7 @@ impl TopologyPatch {
     }
 }
 
-/// Returns the fans at boundary edges, ascending, and the boundary curves as sets of fan numbers.
+/// Returns the fans that the boundary edges `ends` connect, ascending, and their sets by boundary curve.
 pub(super) fn curves_through(ends: &[[u32; 2]]) -> (Vec<u32>, UnionFind) {
     let mut fans: Vec<u32> = ends.as_flattened().to_vec();
     fans.sort_unstable();
@@ -220,7 +220,7 @@ impl<'a> Links<'a> {
         patch.closed.components = self.faces.n_sets() - components.len();
     }
 
-    /// Joins sides over closed edges; returns whether all can be oriented consistently.
+    /// Joins faces into sides over edges that are not open; returns whether all can be wound consistently.
     fn turn(&self, sides: &mut Windings) -> bool {
         let mut waits = vec![false; 3 * self.mesh.faces().len()];
         self.open.iter().for_each(|&half_edge| waits[half_edge as usize] = true);

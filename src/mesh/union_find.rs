@@ -37,7 +37,7 @@ impl UnionFind {
         x != y
     }
 
-    /// Returns the set of each member, numbered by first members, and the number of sets.
+    /// Returns each member's set number, counted in the order of first members, and the number of sets.
     pub(crate) fn number_sets(&mut self, pulse: Pulse) -> (Vec<u32>, usize) {
         let n = self.parent.len();
         let mut set_of: Vec<u32> = Vec::with_capacity(n);

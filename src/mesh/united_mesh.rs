@@ -1,10 +1,10 @@
-//! Meshes united for simplification.
+//! One mesh made of several, to be simplified together.
 
 use glam::{DMat4, DVec3};
 
 use super::{Attributes, Channel, Role, TriMesh, compact};
 
-/// Largest number of faces in a scene view; beyond, each piece is shown once.
+/// Largest number of faces in a scene view; beyond, each piece shows only its largest instance.
 const MOST_VIEWED: usize = 1 << 24;
 
 /// A mesh to be united with others.
@@ -14,7 +14,7 @@ pub struct ScenePiece<'a> {
     pub mesh: &'a TriMesh,
     /// Attributes of the mesh.
     pub attributes: &'a Attributes,
-    /// Relative scale, rounded to a power of two.
+    /// Factor of the positions in the united mesh, rounded to a power of two.
     pub scale: f64,
     /// Transforms of the mesh's instances to the scene.
     pub places: &'a [DMat4],
@@ -25,7 +25,7 @@ pub struct ScenePiece<'a> {
 pub struct UnitedMesh {
     /// All faces and vertices.
     pub mesh: TriMesh,
-    /// Attributes with all channels and separate groups per mesh.
+    /// Attributes with the channels of all meshes and separate groups per mesh.
     pub attributes: Attributes,
     first_groups: Vec<u32>,
     channels: Vec<Vec<String>>,
@@ -38,9 +38,9 @@ pub struct UnitedMesh {
 /// The meshes of a scene at all their instances.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneView {
-    /// All instances about the scene's middle.
+    /// All instances, with the scene's middle as the origin.
     pub mesh: TriMesh,
-    /// United face of each face, n_faces.
+    /// Index in the united mesh of each face, n_faces.
     pub faces: Vec<u32>,
 }
 
@@ -115,12 +115,12 @@ impl UnitedMesh {
         self
     }
 
-    /// Returns the transforms of a piece's instances to the centred scene.
+    /// Returns the transforms from the united mesh to a piece's instances in the centred scene.
     pub fn places(&self, piece: usize) -> &[DMat4] {
         &self.places[piece]
     }
 
-    /// Returns the largest stretch of a piece's axes in the scene.
+    /// Returns the largest factor by which a piece's instances stretch an axis.
     pub fn stretch(&self, piece: usize) -> f64 {
         let columns = |place: &DMat4| [place.x_axis, place.y_axis, place.z_axis].map(|column| column.length());
         self.places[piece].iter().flat_map(columns).fold(0.0, f64::max)
@@ -131,12 +131,12 @@ impl UnitedMesh {
         self.diagonal
     }
 
-    /// Returns the piece of a group.
+    /// Returns the index of a united group's piece.
     pub fn piece_of_group(&self, group: u32) -> usize {
         (self.first_groups.partition_point(|&first| first <= group) - 1).min(self.scales.len() - 1)
     }
 
-    /// Places a version of the united mesh in the scene.
+    /// Places the united mesh, simplified or not, at all instances.
     ///
     /// ```
     /// use glam::{DMat4, DVec3};
@@ -185,12 +185,12 @@ impl UnitedMesh {
         f64::from(self.scales[piece])
     }
 
-    /// Returns the first united group of a piece.
+    /// Returns a piece's first group in the united mesh.
     pub fn first_group(&self, piece: usize) -> u32 {
         self.first_groups[piece]
     }
 
-    /// Splits a version of the united mesh into pieces by its groups.
+    /// Splits the united mesh, simplified or not, into its pieces at their own scales.
     pub fn split(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<(TriMesh, Attributes)> {
         let faces = self.faces_of_pieces(mesh, attributes);
         faces.iter().enumerate().map(|(piece, faces)| self.piece(piece, faces, mesh, attributes)).collect()
@@ -272,7 +272,7 @@ fn rescale(role: Role, value: &mut [f32], scale: f32) {
     }
 }
 
-/// Lists the distinct channels of all meshes without values.
+/// Lists the channels of all meshes, one per name, without values.
 pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> Vec<Channel> {
     let mut channels: Vec<Channel> = Vec::new();
     for channel in pieces.flat_map(|piece| &piece.channels) {

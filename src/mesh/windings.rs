@@ -21,7 +21,7 @@ impl Windings {
         true
     }
 
-    /// Returns the first face connected to `f`, and whether `f` is reversed against it.
+    /// Returns the first face connected to `f`, and whether `f` is wound opposite to it.
     pub(super) fn first(&mut self, f: u32) -> (u32, bool) {
         let [as_is, turned] = [2 * f, 2 * f + 1].map(|side| self.0.find(side));
         (as_is.min(turned) / 2, turned < as_is)

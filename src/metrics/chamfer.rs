@@ -10,9 +10,9 @@ const CHUNK: usize = 512;
 /// Mean squared distances between two point sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Chamfer {
-    /// Mean from the first set to the second.
+    /// Mean squared distance from the first set to the second.
     pub forward: f64,
-    /// Mean from the second set to the first.
+    /// Mean squared distance from the second set to the first.
     pub backward: f64,
 }
 

@@ -9,14 +9,14 @@ const PIXELS_PER_DEGREE: f64 = 67.020_643_276_582_25;
 const SENSITIVITY: [[f64; 4]; 3] = [[1.0, 0.0047, 0.0, 1e-5], [1.0, 0.0053, 0.0, 1e-5], [34.1, 0.04, 13.5, 0.025]];
 /// Exponent of colour differences.
 const COLOUR_EXPONENT: f64 = 0.7;
-/// Share of the largest colour difference that is mapped to `COLOUR_MAPPED`, the rest to what remains up to 1.
+/// Colour difference, as a share of the largest, that is mapped to `COLOUR_MAPPED`; larger ones fill the range to 1.
 const COLOUR_SHARE: f64 = 0.4;
 const COLOUR_MAPPED: f64 = 0.95;
-/// Width of a feature in degrees.
+/// Width of detected edges and points in degrees of view.
 const FEATURE_WIDTH: f64 = 0.082;
 /// Exponent of feature differences.
 const FEATURE_EXPONENT: f64 = 0.5;
-/// Linear sRGB to XYZ.
+/// Matrix from linear sRGB to XYZ.
 const XYZ: [[f64; 3]; 3] = [
     [10_135_552.0 / 24_577_794.0, 8_788_810.0 / 24_577_794.0, 4_435_075.0 / 24_577_794.0],
     [2_613_072.0 / 12_288_897.0, 8_788_810.0 / 12_288_897.0, 887_015.0 / 12_288_897.0],
@@ -121,7 +121,7 @@ fn convolve(values: &[f64], width: usize, along: &[f64], across: &[f64]) -> Vec<
     let rows: Vec<f64> = (0..values.len())
         .map(|at| {
             let (row, col) = (at / width * width, at % width);
-            // Convolution turns the kernel around.
+            // Convolution reverses the kernel.
             let tap = |(offset, weight): (usize, &f64)| weight * values[row + reach(col, offset, along.len(), width)];
             along.iter().rev().enumerate().map(tap).sum()
         })
@@ -153,7 +153,7 @@ fn opponent_to_linear([y, cx, cz]: [f64; 3]) -> [f64; 3] {
     linear.to_array().map(|value| value.clamp(0.0, 1.0))
 }
 
-/// Returns XYZ over that of white.
+/// Converts linear sRGB to XYZ, divided by the XYZ of white.
 fn to_relative_xyz(linear: [f64; 3]) -> [f64; 3] {
     XYZ.map(|row| row.iter().zip(linear).map(|(weight, value)| weight * value).sum::<f64>() / row.iter().sum::<f64>())
 }
@@ -173,7 +173,7 @@ fn hyab(a: [f64; 3], b: [f64; 3]) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
 }
 
-/// Returns the colour difference of pure green and pure blue.
+/// Returns the largest colour difference, that of pure green and blue.
 fn largest_difference() -> f64 {
     hyab(to_hunt_lab([0.0, 1.0, 0.0]), to_hunt_lab([0.0, 0.0, 1.0])).powf(COLOUR_EXPONENT)
 }

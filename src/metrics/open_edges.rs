@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::mesh::{Edge, TriMesh, edges};
 use crate::spatial::NearestOnTriangles;
 
-/// Largest distance between an edge and the boundary, in edge lengths or mean edge lengths.
+/// Distance from the original's boundary up to which an edge is on it, in edge lengths and mean edge lengths.
 const REACH: f64 = 1.0;
 
 /// Counts of the edges of a simplified mesh.
@@ -143,7 +143,7 @@ mod tests {
             remove_faces(mesh, &removed)
         };
         let open_box = top(&fine);
-        // One long face per half side of the pillar, among many small faces that shorten the mean edge.
+        // One long face per half side of the pillar; small faces shorten the mean edge.
         let mut positions = open_box.positions().to_vec();
         let mut faces = open_box.faces().to_vec();
         let n = positions.len() as u32;

@@ -14,9 +14,9 @@ const MOST_STEPS: usize = 8;
 /// Distances at which a colour scale may end, weighted by area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ColourScale {
-    /// 95th percentile.
+    /// 95th percentile of the distances.
     pub p95: f32,
-    /// 99th percentile.
+    /// 99th percentile of the distances.
     pub p99: f32,
     /// Largest distance.
     pub max: f32,
@@ -25,12 +25,12 @@ pub struct ColourScale {
 /// A mesh with the points to be coloured.
 pub struct PaintedMesh<'a> {
     mesh: &'a TriMesh,
-    /// Steps along each side between points; 1 means the vertices only.
+    /// Intervals between points along each side; 1 means the vertices only.
     pub steps: usize,
 }
 
 impl<'a> PaintedMesh<'a> {
-    /// Chooses the vertices of meshes with many faces, else up to 45 points per face.
+    /// Chooses the points: the vertices if there are many faces, else up to 45 points per face.
     ///
     /// ```
     /// use neural_mesh::{mesh::shapes, metrics::{PaintedMesh, closest_point_tree}};
@@ -54,7 +54,7 @@ impl<'a> PaintedMesh<'a> {
         distances(&points, other)
     }
 
-    /// Returns each point's share of the area, in the order of [`Self::distances_to`].
+    /// Returns each point's share of the mesh's area, in the order of [`Self::distances_to`].
     pub fn shares(&self) -> Vec<f64> {
         match self.steps {
             1 => vertex_shares(self.mesh),

@@ -14,14 +14,14 @@ use super::search_budget::affordable_count;
 const CHUNK: usize = 256;
 /// Share of the largest sample distance below which vertices and edge midpoints are ignored.
 const PROBE_SHARE: f64 = 0.7;
-/// Farthest points around which the largest distance is searched.
+/// Number of farthest points around which the largest distance is searched.
 const N_FARTHEST: usize = 16;
-/// Faces searched before and after a farthest point along the curve.
+/// Number of faces searched before and after a farthest point in curve order.
 const NEIGHBOURHOOD: usize = 4;
-/// Relative gap at which the search for the largest distance ends.
+/// Relative gap of the bounds at which the search for the largest distance ends.
 const GAP: f64 = 0.02;
 const MAX_TESTS: u64 = 40_000;
-/// Largest number of triangles and boxes visited per direction, in total and per point.
+/// Largest number of triangles and boxes visited per direction, or `USUAL_VISITS` per point if that is more.
 const MAX_VISITS: f64 = 1e7;
 const USUAL_VISITS: f64 = 100.0;
 const AREAS_CHUNK: usize = 4096;
@@ -180,7 +180,7 @@ fn faces_near_farthest(mut found: Vec<FaceDistance>, order: &[u32]) -> Vec<u32> 
 
 /// A vertex or edge midpoint that is measured in addition to the samples.
 ///
-/// `at` is the corner, or 3 plus the side.
+/// `place` is the face's index in curve order; `at` is the corner, or 3 plus the side.
 #[derive(Clone, Copy)]
 struct ProbePoint {
     place: u32,
@@ -196,7 +196,7 @@ impl ProbePoint {
     }
 }
 
-/// Returns all vertices, and edge midpoints of the mesh with fewer faces, along the curve.
+/// Returns all vertices of `mesh` in curve order, and its edge midpoints unless it has more faces than `other`.
 fn probe_points([mesh, other]: [&TriMesh; 2], order: &[u32]) -> Vec<ProbePoint> {
     // Midpoints of the finer mesh's edges would cost more than they find.
     let with_middles = mesh.faces().len() <= other.faces().len();
@@ -222,7 +222,7 @@ pub(super) struct CurveSample {
     place: usize,
 }
 
-/// Draws samples by area along the curve, or by face if none has area.
+/// Draws samples in curve order, evenly by area, or by face if no face has area.
 pub(super) fn curve_samples(mesh: &TriMesh, order: &[u32], n_samples: usize, seed: u64) -> Vec<CurveSample> {
     let mut areas: Vec<f64> = vec![0.0; order.len()];
     let tasks = areas.par_chunks_mut(AREAS_CHUNK).zip(order.par_chunks(AREAS_CHUNK));

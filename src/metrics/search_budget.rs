@@ -5,14 +5,14 @@ use rayon::prelude::*;
 const PROBES: usize = 64;
 const ROUND: [u64; 2] = [64, 16_384];
 
-/// Returns the number of `n` searches that fit a budget of `most` visits, estimated from a few.
+/// Returns how many of `n` searches fit a budget of `most` visits, estimated from the visits of a few.
 pub(super) fn affordable_count(n: usize, most: f64, looks: impl Fn(usize) -> u32) -> usize {
     let n_probes = PROBES.min(n);
     let each = (0..n_probes).map(|i| looks(i * n / n_probes)).map(f64::from).sum::<f64>() / n_probes as f64;
     ((most / each.max(1.0)) as usize).clamp(n_probes, n)
 }
 
-/// Runs `find` for `n` items in parallel; returns `None` once the total cost exceeds `most`.
+/// Runs `find` for `n` items in parallel; `None` once the sum of the costs it returns exceeds `most`.
 pub(super) fn run_within_budget<T: Send>(
     n: usize,
     most: u64,

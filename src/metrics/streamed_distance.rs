@@ -12,7 +12,8 @@ const MIN_SAMPLES: usize = 512;
 
 /// The distance between a simplified mesh and an original with one block in memory at a time.
 ///
-/// Measure and add every block, then again those that [`Self::may_hold_nearer`] accepts.
+/// Call `measure` and `add` for every block, then `measure_again` and `add` for those that [`Self::may_hold_nearer`]
+/// accepts.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{StreamedDistance, quick_distance}};
@@ -30,12 +31,12 @@ pub struct StreamedDistance<'a> {
     n_samples: usize,
     samples_per_block: usize,
     seed: u64,
-    /// Squared distance of each point to the nearest face so far.
+    /// Squared distance of each point of the simplified mesh to the blocks so far.
     nearest2: Vec<f64>,
     /// Squared distance to a block's box within which points are measured in the first round.
     near2: f64,
     bounds: Bounds,
-    /// Area so far; `sum` is the area-weighted sum of mean distances.
+    /// Area of the blocks so far; `sum` is the area-weighted sum of their mean distances.
     area: f64,
     sum: f64,
     max: f64,
@@ -45,7 +46,7 @@ pub struct StreamedDistance<'a> {
 pub struct BlockDistances {
     bounds: Bounds,
     forward: Option<(f64, OneWayDistance)>,
-    /// Points with a closer face in this block, and the squared distances.
+    /// Points of the simplified mesh that are closer to this block than to earlier ones, and their squared distances.
     nearer: Vec<(usize, f64)>,
 }
 
@@ -57,7 +58,7 @@ impl BlockDistances {
 }
 
 impl<'a> StreamedDistance<'a> {
-    /// Prepares the measurement of about `n_pieces` blocks; `None` without faces or samples.
+    /// Prepares to measure about `n_pieces` blocks, with `n_samples` per surface; `None` without faces or samples.
     pub fn new(simplified: &'a TriMesh, [n_samples, n_pieces]: [usize; 2], seed: u64) -> Option<Self> {
         if simplified.faces().is_empty() || n_samples == 0 {
             return None;
@@ -82,7 +83,7 @@ impl<'a> StreamedDistance<'a> {
         })
     }
 
-    /// Measures a block with at least one face.
+    /// Measures the distances from and to a block with faces.
     pub fn measure(&self, piece: &TriMesh) -> BlockDistances {
         let (own, bounds) = (face_tree(piece), Bounds::from_points(piece.positions()));
         let forward = one_way_distance([piece, self.simplified], [&own, &self.tree], self.samples_per_block, self.seed);
@@ -90,7 +91,7 @@ impl<'a> StreamedDistance<'a> {
         BlockDistances { bounds, forward: Some((surface_area(piece), forward)), nearer }
     }
 
-    /// Returns whether a block must be measured again, after all blocks were added once.
+    /// Returns whether a block must be measured again; call this after adding all blocks once.
     pub fn may_hold_nearer(&self, bounds: &Bounds) -> bool {
         (0..self.points.len()).any(|i| self.may_be_nearer(bounds, i))
     }
@@ -115,7 +116,7 @@ impl<'a> StreamedDistance<'a> {
         }
     }
 
-    /// Returns the distance to all added blocks.
+    /// Returns the distance between the simplified mesh and all added blocks.
     pub fn finish(self) -> QuickDistance {
         let samples = self.nearest2[..self.n_samples].iter();
         let backward = samples.map(|d2| d2.sqrt()).sum::<f64>() / self.n_samples as f64;

@@ -7,7 +7,7 @@ use super::Surface;
 use super::search_budget::affordable_count;
 
 const CHUNK: usize = 512;
-/// Largest number of triangles and boxes visited, in total and per point.
+/// Largest number of triangles and boxes visited: in total, or per point if that is more.
 const MAX_VISITS: [f64; 2] = [4e6, 120.0];
 
 /// Distances from the samples of one surface to another, in the mesh's unit.

@@ -14,7 +14,8 @@ const TEST_POINTS: [[f64; 3]; 4] = [
     [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],
 ];
 
-/// Extra distance at which a face of agreeing orientation is accepted, as a share of the longest edge.
+/// Extra distance, as a share of a face's longest edge, up to which an original face of its orientation counts as
+/// nearest.
 const SLACK: f64 = 0.25;
 
 /// Largest number of triangles and boxes visited: a fixed number, plus a number per face.
@@ -60,7 +61,8 @@ fn is_turned(original: &Surface, [a, b, c]: [DVec3; 3]) -> (bool, u64) {
     (is_turned, n_visits)
 }
 
-/// Returns whether no face oriented like `normal` is almost as near to `p` as the nearest one, and the visits.
+/// Returns whether the original face nearest to `p`, and all at most `slack` farther, oppose `normal`; also returns the
+/// visits.
 fn is_opposed(original: &Surface, p: DVec3, normal: DVec3, slack: f64) -> (bool, u64) {
     let agrees = |face: u32| original.normals[face as usize].dot(normal) > 0.0;
     let (nearest, n_visits) = original.nearest.nearest_with_cost(p);

@@ -32,7 +32,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Chooses a view that shows the first shape well, and fits all shapes.
+    /// Chooses a view that shows the first shape well; fits all shapes into the panel.
     pub fn with_best_view(shapes: &[ScaledMesh], height: usize) -> Self {
         let axes = shapes.first().map_or(axes(NATURAL[0]), best_view);
         let mut camera = Self { width: height, height, scale: 1.0, axes, middle: [0.0; 2] };
@@ -40,12 +40,12 @@ impl Camera {
         camera
     }
 
-    /// Looks from an azimuth and an elevation in degrees; fits the first shape.
+    /// Looks from an azimuth and elevation in degrees; fits the first shape into the panel.
     pub fn fit_first(direction: [f32; 2], shapes: &[ScaledMesh], height: usize) -> Self {
         Self::fit_all(direction, shapes.get(..1).unwrap_or_default(), height)
     }
 
-    /// Looks from an azimuth and an elevation in degrees; fits all shapes.
+    /// Looks from an azimuth and elevation in degrees; fits all shapes into the panel.
     pub fn fit_all(direction: [f32; 2], shapes: &[ScaledMesh], height: usize) -> Self {
         let mut camera = Self { width: height, height, scale: 1.0, axes: axes(direction), middle: [0.0; 2] };
         camera.fit(shapes);
@@ -82,7 +82,7 @@ impl Camera {
         Vec3::new(0.0, 0.0, EYE)
     }
 
-    /// Projects points to samples from the top left, with the inverse depth as z, n_points.
+    /// Projects points to sample coordinates from the top left, with the inverse depth as z, n_points.
     pub fn project(&self, points: &[Vec3]) -> Vec<Vec3> {
         let scale = self.scale * SAMPLES as f32;
         let centre = [0.5 * (self.width * SAMPLES) as f32, 0.5 * (self.height * SAMPLES) as f32];

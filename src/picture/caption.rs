@@ -18,7 +18,7 @@ pub fn height(captions: &[String]) -> usize {
     }
 }
 
-/// Writes lines of text below a row, centred at a column.
+/// Writes lines of text below row `below`, centred at column `middle`.
 pub fn write(image: &mut Image, text: &str, middle: usize, below: usize) {
     for (number, line) in text.lines().enumerate() {
         let width: usize = line.chars().filter_map(letter).map(|raster| raster.width()).sum();

@@ -18,7 +18,7 @@ pub struct CornerNormals {
 }
 
 impl CornerNormals {
-    /// Takes the normals from the attributes of a mesh.
+    /// Takes the stored normals from a mesh's attributes; `None` without any.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Role};
@@ -60,7 +60,7 @@ pub(super) struct BlendedNormals<'a> {
 }
 
 impl BlendedNormals<'_> {
-    /// Returns the unit normal of a face at a place in samples, in the view's frame; zero if it has none.
+    /// Returns the unit normal of a face at a point in sample coordinates, in the view's frame; zero if it has none.
     pub fn normal(&self, face: u32, at: Vec2) -> Vec3 {
         let weights = weights_at(self.points, self.faces[face as usize], at);
         let [a, b, c] = self.corners.normals[face as usize];

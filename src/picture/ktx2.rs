@@ -25,9 +25,9 @@ const RGBA8: [u32; 2] = [37, 43];
 // Colour models of the data format descriptor.
 const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
-// Channel of an ETC1S sample: the second of two numbers.
+// Channel number of the ETC1S sample that holds the second of two numbers.
 const ETC1S_GREEN: u8 = 4;
-// Channels of a UASTC sample: colour with opacity, or two numbers, the second as opacity.
+// Channel numbers of UASTC samples: colour with opacity, or two numbers, the second stored as opacity.
 const UASTC_RGBA: u8 = 3;
 const UASTC_RED_GREEN: u8 = 5;
 
@@ -189,7 +189,8 @@ mod tests {
 
     use super::*;
 
-    // Of Basis Universal's own encoder: slopes in red and green, waves in blue and opacity; those with opacity have all levels.
+    // Files by Basis Universal's encoder: slopes in red and green, waves in blue and opacity; those with opacity have
+    // all levels.
     const ETC1S_RGB: &[u8] = include_bytes!("../../tests/images/etc1s.ktx2");
     const ETC1S_RGBA: &[u8] = include_bytes!("../../tests/images/etc1s_alpha.ktx2");
     const UASTC_RGBA: &[u8] = include_bytes!("../../tests/images/uastc_alpha.ktx2");
@@ -230,7 +231,7 @@ mod tests {
 
     #[test]
     fn pixels_are_near_those_that_were_encoded_and_those_of_the_reference() {
-        // The numbers are of the pixels that Basis Universal 2.5 itself decodes.
+        // The expected numbers are from pixels that Basis Universal 2.5 decodes.
         for (file, [width, height], has_alpha, bound, expected) in [
             (ETC1S_RGB, [24, 20], false, 16.0, 0xf14d_cea1),
             (ETC1S_RGBA, [24, 20], true, 16.0, 0x8ce8_999f),
@@ -308,7 +309,7 @@ mod tests {
                 let n = if is_early { 400.min(file.len()) } else { file.len() };
                 file[at.index(n)] = value;
             }
-            // What is this large takes long without a word of the file.
+            // Skips large sizes in the header, which would only take long.
             prop_assume!(word(&file, 20).zip(word(&file, 24)).is_some_and(|(w, h)| u64::from(w) * u64::from(h) < 1 << 16));
             if let Some(image) = decode(&file) {
                 prop_assert_eq!(image.rgba.len(), 4 * image.width * image.height);

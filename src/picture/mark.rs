@@ -13,7 +13,7 @@ const RIM: f32 = 2.4;
 const INK: [u8; 3] = [214, 24, 120];
 const LIGHT: [u8; 3] = [255, 255, 255];
 
-/// Draws a ring around a point in pixels.
+/// Draws a ring around `place`, a point in pixels.
 pub fn ring(image: &mut Image, place: Vec3) {
     let radius = RADIUS * image.height as f32;
     let reach = radius + RIM + 1.0;

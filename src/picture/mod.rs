@@ -76,9 +76,9 @@ impl Default for PictureOptions {
     }
 }
 
-/// Draws meshes next to each other from one point at one scale.
+/// Draws meshes next to each other, seen from one viewpoint at one scale.
 ///
-/// Up is +y unless the mesh is flat there. Back sides are tinted red, so that holes and inverted faces show.
+/// Up is +y; a flat mesh is seen from above. Back sides are tinted red, so that holes and inverted faces show.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, picture};

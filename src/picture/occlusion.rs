@@ -13,7 +13,7 @@ use super::shade::Face;
 const TAPS: usize = 40;
 /// Largest distance of sampled points, as a share of the panel's height.
 const REACH: f32 = 0.11;
-/// Golden angle, from one sampled point to the next.
+/// Golden angle in radians, from one sampled point to the next.
 const TURN: f32 = 2.399_963;
 
 #[derive(Clone, Copy)]
@@ -70,7 +70,7 @@ fn pixel_openness(seen: &[Option<VisiblePoint>], camera: &Camera, x: usize, y: u
     (1.0 - 2.4 * hidden / TAPS as f32).clamp(0.0, 1.0)
 }
 
-/// Returns the light taken by a point: the cosine above the horizon, fading with distance.
+/// Returns how much ambient light `there` takes from `here`: the cosine above the horizon, fading with distance.
 fn obscurance(here: VisiblePoint, there: Vec3, reach: f32) -> f32 {
     let toward = there - here.at;
     let distance = toward.length().max(1e-3 * reach);
@@ -86,7 +86,7 @@ fn smooth_openness(raw: &[f32], seen: &[Option<VisiblePoint>], camera: &Camera, 
         for near_x in x.saturating_sub(3)..(x + 4).min(camera.width) {
             let at = near_y * camera.width + near_x;
             let apart = seen[at].map_or(f32::INFINITY, |there| (there.at - here.at).length() * camera.scale);
-            // Pixels beyond an edge of depth belong to another surface.
+            // Pixels beyond a jump in depth belong to another surface.
             let share = if apart < 12.0 { 1.0 } else { 0.0 };
             sum += share * raw[at];
             weight += share;

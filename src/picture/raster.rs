@@ -23,7 +23,7 @@ pub struct Buffer {
     pub line: Vec<u8>,
 }
 
-/// Returns the barycentric weights of a face in space at a place in samples.
+/// Returns the barycentric weights in space of a face at a point in sample coordinates.
 pub fn weights_at(points: &[Vec3], corners: [u32; 3], at: Vec2) -> Vec3 {
     let [a, b, c] = corners.map(|v| points[v as usize]);
     let [pa, pb, pc] = [a, b, c].map(|corner| corner.truncate() - at);
@@ -93,11 +93,11 @@ impl Band<'_> {
     }
 }
 
-// Signed distances to the edges, positive inside, with the depth.
+// Signed distances to a triangle's edges, positive inside, from which its depth follows.
 struct TriangleEdges {
     // Distance to the edge opposite each corner, as a x + b y + c.
     lines: [[f32; 3]; 3],
-    // Inverse depth per distance; the products sum to the inverse depth.
+    // Factors of the three distances; the products sum to the inverse depth.
     depth: [f32; 3],
 }
 

@@ -97,21 +97,21 @@ fn fade(size: f32, [none, full]: [f32; 2]) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Function from a face and a place in samples to the factor of light.
+/// Function from a face and a point in sample coordinates to a factor of light.
 pub type ColourFunction<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
 
-/// Function from a face and a place in samples to the stored normal, or zero.
+/// Function from a face and a point in sample coordinates to the stored normal, or zero.
 pub type NormalFunction<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
 
 #[derive(Clone, Copy, Default)]
 pub struct Shading<'a> {
-    // Factors of light; white by default.
+    // Colours that multiply the light; white by default.
     pub colours: Option<&'a ColourFunction<'a>>,
     // Stored normals; those of the faces by default.
     pub normals: Option<&'a NormalFunction<'a>>,
 }
 
-/// Averages the samples of each pixel; `open` is the share of ambient light per pixel.
+/// Lights the samples and averages them by pixel; `open` is the share of ambient light per pixel.
 pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, shading: Shading) -> Image {
     let look = ShadedView { buffer, faces, shading };
     let mut rgba = vec![255; camera.width * camera.height * 4];

@@ -38,7 +38,7 @@ struct GroupPaint {
 pub struct PaintedCorner {
     /// Image coordinates, v downwards; 0 without an image.
     pub uv: [f32; 2],
-    /// Factor of the image, in linear light from 0 to 1.
+    /// Colour that multiplies the image, in linear light from 0 to 1.
     pub colour: [f32; 3],
 }
 
@@ -71,7 +71,7 @@ impl SurfaceMaterials {
         (!is_white).then_some(materials)
     }
 
-    /// Returns the image of a face, with its wrap modes along u and v.
+    /// Returns the index of a face's image, with its wrap modes along u and v.
     pub fn texture(&self, face: u32) -> Option<(usize, [Wrap; 2])> {
         self.paint(face).texture.filter(|_| !self.uvs.is_empty())
     }
@@ -109,7 +109,7 @@ pub struct DecodedMaterials {
 }
 
 impl DecodedMaterials {
-    /// Makes the materials of a mesh, `None` if the mesh is all white; also returns problems.
+    /// Makes the materials of a mesh, `None` if the mesh is all white; also returns notes on undecodable textures.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Looks, Role};
@@ -155,7 +155,7 @@ impl DecodedMaterials {
 
     /// Returns the colour (linear light) or numbers of a face at barycentric weights.
     ///
-    /// The sample is as large as the `steps` of the weights, each of sum 0.
+    /// `steps` are the changes of the weights across the sampled area and down it, each of sum 0.
     pub fn value(&self, face: u32, weights: [f32; 3], steps: [[f32; 3]; 2]) -> [f32; 3] {
         self.colour_at(face, Vec3::from(weights), || steps.map(Vec3::from)).to_array()
     }
@@ -176,7 +176,7 @@ impl DecodedMaterials {
         colour * texture.colour(uv(here), steps().map(uv), wrap)
     }
 
-    /// Places the materials on a mesh of the picture; `None` for another mesh.
+    /// Joins the materials with their mesh in the picture; `None` if the numbers of faces differ.
     pub(super) fn place_on<'a>(&'a self, points: &'a [Vec3], faces: &'a [[u32; 3]]) -> Option<PlacedMaterials<'a>> {
         let SurfaceMaterials { groups, uvs, colours, .. } = &self.materials;
         // Attributes of another mesh would index out of range.
@@ -225,7 +225,7 @@ pub(super) struct PlacedMaterials<'a> {
 }
 
 impl PlacedMaterials<'_> {
-    /// Returns the colour of a face at a place in samples, in linear light.
+    /// Returns the colour of a face at a point in sample coordinates, in linear light.
     pub fn colour(&self, face: u32, at: Vec2) -> Vec3 {
         let here = self.weights(face, at);
         self.decoded.colour_at(face, here, || [Vec2::X, Vec2::Y].map(|along| self.weights(face, at + along) - here))

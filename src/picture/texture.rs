@@ -52,7 +52,7 @@ impl Texture {
         Self { levels: std::iter::successors(Some(whole), coarser).collect() }
     }
 
-    /// Returns the colour at `uv` (v downwards) in linear light, for a sample of size `across` and `down`.
+    /// Returns the colour at `uv` (v downwards) in linear light, averaged over the span `across` and `down`.
     pub fn colour(&self, uv: Vec2, [across, down]: [Vec2; 2], wrap: [Wrap; 2]) -> Vec3 {
         let size = Vec2::new(self.levels[0].width as f32, self.levels[0].height as f32);
         let pixels = (across * size).length().max((down * size).length());
@@ -100,7 +100,7 @@ impl PyramidLevel {
 }
 
 fn wrap_index(at: f32, n: usize, wrap: Wrap) -> usize {
-    // Numbers that no pixel has become the first one.
+    // The cast turns NaN into 0.
     let (at, n) = (at as i64, n as i64);
     let at = match wrap {
         Wrap::Repeat => at.rem_euclid(n),

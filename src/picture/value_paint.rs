@@ -8,7 +8,7 @@ use super::shade::from_srgb;
 // blindness.
 const STEPS: [[u8; 3]; 6] =
     [[215, 48, 39], [252, 141, 89], [254, 224, 144], [224, 243, 248], [145, 191, 219], [69, 117, 180]];
-// Colour without a value, in linear light.
+// Colour of faces without a value, in linear light.
 const NO_VALUE: Vec3 = Vec3::splat(0.25);
 // Colour of contour lines, in linear light, and half their width in samples.
 const LINE: Vec3 = Vec3::new(0.012, 0.022, 0.045);
@@ -34,7 +34,7 @@ pub struct ValuePaint<'a> {
 }
 
 impl ValuePaint<'_> {
-    /// Returns the colour of a face at a place in samples, in linear light.
+    /// Returns the colour of a face at a point in sample coordinates, in linear light.
     pub fn colour(&self, face: u32, at: Vec2) -> Vec3 {
         let share = |at: Vec2| self.value(face, at) / self.scale.end as f32;
         let here = share(at);

@@ -1,16 +1,16 @@
-//! Bodies: the faces of each component between solid cells and others.
+//! Bodies: for each component, the faces that separate solid cells from others.
 //!
 //! The outside is the cell whose faces span the most negative volume. All other cells are solid, except cavities. A
-//! cavity exists if all faces at the outside are wound one way and all faces of a cell the opposite way.
+//! cell is a cavity if its faces are all wound one way and those of the outside all the opposite way.
 
 use glam::DVec3;
 
 use super::cells::cells;
 use super::faces::{FaceOrigin, RepairFaces};
 
-/// Largest share of stray area in a cell that counts as wound one way.
+/// Largest share of area wound the other way in a cell that counts as wound one way.
 const STRAY: f64 = 0.01;
-/// Area over holes, relative to the old area, above which a body may be a sheet.
+/// Area of the faces over filled holes, relative to the input faces, above which a body may be a sheet.
 const MOSTLY_NEW: f64 = 0.5;
 /// Volume relative to filled area to the power 3/2, below which a filled body is a sheet; a half ball has 0.38.
 const SHEET: f64 = 0.1;
@@ -30,7 +30,7 @@ pub(super) struct Body {
 struct CellFigures {
     component: u32,
     volume: f64,
-    /// Area of the cell's old faces by winding: normals into the cell, and out of it.
+    /// Area of the cell's input faces whose normals, as read, point into the cell, and out of it.
     wound: [f64; 2],
 }
 
@@ -42,7 +42,7 @@ impl CellFigures {
     }
 }
 
-/// Returns the bodies of all components that enclose something; `parted` faces are separated by sheets.
+/// Returns the bodies of all components that enclose something; `parted` is that of [`cells`].
 pub(super) fn bodies(faces: &RepairFaces, parted: &[bool]) -> Vec<Body> {
     let cells = cells(faces, parted);
     let (component, n_components, sides) = (cells.component, cells.n_components, cells.of_sides);
@@ -83,7 +83,7 @@ fn measure_cells(faces: &RepairFaces, component: &[u32], sides: &[[u32; 2]], n_c
     let mut origins: Vec<Option<DVec3>> = vec![None; faces.len()];
     for ((face, &component), &[front, back]) in faces.numbers().zip(component).zip(sides) {
         let points = faces.points(face);
-        // Any point of the component will do; a near one keeps digits.
+        // Volumes are the same about any point; one of the component keeps digits.
         let origin = *origins[component as usize].get_or_insert(points[0]);
         let (normal, is_new) = (faces.normal(face), faces.origins[face as usize] == FaceOrigin::New);
         let volume = (points[0] - origin).dot(normal) / 6.0;

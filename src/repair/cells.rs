@@ -36,14 +36,14 @@ pub(super) fn cells(faces: &RepairFaces, parted: &[bool]) -> Cells {
             1 | 2 => around.iter().map(|&half| SidesAtEdge::new(faces, half)).collect(),
             _ => sort_by_angle(faces, ends, around),
         };
-        // A single blade follows itself: both sides of an open face join.
+        // At an edge with one face, this joins the two sides of the face.
         for (blade, after) in blades.iter().zip(blades.iter().cycle().skip(1)) {
             sides.union(blade.ahead, after.behind);
         }
         // Components follow edges even where sides stay separate.
         around.windows(2).for_each(|pair| _ = components.union(pair[0].face(), pair[1].face()));
     });
-    // Leaking components, whose angles are meaningless.
+    // Faces of leaking components, whose angles are meaningless.
     let some: Vec<u32> = faces.numbers().filter(|&face| parted[face as usize]).collect();
     join_sheets(faces, &some, &mut sides, &mut components);
     let (of_side, n) = sides.number_sets(Pulse::NONE);
@@ -75,7 +75,7 @@ fn join_sheets(faces: &RepairFaces, some: &[u32], sides: &mut UnionFind, compone
     }
 }
 
-/// Share of a component's area with one cell on both sides, above which it leaks.
+/// Share of a component's area with one cell on both sides, above which its inside leaks.
 const LEAK: f64 = 0.05;
 
 /// Marks the faces of leaking components, where angles say little about the inside.
@@ -106,7 +106,7 @@ fn sort_by_angle(faces: &RepairFaces, [low, high]: [u32; 2], around: &[HalfEdge]
     let (from, along) = (faces.position(low), (faces.position(high) - faces.position(low)).normalize_or_zero());
     let tip = |half: &HalfEdge| faces.position(start(&faces.corners, next(next(half.half_edge)))) - from;
     let across = |arm: DVec3| arm - arm.dot(along) * along;
-    // Any face with width gives the zero of the angles.
+    // Angles are measured from any face with width.
     let right = around.iter().map(|half| across(tip(half))).find(|arm| *arm != DVec3::ZERO).unwrap_or(DVec3::X);
     let right = right.normalize_or_zero();
     let up = along.cross(right);

@@ -15,7 +15,7 @@ pub(super) fn components_over_edges(faces: &RepairFaces, is_wanted: impl Fn(usiz
     join_faces(faces.positions.len(), &faces.corners, is_wanted).number_sets(Pulse::NONE)
 }
 
-/// Drops components with a diagonal below `least`, never the largest by area; returns their number.
+/// Drops components with a bounding-box diagonal below `least`, never the largest by area; returns the number dropped.
 pub(super) fn drop_small(faces: &mut RepairFaces, least: f64) -> usize {
     let (component, n) = components(faces);
     let mut areas = vec![0.0; n];

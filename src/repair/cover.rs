@@ -14,9 +14,9 @@ use crate::geometry::triangle::area_normal_f64;
 
 /// Step to which bends (1 minus the cosine) are rounded; within a step, area decides.
 const BEND_STEP: f64 = 1.0 / 256.0;
-/// Penalty, above any bend, of an edge that the mesh already has.
+/// Penalty, above any bend, of a new edge that the mesh already has.
 const KNOWN_EDGE: f64 = 4.0;
-/// Largest distance from the plane of a flat loop, relative to its size.
+/// Largest distance of a flat loop's vertices from its plane, relative to the loop's size.
 const FLAT: f64 = 0.05;
 
 pub(super) struct Outline<'a> {
@@ -60,7 +60,7 @@ fn bend(a: DVec3, b: DVec3) -> f64 {
     1.0 - a.dot(b)
 }
 
-/// The cost of a sub-loop's triangulation and its first triangle.
+/// The cost of a sub-loop's best triangulation, and the triangle at its closing edge.
 #[derive(Clone, Copy)]
 struct PartialCover {
     bend: f64,
@@ -69,7 +69,7 @@ struct PartialCover {
     normal: DVec3,
 }
 
-/// Triangulates a ring with the least bend, then least area; `normals` are those at its edges.
+/// Triangulates a ring with the least bend, then least area; `normals` are those of the faces at its edges.
 fn best_cover(outline: &Outline, ring: &[u32], normals: &[DVec3]) -> Vec<[u32; 3]> {
     let n = ring.len();
     let points: Vec<DVec3> = ring.iter().map(|&i| outline.points[i as usize]).collect();
@@ -144,7 +144,7 @@ impl<'a> LoopEars<'a> {
         normal_over(self.ear(vertex).map(|i| self.outline.points[i as usize])).normalize_or_zero()
     }
 
-    /// Returns the squared length of the new edge, increased by bend, as sortable bits.
+    /// Returns an ear's cost as sortable bits: the new edge's squared length, increased by bend.
     fn cost(&self, vertex: u32) -> u64 {
         let [before, _, after] = self.ear(vertex);
         let normal = self.normal(vertex);
@@ -178,7 +178,7 @@ impl<'a> LoopEars<'a> {
                 queue.push(Reverse((self.cost(changed), changed, self.changes[changed as usize])));
             }
         }
-        // The rest is short enough for the optimum.
+        // The remaining ring is short enough for the optimum.
         let ring: Vec<u32> = (0..self.next.len() as u32).filter(|&v| self.changes[v as usize] != u32::MAX).collect();
         let normals: Vec<DVec3> = ring.iter().map(|&v| self.normals[v as usize]).collect();
         triangles.extend(best_cover(self.outline, &ring, &normals));

@@ -24,7 +24,7 @@ pub(super) struct RepairFaces<'a> {
     wedges: Vec<[u32; 3]>,
     groups: Vec<u32>,
     pub origins: Vec<FaceOrigin>,
-    /// Input face of each face, n_faces; `u32::MAX` over a hole.
+    /// Index in the input of each face, n_faces; `u32::MAX` over a hole.
     pub sources: Vec<u32>,
 }
 
@@ -117,7 +117,7 @@ impl<'a> RepairFaces<'a> {
         let n_turned = self.origins.iter().filter(|made| **made == FaceOrigin::Turned).count();
         let counts = RepairCounts { faces_added: self.len() - n_read, faces_turned: n_turned, ..counts };
         attributes.wedges = self.wedges.clone();
-        // Before positions are compacted, since it needs the reversed faces' new normals.
+        // This precedes the compaction of positions, since it needs the reversed faces' new normals.
         self.turn_normals(&mut attributes);
         attributes.groups = self.groups;
         let (mesh, sources) = compact(self.positions, self.corners).unwrap_or_default();

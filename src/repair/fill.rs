@@ -42,7 +42,7 @@ pub fn fill_holes(mesh: &TriMesh, attributes: &Attributes, most_edges: usize) ->
     fill_some_holes(mesh, attributes, most_edges, |_| true)
 }
 
-/// Closes loops as [`fill_holes`], if `is_wanted` accepts their vertices in order.
+/// Closes those loops, as [`fill_holes`] does, whose vertices in loop order `is_wanted` accepts.
 pub fn fill_some_holes(
     mesh: &TriMesh,
     attributes: &Attributes,
@@ -104,7 +104,7 @@ fn triangles_over(faces: &RepairFaces, rims: &[Rim], known: &FxHashSet<[u32; 2]>
         known.contains(&[a.min(b), a.max(b)])
     };
     let normal = |rim: &Rim| {
-        // Normals for the cover, on the side of the loop's direction.
+        // The normal is turned as if the face traversed the edge in the loop's direction.
         let normal = faces.normal(rim.face()).normalize_or_zero();
         if rim.is_along(faces) { normal } else { -normal }
     };

@@ -65,7 +65,7 @@ impl SheetPatches {
             }
         });
         at_edges.sort_unstable();
-        // A vertex of both kinds of boundary: the sheet starts at an edge with more than two faces.
+        // Keeps vertices at which an open boundary meets an edge with more than two faces.
         in_open.retain(|place| at_edges.binary_search(place).is_ok());
         in_open.iter().for_each(|&(_, one)| patches.is_mixed[one as usize] = true);
         patches.beside.values_mut().for_each(|beside| {

@@ -29,7 +29,7 @@ impl Rim {
 
 /// Finds the boundary loops of the manifold into which the faces are cut.
 ///
-/// Each loop has at least three edges and passes no vertex twice. Faces are reversed as in the cut.
+/// Each loop has at least three edges and passes no vertex twice. Reverses the faces that the cut reverses.
 pub(super) fn loops(faces: &mut RepairFaces) -> Vec<Vec<Rim>> {
     let cut = manifold(faces.positions, &faces.corners);
     if cut.rings.n_ghosts() == 0 {
@@ -51,7 +51,7 @@ pub(super) fn loops(faces: &mut RepairFaces) -> Vec<Vec<Rim>> {
 }
 
 fn walks(corners: &[[u32; 3]], twins: &[u32], n_vertices: usize) -> Vec<Vec<(u32, u32)>> {
-    // The two sides that end at each vertex of the boundary.
+    // The two boundary half-edges at each boundary vertex.
     let mut sides = vec![[NO_TWIN; 2]; n_vertices];
     let open = || (0..).zip(twins).filter(|(_, twin)| **twin == NO_TWIN).map(|(half_edge, _): (u32, _)| half_edge);
     let ends = |half_edge: u32| [half_edge, next(half_edge)].map(|corner| start(corners, corner));

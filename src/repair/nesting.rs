@@ -19,7 +19,7 @@ pub(super) fn nest(faces: &RepairFaces, bodies: &mut Vec<Body>) {
     if bodies.len() < 2 {
         return;
     }
-    // A body can only be inside larger ones, whose results are known by then.
+    // A body can only be inside larger ones, which are decided before it.
     bodies.sort_by(|a, b| b.volume.total_cmp(&a.volume));
     let body_of: Vec<u32> = (0..).zip(&*bodies).flat_map(|(i, body)| body.hull.iter().map(move |_| i)).collect();
     let rays = Rays::new(bodies.iter().flat_map(|body| body.hull.iter()).map(|&hull| triangle(faces, hull)).collect());

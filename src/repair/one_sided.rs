@@ -4,7 +4,7 @@ use crate::mesh::half_edges::{NO_TWIN, start, twins};
 
 use super::faces::RepairFaces;
 
-/// Drops a face at each two-face edge where windings cannot agree; returns their number.
+/// Drops a face at each two-face edge where windings cannot agree; returns the number dropped.
 pub(super) fn cut_one_sided(faces: &mut RepairFaces) -> usize {
     let twins = twins(faces.positions.len(), &faces.corners);
     let sides = sides(&faces.corners, &twins);

@@ -15,7 +15,7 @@ struct SameFaces {
     first: u32,
 }
 
-/// Drops faces that repeat others; returns their number.
+/// Drops faces that repeat others; returns the number dropped.
 ///
 /// Faces in equal number in both directions are walls and all dropped, unless they are most of a component.
 pub(super) fn drop_repeated(faces: &mut RepairFaces) -> usize {
@@ -35,7 +35,7 @@ pub(super) fn drop_repeated(faces: &mut RepairFaces) -> usize {
     })
 }
 
-/// Drops pairs of opposite faces over the same vertices; returns their number.
+/// Drops pairs of opposite faces over the same vertices; returns the number of faces dropped.
 pub(super) fn drop_opposite(faces: &mut RepairFaces) -> usize {
     let (same, all) = same_faces(faces);
     // The number of faces of each direction that cancel out.
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn pairs_cancel_and_of_others_one_stays() {
-        // A larger face at the same edge, so that the pair is less than half of the area.
+        // A larger face keeps the pair below half of the area.
         let [up, down, other] = [[0, 1, 2], [2, 1, 0], [1, 2, 3]];
         assert_eq!(faces_left(&[up, other, down], drop_repeated), [other]);
         assert_eq!(faces_left(&[up, other, up], drop_repeated), [up, other]);

@@ -17,10 +17,10 @@ use super::repeated::{drop_opposite, drop_repeated};
 use super::touching::separate_touching;
 use super::{NothingSolid, RepairCounts, Repaired};
 
-/// Largest number of rounds; filling may make a surface one-sided again.
+/// Largest number of rounds to close holes; filling may make a surface one-sided again.
 const MOST_ROUNDS: usize = 4;
 
-/// Least share of the area that must remain.
+/// Least share of the input's area that must remain.
 const LEAST_LEFT: f64 = 0.01;
 
 /// Makes a mesh the surface of a solid, with two faces at every edge, all wound outward.
@@ -62,7 +62,7 @@ pub fn printable(mesh: &TriMesh, attributes: &Attributes, least_size: f64) -> Re
     // Walls shared by two bodies cancel out, which joins the bodies.
     drop_opposite(&mut faces);
     drop_small(&mut faces, least_size);
-    // Sheets leave slivers, which are no solid.
+    // Input of sheets alone leaves slivers, which are no solid.
     let [left, all] = [area(&faces), area(&RepairFaces::new(mesh, Attributes::NONE))];
     if faces.len() == 0 || left < LEAST_LEFT * all {
         return Err(NothingSolid);
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn a_surface_with_one_side_is_cut_open_and_closed() {
         assert!(is_solid(&solid(&shapes::klein_bottle(40, 20)).mesh));
-        // A torus, cut across and joined again mirrored: a Klein bottle with a round section.
+        // A Klein bottle: a torus, cut and joined again mirrored.
         let (around, tube) = (40u32, 20u32);
         let torus = shapes::torus(around, tube, 2.0, 0.7);
         let mirrored = |v: u32| v / tube * tube + (tube - v % tube) % tube;

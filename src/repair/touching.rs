@@ -29,7 +29,7 @@ pub(super) fn separate_touching(repaired: Repaired) -> Repaired {
         let normal = area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from))));
         face.iter().for_each(|&v| outward[v as usize] += normal);
     }
-    // Sheets that face the same way move by different steps.
+    // Each copy of a vertex moves one step farther, to separate sheets that face the same way.
     let mut n_steps = vec![1.0; positions.len()];
     for (copy, &vertex) in cut.copies.iter().enumerate() {
         n_steps[mesh.positions().len() + copy] = n_steps[vertex as usize] + 1.0;

@@ -19,7 +19,7 @@ pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync, beat
     order
 }
 
-/// Returns the triangles, sorted along the curve.
+/// Returns the indices of the triangles, sorted by centroid along the curve.
 pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (low, high): BoxCorners) -> Vec<u32> {
     let extent = extent(low, high);
     if extent.is_nan() || extent <= 0.0 {
@@ -96,7 +96,7 @@ fn cell_key([x, y, z]: [u32; 3], item: u32) -> u64 {
     u64::from(spread(x) | spread(y) << 1 | spread(z) << 2) << 32 | u64::from(item)
 }
 
-/// Rounds by adding 2^23, after which a float's lowest bits are the whole number.
+/// Rounds to a cell by adding 2^23, after which the float's lowest bits are the whole number.
 #[inline(always)]
 fn nearest_cell(x: f32) -> u32 {
     const LAST: f32 = CELLS - 1.0;

@@ -7,9 +7,9 @@ use crate::geometry::triangle::unit_normal;
 
 use super::parallel_views::{axis, project, rasterize, to_pixels};
 
-/// View axes, each viewed from both ends.
+/// Number of view axes, each viewed from both ends.
 const AXES: usize = 13;
-/// Pixels per triangle, and the range of a view's side in pixels.
+/// Pixels per triangle; `SIDE` is the range of a view's side in pixels.
 const PIXELS: f64 = 2.0;
 const SIDE: [f64; 2] = [256.0, 768.0];
 /// Least cosine between normals that look alike: 30 degrees.
@@ -27,16 +27,16 @@ pub struct Labels<'a> {
     pub n_components: usize,
 }
 
-/// The largest share of covered pixels, over all views, that change without a component.
+/// The largest shares of a view's covered pixels that change if a component is removed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exposure {
-    /// Share that would show the background, or a surface farther behind, of another material or orientation.
+    /// Share that would show the background, a back side, or a surface of another depth, material or orientation.
     pub changed: f32,
-    /// Share that would show a back side.
+    /// Share that would show a back side instead of a front.
     pub opened: f32,
     /// Share that would show another material.
     pub recoloured: f32,
-    /// Components that would be visible without a change, ascending.
+    /// Components that would show in its place without a visible change, ascending.
     pub replacements: Vec<u32>,
 }
 

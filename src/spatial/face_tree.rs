@@ -14,26 +14,26 @@ use super::triangle_pieces;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
 const WIDTH: usize = 8;
-/// Least share of additional pieces at which thin triangles are cut.
+/// Additional pieces per triangle above which thin triangles are cut.
 const NEEDLES: f64 = 0.05;
 const CHUNK: usize = 512;
 const WAITING: usize = (WIDTH - 1) * 11 + 1 + WIDTH;
-/// Steps across a node; one less than a byte holds, for rounding.
+/// Steps of byte coordinates across a node; one below the largest byte, for rounding.
 const STEPS: f32 = 254.0;
 
 const UNITS: f32 = 8_388_608.0;
 
-/// The work of a search.
+/// Numbers of tests in a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SearchCost {
-    /// Triangles or pieces tested.
+    /// Number of triangles, or pieces of them, tested.
     pub triangles: u32,
-    /// Groups of boxes tested.
+    /// Number of nodes whose boxes were tested.
     pub boxes: u32,
 }
 
 impl SearchCost {
-    /// Returns the number of tests.
+    /// Returns the number of triangle and box tests.
     pub fn total(self) -> u32 {
         self.triangles + self.boxes
     }
@@ -51,11 +51,11 @@ pub struct FaceTree<'a> {
     positions: &'a [[f32; 3]],
     faces: &'a [[u32; 3]],
     order: Vec<u32>,
-    /// Triangle of each piece along the curve.
+    /// Triangle of each piece, in curve order; `None` if no triangle is cut.
     pieces: Option<Vec<u32>>,
-    /// Position of each triangle along the curve.
+    /// Index of each triangle, or of its last piece, in curve order.
     places: Vec<u32>,
-    /// Oriented boxes that replace the nodes.
+    /// Oriented boxes, which replace the nodes for thin triangles.
     needles: Option<NeedleTree>,
     /// Nodes by level, the root last.
     levels: Vec<Vec<PackedNode>>,
@@ -151,7 +151,7 @@ impl<'a> FaceTree<'a> {
         self.find_near(p, guess, f64::NEG_INFINITY)
     }
 
-    /// Returns the closest triangle, or any within `enough` (squared), and its squared distance.
+    /// Returns the closest triangle, or any at a squared distance of at most `enough`, and its squared distance.
     ///
     /// ```
     /// use neural_mesh::spatial::FaceTree;
@@ -166,7 +166,7 @@ impl<'a> FaceTree<'a> {
         self.find_near_with_cost(p, guess, enough).map(|(face, distance2, _)| (face, distance2))
     }
 
-    /// Searches as [`find_near`](Self::find_near), and also returns the work.
+    /// Searches as [`find_near`](Self::find_near), and also returns the numbers of tests.
     #[inline(always)]
     pub fn find_near_with_cost(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, SearchCost)> {
         let scale2 = self.scale * self.scale;
@@ -189,7 +189,7 @@ impl<'a> FaceTree<'a> {
         (best.face != u32::MAX).then(|| (best.face, best.distance2 / (self.scale * self.scale)))
     }
 
-    /// Returns the triangles along the curve.
+    /// Returns the triangles' indices in the order of the space-filling curve.
     pub fn order(&self) -> &[u32] {
         &self.order
     }
@@ -341,7 +341,7 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// Queues the children of a node within the limit, the nearest last.
+    /// Queues a node's children within the squared distance `limit`, the nearest last.
     #[inline(always)]
     fn put_children(
         &self,

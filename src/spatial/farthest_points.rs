@@ -22,7 +22,7 @@ pub fn farthest_points(points: &[[f32; 3]], k: usize, first: u32) -> Vec<u32> {
     farthest_latent_points(points, &[], k, first)
 }
 
-/// Picks points as [`farthest_points`], by the distance of rows of a position and latent numbers.
+/// Picks points as [`farthest_points`], by the distance between rows of a position and its latent numbers.
 ///
 /// # Shapes
 /// - `points`: n x 3, `latent`: n x width, row-major, both finite
@@ -63,7 +63,7 @@ struct PointRange {
     children: Option<usize>,
     /// Largest squared distance from a point of the range to its nearest sample.
     far2: f64,
-    /// Place of that point in the order of the field.
+    /// Index of that point in the field's order.
     farthest: usize,
 }
 

@@ -85,7 +85,7 @@ const QUERIES: usize = 256;
 
 const LEAF: usize = 32;
 
-/// Points in an order in which every node is a range.
+/// A k-d tree: points in an order in which every node is a range.
 struct Tree {
     order: Vec<u32>,
     coordinates: [Vec<f32>; 3],
@@ -138,13 +138,13 @@ impl Tree {
         NeighbourQuery { point: [0, 1, 2].map(|axis: usize| self.coordinates[axis][place]), skipped: place }
     }
 
-    /// Stores the nearest points within `bound` (squared).
+    /// Stores the points nearest to the query, within the squared distance `bound`.
     fn search(&self, nearest: &mut Nearest, query: &NeighbourQuery, bound: f32) {
         nearest.clear(bound);
         self.visit(nearest, query, KdNode::root(self.order.len()), [0.0; 3]);
     }
 
-    /// Offers the points of `node` that can be among the nearest; `gap` is the query's distance along each axis.
+    /// Offers the points of `node` that can be among the nearest; `gap` is its distance from the query along each axis.
     fn visit(&self, nearest: &mut Nearest, query: &NeighbourQuery, node: KdNode, gap: [f32; 3]) {
         // Computed as for points, so that rounding never prunes a point that ties.
         if squared_length(gap) > nearest.worst {
@@ -221,7 +221,7 @@ fn longest_axis(points: &[[f32; 3]], order: &[u32]) -> usize {
     (1..3).fold(0, |best, axis| if extent(axis) > extent(best) { axis } else { best })
 }
 
-/// Returns a squared distance within which the query has k points: the previous query and its nearest.
+/// Bounds the squared distance to the query's k-th nearest point by the previous query and its nearest points.
 fn bound(points: &[[f32; 3]], query: &NeighbourQuery, before: [f32; 3], nearest: &Nearest) -> f32 {
     // Computed as in the leaves, so that rounding never leaves out a point that ties.
     let distance = |[x, y, z]: [f32; 3]| {
@@ -232,7 +232,7 @@ fn bound(points: &[[f32; 3]], query: &NeighbourQuery, before: [f32; 3], nearest:
 }
 
 struct Nearest {
-    /// Squared distance (high half) and index (low half), ascending.
+    /// Squared distance (high 32 bits) and index (low 32 bits) of each point, ascending.
     keys: Vec<u64>,
     worst: f32,
 }

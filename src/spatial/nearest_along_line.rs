@@ -17,13 +17,14 @@ struct QueryLine {
     along: DVec3,
     from32: [f32; 3],
     inverse: [f32; 3],
-    /// Distance of the nearest crossing, or the limit of the search.
+    /// Distance of the nearest crossing so far, or the limit of the search.
     reach: f64,
     hit: Option<Hit>,
 }
 
 impl NearestOnTriangles {
-    /// Returns the crossing nearest to `p` of the line along `direction` with the triangles that `accept` allows.
+    /// Returns the crossing nearest to `p`, ahead or behind, of the line along `direction` with triangles that `accept`
+    /// allows.
     ///
     /// `None` if there is none within `reach`, or the direction has no length. Ties go to the first triangle.
     ///
@@ -39,7 +40,7 @@ impl NearestOnTriangles {
         self.crossing_along_unit(p, direction.try_normalize()?, reach, &accept)
     }
 
-    /// Searches along a unit direction; `accept` is a pointer, as a generic would recurse.
+    /// Searches along a unit direction; `accept` is a reference, since a generic type would nest without end.
     fn crossing_along_unit(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
         let outer = self.outer_crossing_along(p, along, reach, accept);
         let inner = self.inner.as_ref().and_then(|inner| {
@@ -68,7 +69,7 @@ impl NearestOnTriangles {
     }
 
     fn follow_needles(&self, needles: &NeedleTree, accept: &dyn Fn(u32) -> bool, line: &mut QueryLine) {
-        // Coordinates are at most 1.
+        // Coordinates are at most 1: a longer line meets nothing more.
         let reach = line.reach.min(4.0 + line.from.length());
         let [begin, end] = [-reach, reach].map(|reach| line.from + reach * line.along);
         needles.visit_touching([begin, end, end], |leaf| {
@@ -104,7 +105,7 @@ impl QueryLine {
         for axis in 0..3 {
             let low = (node.low[axis][child] - MARGIN - self.from32[axis]) * self.inverse[axis];
             let high = (node.high[axis][child] + MARGIN - self.from32[axis]) * self.inverse[axis];
-            // NaN, from 0 times infinity, does not bound anything.
+            // 0 times infinity is NaN, which `min` and `max` ignore.
             begin = begin.max(low.min(high));
             end = end.min(low.max(high));
         }

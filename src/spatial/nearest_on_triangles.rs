@@ -8,9 +8,10 @@ use super::triangle_pieces;
 use super::triangle_tree::{NO_CHILD, TriangleNode, TriangleTree};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
-/// Ratio of a triangle's largest coordinate to that of all, below which single precision cannot resolve it.
+/// Ratio of a triangle's largest coordinate to that of all triangles, below which single precision cannot resolve the
+/// triangle.
 const INNER: f32 = 1.0 / 16_777_216.0;
-/// Ratio of largest coordinate to distance, below which triangles are equally far.
+/// Ratio of the largest coordinate to a point's distance, below which all triangles are equally far.
 const FAR: f64 = 1e-18;
 const MOST_UNSPLIT: usize = 16;
 
@@ -25,7 +26,7 @@ const MOST_UNSPLIT: usize = 16;
 /// ```
 pub struct NearestOnTriangles {
     pub(super) tree: TriangleTree,
-    /// Oriented boxes that replace the nodes.
+    /// Oriented boxes, which replace the nodes for thin triangles.
     pub(super) needles: Option<NeedleTree>,
     /// Power of two that scales coordinates to -1..1.
     pub(super) scale: f64,
@@ -40,14 +41,14 @@ pub(super) struct InnerTriangles {
     most: f64,
 }
 
-/// The closest point on the triangles.
+/// A closest point, or the crossing of a line, on the triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The triangle's index.
     pub triangle: u32,
-    /// Barycentric weights.
+    /// Barycentric weights of the point.
     pub weights: [f64; 3],
-    /// The point.
+    /// Position of the point.
     pub point: DVec3,
     /// Squared distance to the query.
     pub distance2: f64,
@@ -168,7 +169,7 @@ impl NearestOnTriangles {
             self.tree.visit_overlaps(&Bounds::from_points(&scaled), &mut visit);
         }
         if let Some(inner) = &self.inner {
-            // A pointer, as a generic would recurse per scale.
+            // A reference, since a generic type would nest without end.
             let visit: &mut dyn FnMut(u32) = &mut |i: u32| visit(inner.triangle_idx[i as usize]);
             inner.surface.visit_touching(corners, visit);
         }
@@ -214,7 +215,7 @@ impl NearestOnTriangles {
 }
 
 impl InnerTriangles {
-    /// Searches these triangles within `reach`; very far away, the first one is returned.
+    /// Searches these triangles within `reach` of `p`; if `p` is very far away, returns the first accepted one.
     fn search(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let outside = (p.abs() - DVec3::splat(self.most)).max(DVec3::ZERO).length();
         if outside > reach {
@@ -225,7 +226,7 @@ impl InnerTriangles {
             let first = (0..self.triangle_idx.len() as u32).find(|&i| is_accepted(i));
             (first.map(|first| hit_triangle(&self.triangles[first as usize], first, p)), 1)
         } else {
-            // Rounding may make a square a little larger in this scale.
+            // Rounding may make the squared distance slightly larger in this scale.
             self.surface.search(p, reach * (1.0 + 1e-12), is_accepted, is_any)
         };
         (hit.map(|hit| Hit { triangle: self.triangle_idx[hit.triangle as usize], ..hit }), n_visits)
@@ -248,7 +249,7 @@ fn to_scale(point: [f32; 3], scale: f64) -> [f32; 3] {
     point.map(|x| (f64::from(x) * scale) as f32)
 }
 
-/// Returns the squared distance beyond which a box in -1..1 can be skipped.
+/// Returns the squared distance from `p` beyond which a box in -1..1 can be skipped.
 pub(super) fn limit(distance2: f64, p: DVec3) -> f32 {
     let rounding = p.abs().max_element().max(1.0) * 4e-7;
     let reach = distance2.sqrt() + rounding;
@@ -364,7 +365,7 @@ mod tests {
             let hit = surface.nearest(p).unwrap();
             let (distance2, _) = naive(&triangles, p);
             let (found, expected) = (hit.distance2.sqrt(), distance2.sqrt());
-            // In the common scale, single precision ends there.
+            // Smallest number of the common scale.
             let least = 2f64.powi(-148) * f64::from(largest(triangles.as_flattened()));
             assert!((found - expected).abs() <= 1e-15 * expected + least, "{p} {hit:?} {expected}");
         }

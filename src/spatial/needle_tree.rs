@@ -14,7 +14,7 @@ const PARALLEL: usize = 4096;
 const WAITING: usize = 40;
 
 pub(super) struct NeedleTree {
-    /// Nodes, each followed by its first half, then its second.
+    /// Nodes, each followed by the nodes of its first half, then of its second.
     nodes: Vec<NeedleNode>,
     triangles: Vec<u32>,
 }
@@ -75,7 +75,7 @@ impl NeedleTree {
         n_visits
     }
 
-    /// Visits leaves whose box a triangle may meet.
+    /// Visits leaves whose box a triangle may meet; returns the number of boxes tested.
     pub(super) fn visit_touching(&self, corners: [DVec3; 3], mut visit: impl FnMut(&[u32])) -> u32 {
         let [a, b, c] = corners;
         let normal = area_normal_f64(corners);

@@ -3,10 +3,10 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Pixels per triangle, and the range of a view's side in pixels.
+/// Pixels per triangle; `SIDE` is the range of a view's side in pixels.
 const PIXELS: f64 = 2.0;
 const SIDE: [f64; 2] = [48.0, 1536.0];
-/// Width in pixels from which rows are clipped.
+/// Width of a triangle in pixels above which its rows are clipped.
 const WIDE: f32 = 8.0;
 /// Rounding error of a side in pixels, relative to its slope.
 const ROUNDING: f32 = 0.02;
@@ -34,7 +34,7 @@ pub fn visible_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) 
     })
 }
 
-/// Scales positions to pixels so that they fit any view; also returns the scale.
+/// Scales positions so that they fit any view of `side` pixels; also returns the scale in pixels per unit.
 pub(super) fn to_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64) {
     let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
     let (low, high) = positions
@@ -103,9 +103,9 @@ fn sides([to_b, to_c]: [Vec3; 2]) -> [TriangleSide; 3] {
     [TriangleSide::new(0.0, to_b, size(to_b)), TriangleSide::new(0.0, to_c, size(to_c)), third]
 }
 
-/// A side of a triangle, where a barycentric weight is 0; clips rows.
+/// A side of a triangle, where one barycentric weight is 0; clips rows of pixels.
 struct TriangleSide {
-    /// Crossing with the first corner's row, relative to that corner, and the shift per row.
+    /// Column at which the side crosses the first corner's row, relative to that corner; `step` is the shift per row.
     start: f32,
     step: f32,
     margin: f32,

@@ -3,12 +3,12 @@
 use super::Bounds;
 
 const MOST: f32 = 32.0;
-/// Longest box side below which a triangle is not cut.
+/// Longest side of a box below which its triangle is not cut.
 const LEAST: f32 = 1.5e-5;
-/// Pieces that may be added to any mesh; larger meshes may add half their triangles.
+/// Pieces that any mesh may add; larger meshes may add one per two triangles.
 const FREE: usize = 400_000;
 
-/// Additional pieces below which triangles are not thin.
+/// Number of additional pieces up to which the triangles do not count as thin.
 const MANY: f64 = 100_000.0;
 
 pub(super) fn are_needles(wanted_cuts: f64, n_triangles: usize) -> bool {
@@ -33,7 +33,7 @@ pub(super) fn wanted_cuts(corners: &[[f32; 3]; 3]) -> f32 {
     wanted_pieces(corners) - 1.0
 }
 
-/// Returns a number of pieces that grows with the emptiness of the box.
+/// Returns how many pieces to cut a triangle into; grows with its box's area relative to its own.
 fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
     let bounds @ Bounds { low, high } = Bounds::from_points(corners);
     if (0..3).all(|axis| high[axis] - low[axis] < LEAST) {
@@ -42,7 +42,7 @@ fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
     let [a, b, c] = corners.map(glam::Vec3::from_array);
     let doubled_area = (b - a).cross(c - a).length();
     let emptiness = bounds.half_area() / doubled_area;
-    // A triangle without area has an infinitely empty box, or no box area at all (a line along an axis, a point).
+    // A line along an axis, or a point, has a box without area.
     if emptiness.is_nan() { 1.0 } else { (0.25 * emptiness.sqrt()).floor().clamp(1.0, MOST) }
 }
 

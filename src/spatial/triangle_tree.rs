@@ -11,14 +11,14 @@ const BINS: usize = 16;
 const DEPTH: usize = 40;
 const PARALLEL: usize = 8192;
 
-/// Up to four children with their boxes, by coordinate.
+/// A node: up to four children, with the coordinates of their boxes by axis.
 #[derive(Clone, Copy)]
 pub(super) struct TriangleNode {
     pub(super) low: [[f32; 4]; 3],
     pub(super) high: [[f32; 4]; 3],
-    /// Index of the child node, or of a leaf's first triangle.
+    /// Index of each child's node, or of a leaf's first triangle.
     pub(super) first: [u32; 4],
-    /// Triangles of a leaf; 0 for an inner node, [`NO_CHILD`] for none.
+    /// Number of triangles of each child that is a leaf; 0 for a node, [`NO_CHILD`] if absent.
     pub(super) len: [u8; 4],
 }
 
@@ -205,7 +205,7 @@ impl Bin {
     const EMPTY: Self = Self { bounds: WideBounds::EMPTY, len: 0 };
 }
 
-/// Reorders the items by the cheapest plane; returns the length of the first side.
+/// Reorders the items by the plane of least cost; returns the number on its first side.
 fn split(items: &mut [BoxItem], depth: usize) -> usize {
     let (low, high) = middles(items);
     let n_bins = items.len().min(BINS);

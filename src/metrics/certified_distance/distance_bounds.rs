@@ -3,11 +3,11 @@
 /// Tolerance of a [`CertifiedDistance`](super::CertifiedDistance).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceTolerance {
-    /// Accepted excess of the upper bound, as a share of the lower.
+    /// Accepted excess of the upper bound over the lower, as a share of the lower.
     pub gap: f64,
-    /// Distance below which the upper bound need not be tighter.
+    /// Upper bound, in the mesh's unit, that need not be tightened further.
     pub enough: f64,
-    /// Distance at which the search ends; the upper bound is then infinite.
+    /// Lower bound, in the mesh's unit, above which the search ends; the upper bound is then infinite.
     pub too_much: f64,
 }
 
@@ -19,7 +19,7 @@ impl Default for DistanceTolerance {
 
 pub(super) struct DistanceBounds {
     pub lower: f64,
-    /// Upper bound over all polygons that need no further cut.
+    /// Largest upper bound of the polygons that need no further cut.
     pub upper: f64,
     pub tolerance: DistanceTolerance,
 }

@@ -31,9 +31,9 @@ const SMALLEST: f64 = 1e-7;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CertifiedDistance {
-    /// Lower bound, attained by some point.
+    /// Lower bound: the distance of some point.
     pub lower: f64,
-    /// Upper bound for all points.
+    /// Proved upper bound for all points.
     pub upper: f64,
     /// Diagonal of the original's bounding box.
     pub diagonal: f64,
@@ -56,7 +56,7 @@ pub fn certified_distance(
     certified_distance_with_budget(original, simplified, tolerance, u64::MAX).0
 }
 
-/// Bounds the distance within `most` visits per direction; also returns the number of visits.
+/// Bounds the distance by at most `most` visits per direction; also returns the number of visits.
 pub(crate) fn certified_distance_with_budget(
     original: &TriMesh,
     simplified: &TriMesh,
@@ -73,7 +73,7 @@ pub(crate) fn certified_distance_with_budget(
     let n_faces = original.faces().len() + simplified.faces().len();
     let most = most.min(MAX_VISITS[0] * n_faces as u64 + MAX_VISITS[1]);
     let targets = [TargetSurface::new(original, &trees[1], most), TargetSurface::new(simplified, &trees[0], most)];
-    // The vertices of both raise the lower bound before either is searched.
+    // The vertices of both meshes raise the lower bound before the searches.
     let directions = [simplified, original].into_iter().zip(&targets).map(|(from, target)| {
         let direction = DirectedSearch::new(from, target, &bounds);
         bounds.raise_lower(direction.farthest_vertex());
@@ -109,9 +109,9 @@ pub fn largest_distance(original: &TriMesh, simplified: &TriMesh) -> Option<f64>
     bounds.is_tight_enough(upper).then_some(upper)
 }
 
-/// Returns the largest distance, at least `lower`, from some faces of one mesh to another.
+/// Returns the largest distance from `faces` of one mesh to the other, or `lower` if that is larger.
 ///
-/// Accurate to `gap`, unless that takes more than `most_tests` triangles.
+/// Accurate to the relative `gap`, unless that takes more than `most_tests` triangle tests.
 pub(super) fn largest_distance_from_faces(
     [from, to]: [&TriMesh; 2],
     faces: &[u32],
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn a_known_distance_is_found_between_the_corners() {
-        // A square, and the same square with its centre pushed up; the first has no vertex at the centre.
+        // A square without a centre vertex, and one with its centre pushed up.
         let flat = TriMesh::new(
             vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
             vec![[0, 1, 2], [0, 2, 3]],

@@ -5,7 +5,7 @@ use glam::DVec3;
 /// Least thickness on both sides of a cut, relative to the polygon's size.
 const MIN_THICKNESS: f64 = 1e-6;
 
-/// A corner with an upper bound of its distance, and the face that gives it.
+/// A corner, an upper bound of its distance to the target, and the face that gives it.
 #[derive(Clone, Copy)]
 pub(super) struct PolygonCorner {
     pub point: DVec3,

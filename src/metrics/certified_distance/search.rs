@@ -9,7 +9,7 @@ use super::polygon::{PolygonCorner, bisecting_plane, largest_corner_distance, mi
 use super::target_surface::TargetSurface;
 
 const MAX_BATCH: usize = 256;
-/// Cuts after which one bisects the polygon.
+/// Interval, in cuts of a polygon, at which one cut bisects it.
 const BISECT_EVERY: u32 = 5;
 const SEARCHES_PER_CUT: u64 = 10;
 pub(super) struct SearchItem {
@@ -92,7 +92,7 @@ impl TargetSurface<'_> {
         }
         let n_cuts = waiting.n_cuts + 1;
         for corners in self.parts(corners, middle.face, n_cuts.is_multiple_of(BISECT_EVERY), bounds) {
-            // An inexact distance is no larger than the lower bound.
+            // A corner's distance is exact, or at most the lower bound.
             found.lower = found.lower.max(largest_corner_distance(&corners));
             let upper = self.upper_bound(&corners, |upper| bounds.is_tight_enough(upper)).min(waiting.upper);
             if bounds.is_tight_enough(upper) {

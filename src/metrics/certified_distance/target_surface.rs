@@ -45,7 +45,7 @@ impl<'a> TargetSurface<'a> {
         self.n_visits() >= self.most_visits
     }
 
-    /// Returns the number of items, with `n_searches` each, that fit the remaining budget.
+    /// Returns how many items, at most `most` and each with `n_searches` searches, fit the remaining budget.
     pub(super) fn batch_size(&self, most: usize, n_searches: u64) -> usize {
         let each = self.n_visits() / self.n_searches.load(Ordering::Relaxed).max(1);
         let left = self.most_visits.saturating_sub(self.n_visits()).max(MIN_VISITS_PER_ROUND);
@@ -61,7 +61,7 @@ impl<'a> TargetSurface<'a> {
         PolygonCorner { point, distance: distance2.sqrt(), face }
     }
 
-    /// Measures a point by one face; the distance is at most `enough`, or exact.
+    /// Measures a point's distance to `face` if that is at most `enough`, else its exact distance to the surface.
     pub(super) fn corner_from_face(&self, face: u32, point: DVec3, enough: f64) -> PolygonCorner {
         let corner = PolygonCorner { point, distance: self.distance_to(face, point), face };
         if corner.distance <= enough { corner } else { self.corner(point, Some(face)) }
@@ -93,7 +93,7 @@ impl<'a> TargetSurface<'a> {
         })
     }
 
-    /// Returns an upper bound of the distance over a polygon, no tighter than `is_tight` demands.
+    /// Returns an upper bound of the distance over a polygon; stops tightening it when `is_tight` accepts it.
     pub(super) fn upper_bound(&self, corners: &[PolygonCorner], is_tight: impl Fn(f64) -> bool) -> f64 {
         let mut upper = f64::INFINITY;
         for (i, corner) in corners.iter().enumerate() {

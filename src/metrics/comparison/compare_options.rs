@@ -6,7 +6,7 @@
 pub struct CompareOptions {
     /// Samples on each surface, by default 50 thousand as in the paper.
     pub samples: usize,
-    /// Seed of the original's samples.
+    /// Seed of the original's samples; the simplified mesh's is one larger.
     pub seed: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Figures of the mesh.
+//! Figures of sizes, edges, topology and triangles.
 
 use super::figure::Figure;
 use super::reference_mesh::ReferenceMesh;

@@ -13,7 +13,7 @@ pub use compare_options::CompareOptions;
 pub use figure::Figure;
 pub use reference_mesh::ReferenceMesh;
 
-/// Measures a simplified mesh against its original; returns the same figures in the same order.
+/// Measures a simplified mesh against its original; the names and order of the figures never change.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{CompareOptions, ReferenceMesh, compare}};
