@@ -1,4 +1,4 @@
-//! Errors of calls, the last one for each thread; no panic leaves the library.
+//! Errors of calls; each thread keeps its last one, and no panic leaves the library.
 
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
@@ -14,7 +14,7 @@ thread_local! {
 pub struct CallError(pub String);
 
 impl CallError {
-    /// Makes the error of the named argument.
+    /// Makes the error of an argument, by its name and the reason.
     pub fn new(argument: &str, reason: impl Display) -> Self {
         Self(format!("{argument}: {reason}"))
     }

@@ -45,7 +45,7 @@ struct Call {
     target_error: f32,
     options: u32,
     destination: *mut u32,
-    /// Destinations of moved positions and attributes; null if vertices stay.
+    /// Arrays that receive moved positions and attributes; null if vertices do not move.
     moved: (*mut f32, *mut f32),
     result_error: *mut f32,
 }
@@ -130,7 +130,7 @@ pub unsafe extern "C" fn nm_simplify(
     result_error: *mut f32,
 ) -> usize {
     let (attributes, weights, locks) = (null(), null(), null());
-    // SAFETY: what the header requires of that function, it requires of this one; absent arrays are not read.
+    // SAFETY: the header requires the same of both functions; absent arrays are not read.
     unsafe {
         nm_simplify_with_attributes(
             destination,

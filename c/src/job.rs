@@ -44,7 +44,7 @@ struct JobSettings {
 enum MeshSource {
     #[default]
     None,
-    /// Bytes of a file, its name, and its folder.
+    /// Bytes of a file, its name, and the folder with the files that it names.
     File(Vec<u8>, String, Option<Folder>),
     Arrays(Box<ReadMesh>),
 }
@@ -53,7 +53,7 @@ enum MeshSource {
 pub struct NmResult {
     outcome: JobOutcome,
     report: CString,
-    /// File of each level, or one file of all levels.
+    /// Files of each level of detail, or of one file with all levels.
     files: Vec<Files>,
 }
 
@@ -236,7 +236,7 @@ fn run_job(options: &NamedOptions, source: MeshSource, mut watcher: Watcher) -> 
     Ok(NmResult { outcome, report, files })
 }
 
-/// Names the files of the levels; a scene has one file for all.
+/// Names the result's files: one per level of detail, or one for all levels of a scene.
 fn name_files(job: &mut Job, document: &Document) {
     let n_levels = job.goal.n_levels().filter(|_| !document.is_scene());
     let ending = job.format.name();

@@ -114,5 +114,5 @@ pub struct UserPointer(pub *mut c_void);
 
 // SAFETY: the pointer is never followed here; the caller's function, which gets it back, may be called on any thread, as the header says.
 unsafe impl Send for UserPointer {}
-// SAFETY: as for `Send`.
+// SAFETY: for the reason given at `Send`.
 unsafe impl Sync for UserPointer {}

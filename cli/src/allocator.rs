@@ -1,4 +1,4 @@
-//! System allocator with an upper bound.
+//! System allocator with an upper bound on the program's memory.
 //!
 //! The only file of the program with `unsafe`, which allocators require.
 #![allow(unsafe_code)]
@@ -16,7 +16,7 @@ const MIN_COUNTED_BYTES: usize = 1 << 16;
 /// Bytes in counted blocks.
 static RESERVED_BYTES: AtomicUsize = AtomicUsize::new(0);
 static BYTE_LIMIT: AtomicUsize = AtomicUsize::new(usize::MAX);
-/// Handler that ends the program, given the unavailable number of bytes.
+/// Handler that ends the program, given the number of bytes that could not be allocated.
 static OUT_OF_MEMORY_HANDLER: OnceLock<fn(usize) -> !> = OnceLock::new();
 
 /// Sets the handler for failed allocations; before, the standard library handles them.
@@ -32,14 +32,14 @@ pub fn limit() -> usize {
     BYTE_LIMIT.load(Relaxed)
 }
 
-/// System allocator with an upper bound; ends the program when memory runs out.
+/// System allocator with an upper bound on the allocated bytes; ends the program when memory runs out.
 pub struct BoundedAllocator;
 
 fn counted_bytes(size: usize) -> usize {
     if size < MIN_COUNTED_BYTES { 0 } else { size }
 }
 
-/// Reserves `size` bytes and returns whether they fit under the bound.
+/// Counts `size` bytes as used and returns whether they fit under the bound.
 fn reserve(size: usize) -> bool {
     let size = counted_bytes(size);
     let fits = size == 0 || RESERVED_BYTES.fetch_add(size, Relaxed).saturating_add(size) <= limit();

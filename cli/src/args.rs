@@ -33,7 +33,7 @@ Exit codes: 0 success, 1 problem with the input, the disk or standard output, 2 
 target, 130 interrupted. If a constraint stops the simplification early, the mesh is written, and the report gives the reason \
 (\"outcome\": \"stopped: ...\"). The exit code is then 0, or 3 with --strict. A missed bound of --error or --size always gives 3.";
 
-/// Headings of the help, in the order of the groups.
+/// Headings of the option groups in the help, in their order.
 const KEEP_HEADING: &str = "What to keep";
 const REPAIR_HEADING: &str = "Repair before simplifying";
 const TEXTURES_HEADING: &str = "glTF and textures";
@@ -139,7 +139,7 @@ pub struct SimplifyArgs {
     /// Do not move vertices: the result uses vertices of the input
     #[arg(long, help_heading = KEEP_HEADING)]
     pub subset: bool,
-    /// Discard attributes, so that they cannot limit the result: uv, normals, colors, materials
+    /// Discard attributes (uv, normals, colors, materials), so that their seams and borders do not limit the result
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', help_heading = KEEP_HEADING, hide_short_help = true)]
     pub ignore: Vec<IgnoreArg>,
     /// Distance that texture seams may move, in texels of the largest colour texture [default: 1/64 of its side]
@@ -222,7 +222,7 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "N", default_value = "0", value_parser = parse_seed, allow_negative_numbers = true, help_heading = QUALITY_HEADING,
         hide_short_help = true)]
     pub seed: u64,
-    /// Do not measure the distance to the original
+    /// Do not measure the distance of the result to the original
     #[arg(long, help_heading = QUALITY_HEADING, hide_short_help = true)]
     pub no_check: bool,
 
@@ -232,11 +232,11 @@ pub struct SimplifyArgs {
     /// Print the report as JSON to standard output
     #[arg(long, conflicts_with = "report", help_heading = REPORTS_HEADING)]
     pub json: bool,
-    /// Draw original and result side by side, and mark the largest distance
+    /// Draw original and result side by side into a file, and mark where the distance is largest
     #[arg(long, value_name = "FILE.png", help_heading = REPORTS_HEADING)]
     pub picture: Option<PathBuf>,
-    /// Direction of the picture: front, back, left, right, top, bottom, or degrees around and above, like 30,20
-    /// [default: a direction that shows much]
+    /// View of the picture: front, back, left, right, top, bottom, or degrees around and above, like 30,20 [default: a
+    /// view that shows much]
     #[arg(long, value_name = "VIEW", value_parser = parse_view, allow_hyphen_values = true, requires = "picture", help_heading = REPORTS_HEADING,
         hide_short_help = true)]
     pub view: Option<[f32; 2]>,
@@ -269,7 +269,7 @@ pub struct SimplifyArgs {
     pub memory: Option<f64>,
 }
 
-/// Attributes of a mesh that the result can do without.
+/// Attributes of a mesh that can be discarded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum IgnoreArg {
     /// Texture coordinates and tangents
@@ -286,9 +286,9 @@ pub enum IgnoreArg {
 /// Compression of a glTF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum CompressArg {
-    /// Quantised and compressed
+    /// Quantise and compress with meshopt
     Meshopt,
-    /// Quantised
+    /// Quantise only
     Quantize,
 }
 
@@ -315,20 +315,20 @@ pub enum AssemblyArg {
 /// Source of the scores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ScoresArg {
-    /// Formula: more vertices where the surface bends
+    /// A formula that puts more vertices where the surface bends
     Bending,
-    /// Trained network
+    /// A trained network
     Network,
-    /// None: all regions are treated by area alone
+    /// None: all vertices have equal importance
     Geometry,
 }
 
 /// Measure to favour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum OptimizeArg {
-    /// All of them
+    /// Mean distance, largest distance and normals alike
     Balanced,
-    /// Mean distance; uses no network, takes longer
+    /// Mean distance; uses no scores, takes longer
     Mean,
     /// Largest distance; takes longer, and the mean distance grows
     Max,
@@ -350,7 +350,7 @@ pub enum EffortArg {
 /// Purpose of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PurposeArg {
-    /// The shape as it is
+    /// The shape as it is in the file
     Shape,
     /// Animation: close to the original in the poses of skin and morph targets, too; without these, in any pose
     Poses,
@@ -361,11 +361,11 @@ pub enum PurposeArg {
 /// Treatment of surfaces that are invisible from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum HiddenArg {
-    /// Simplified like visible surfaces
+    /// Simplify hidden surfaces like visible ones
     Keep,
     /// Count a thousandth of visible surfaces; about a tenth of their vertices stays
     Cheap,
-    /// Components that are fully hidden are dropped, and do not count for the bound of --error
+    /// Drop components that are fully hidden; they do not count for the bound of --error
     Drop,
 }
 
@@ -462,7 +462,7 @@ pub struct LimitsArgs {
     /// Keep a node, mesh, object, group or material unchanged; may be repeated
     #[arg(long, value_name = "NAME")]
     pub keep: Vec<String>,
-    /// Discard attributes, so that they cannot limit the result: uv, normals, colors, materials
+    /// Discard attributes (uv, normals, colors, materials), so that their seams and borders do not limit the result
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
     pub ignore: Vec<IgnoreArg>,
     /// Do not merge vertices at equal positions

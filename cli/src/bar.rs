@@ -13,7 +13,7 @@ const SHOW_DELAY: Duration = Duration::from_secs(1);
 /// Shortest time between two lines without a terminal; later a tenth of the elapsed time.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 const STEPS: f64 = 1000.0;
-/// Smallest finished share with an estimate of the remaining time.
+/// Finished share of the run from which the remaining time is estimated.
 const MIN_ESTIMATED_SHARE: f32 = 0.02;
 
 /// Progress bar that appears after a second.
@@ -58,7 +58,7 @@ impl Drop for Bar {
 fn show_later(bar: ProgressBar) {
     std::thread::spawn(move || {
         std::thread::sleep(SHOW_DELAY);
-        // Short work shows no bar.
+        // Work that ends within the first second shows no bar.
         if bar.is_finished() {
             return;
         }

@@ -10,10 +10,10 @@ use crate::request::Request;
 
 /// Reads and cleans the input of a request; a glTF written as glTF stays a scene.
 ///
-/// An open output format becomes that of the input.
+/// An output format not yet known becomes that of the input.
 pub fn open(request: &mut Request) -> Result<Document, Failure> {
     if request.takes_input_format && request.source.is_gltf() {
-        // The result becomes a GLB, since standard output takes a single file.
+        // A glTF scene becomes a GLB, since standard output takes a single file.
         set_input_format(request, Some(Format::Gltf))?;
     }
     // A glTF written as glTF stays a scene; all else becomes one mesh.

@@ -10,7 +10,7 @@ use crate::messages;
 use crate::request::Request;
 
 const SAMPLES: usize = 20_000;
-/// Largest distance that counts as rounding, in percent of the diagonal; it gets no ring.
+/// Largest distance that counts as rounding, in percent of the diagonal; it gets no ring in the picture.
 const ROUNDING_PERCENT: f64 = 1e-4;
 
 pub struct PicturedMesh<'a> {
@@ -29,7 +29,7 @@ impl PicturedMesh<'_> {
     }
 }
 
-/// Collects original and result for a requested picture; the report notes everything that cannot be drawn.
+/// Collects original and result for a requested picture; adds to the report's notes what cannot be drawn.
 pub fn prepare_picture<'a>(
     request: &Request,
     document: &'a Document,

@@ -34,7 +34,7 @@ pub struct Files {
     pub input: Option<PathBuf>,
     /// Output file; `None` keeps the result in memory.
     pub out: Option<PathBuf>,
-    /// Format of the output if its name has no known ending, else of the input.
+    /// Format of the output if the output's name has no known ending, else of the input.
     pub format: Option<String>,
     /// Weights of a network.
     pub weights: Option<PathBuf>,
@@ -54,7 +54,7 @@ pub struct Files {
 pub enum InputMesh {
     /// Mesh, and optionally a weight of at least 0 per vertex.
     Mesh(Box<ReadMesh>, Option<Vec<f32>>),
-    /// Bytes of a file, and its name, whose ending gives the format if the bytes do not.
+    /// Bytes of a file, and the file's name, whose ending gives the format if the bytes do not.
     File(Vec<u8>, String),
 }
 
@@ -68,7 +68,7 @@ pub struct Outcome {
     pub cleaned: String,
     /// Input vertex of each cleaned vertex; `None` for a scene.
     pub file_vertices: Option<Vec<u32>>,
-    /// Names of materials, groups and objects, each with its group of faces.
+    /// Names of materials, groups and objects, each with its group's number.
     pub group_names: Vec<(String, u32)>,
     /// Written files.
     pub paths: Vec<PathBuf>,
@@ -88,7 +88,7 @@ pub struct MemoryResult {
 
 /// Simplifies the given mesh, or the input file, as `neural-mesh simplify` does.
 ///
-/// `check_cancelled` is called before files are moved into place.
+/// `check_cancelled` is called once, before files are moved into place.
 ///
 /// # Errors
 /// [`Failure`], as in the program; [`Failure::Interrupted`] if the listener or `check_cancelled` stops the run.
@@ -100,7 +100,7 @@ pub fn simplify(
     check_cancelled: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Outcome, Failure> {
     let mut request = request(arguments, files, given.is_some())?;
-    // A mesh in memory has no file, and so no scene.
+    // A mesh in memory has no file, so no glTF scene to keep.
     request.source.joins_scene |= matches!(given, Some(InputMesh::Mesh(..)));
     let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
     let mut progress = Progress::with_listener(listener);
@@ -148,11 +148,11 @@ fn open_document(given: Option<InputMesh>, request: &mut Request) -> Result<Docu
     }
 }
 
-/// Result as a function of the input vertices.
+/// Result's vertices as a differentiable function of the input's.
 pub struct RecordedResult {
-    /// Function in local coordinates of the cleaned vertices.
+    /// Function from cleaned to resulting vertices, both relative to `origin`.
     pub record: Record,
-    /// Position of the local origin.
+    /// Origin of the local coordinates.
     pub origin: [f64; 3],
     /// Input vertex of each cleaned vertex.
     pub sources: Vec<u32>,
@@ -227,7 +227,7 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
 
 /// Compares meshes as `neural-mesh compare` does; `None` in `given` means the file of that name.
 ///
-/// The page is built if `html` is set, and written if `writes`.
+/// The page is built if `html` is set, and written there if `writes`.
 ///
 /// # Errors
 /// As [`simplify`].

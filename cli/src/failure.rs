@@ -15,9 +15,9 @@ pub enum Failure {
     Failed(String),
     /// Wrong arguments: exit code 2.
     Usage(String),
-    /// Written result that misses the target: exit code 3.
+    /// Result that is written but misses the target: exit code 3.
     Unmet(String),
-    /// Errors of several files, already printed: exit code 1.
+    /// Errors that are already printed: exit code 1.
     Reported,
     /// Ctrl-C: exit code 130.
     Interrupted,

@@ -26,7 +26,7 @@ pub struct PendingFile {
 }
 
 impl PendingFile {
-    /// Returns whether `path` is the final path.
+    /// Returns whether this file will be moved to `path`.
     pub fn is_at(&self, path: &Path) -> bool {
         self.destination == path
     }
@@ -37,7 +37,7 @@ impl PendingFile {
     }
 }
 
-/// Rejects two results with one file, and paths where no file can be written.
+/// Rejects output paths of which two lead to one file, or where no file can be written.
 pub fn check_output_paths<'a>(paths: impl IntoIterator<Item = &'a Path>, force: bool) -> Result<(), Failure> {
     let paths: Vec<&Path> = paths.into_iter().collect();
     let mut destinations = Vec::new();
@@ -63,7 +63,7 @@ pub fn check_output_path(path: &Path, force: bool) -> Result<(), Failure> {
     match std::fs::symlink_metadata(path) {
         Err(_) => {}
         Ok(_) if !force => return Err(already_exists(path)),
-        // The target of a link may be missing still; folders and devices are never replaced.
+        // A link may lead to a file that does not exist yet; folders and devices are never replaced.
         Ok(_) if std::fs::metadata(path).is_ok_and(|target| !target.is_file()) => {
             return Err(Failure::in_file(path, "is not a file: choose another name"));
         }
@@ -110,7 +110,7 @@ pub fn prepare_file(name: &Path, bytes: &[u8], force: bool) -> Result<PendingFil
     Ok(PendingFile { temporary, name: name.into(), destination, force })
 }
 
-/// Prepares a JSON file if `path` is given; returns the bytes instead for standard output.
+/// Prepares the file of a JSON document; for standard output, returns the document's bytes instead.
 pub fn prepare_json(
     path: Option<&Path>,
     value: &impl Serialize,
@@ -126,7 +126,7 @@ pub fn prepare_json(
     Ok(None)
 }
 
-/// Moves all results into place without interruption.
+/// Moves all results into place; an interruption waits for it.
 pub fn place_files(pending: Vec<PendingFile>) -> Result<(), Failure> {
     interrupt::without_interruption(|| pending.into_iter().try_for_each(place_file))
 }

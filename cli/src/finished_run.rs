@@ -14,7 +14,7 @@ pub struct FinishedRun {
     pub cleaned: String,
     pub bytes: Option<Vec<u8>>,
     pub pending: Vec<PendingFile>,
-    /// Folder of the mesh, and further files for it, such as textures.
+    /// Folder of the result, and extra files to write into it, such as textures.
     pub extra_files: Option<(PathBuf, Vec<OutputFile>)>,
     pub force: bool,
 }

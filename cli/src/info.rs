@@ -28,7 +28,7 @@ struct Info {
     vertices: usize,
     edges: usize,
     faces: usize,
-    /// Lowest and highest coordinates, in the file's frame.
+    /// Lowest and highest coordinates, in those of the file.
     bounds: [[f64; 3]; 2],
     closed: bool,
     manifold: bool,
@@ -43,7 +43,7 @@ struct Info {
     genus: Option<usize>,
     cleaned: job::CleaningFigures,
     carries: Vec<String>,
-    /// Contents of a glTF; the other fields describe its meshes joined.
+    /// Contents of a glTF scene; the other fields describe its meshes joined into one.
     #[serde(skip_serializing_if = "Option::is_none")]
     scene: Option<SceneInfo>,
 }
@@ -183,7 +183,7 @@ fn info_lines(info: &Info, cleaned: &str) -> Vec<String> {
     lines
 }
 
-/// Formats bounds with the decimals of single precision.
+/// Formats bounds with the decimals that single precision has at their extent.
 fn format_bounds([low, high]: [[f64; 3]; 2]) -> [String; 2] {
     let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
     let decimals = if extent > 0.0 { (6.0 - extent.log10().floor()).clamp(0.0, 17.0) as usize } else { 6 };

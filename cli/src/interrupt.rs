@@ -12,9 +12,9 @@ static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Handles Ctrl-C and termination: they end the program with `ending`.
 pub fn handle_signals(ending: Failure) {
-    // Systems without signals can simplify without the handler.
+    // A failure is ignored: where no handler can be set, the program works without one.
     let _ = ctrlc::set_handler(move || {
-        // The lock is held until the end, so that no file is moved into place any more.
+        // The lock on the list is held until the program ends, so that no file is moved into place any more.
         let files = lock_temporaries();
         for file in files.iter() {
             let _ = std::fs::remove_file(file);
@@ -37,11 +37,11 @@ pub fn register_temporary(make: impl FnOnce() -> std::io::Result<NamedTempFile>)
     Ok(file)
 }
 
-/// Runs `work` such that interruptions come before or after it.
+/// Runs `work`, delaying an interruption until it is done.
 pub fn without_interruption<T>(work: impl FnOnce() -> T) -> T {
     let mut files = lock_temporaries();
     let result = work();
-    // Files of other threads are not in place yet and stay registered.
+    // Files that `work` moved away leave the list; those of other threads still exist and stay in it.
     files.retain(|file| file.exists());
     result
 }

@@ -102,7 +102,7 @@ fn finish(result: Result<(), Failure>) -> ExitCode {
 
 fn print_help_or_error(answer: &clap::Error) -> ExitCode {
     if !answer.use_stderr() {
-        // The empty writes detect a standard output that is closed or full.
+        // Writes of no bytes detect a standard output that is closed or full.
         let written =
             messages::write_stdout(b"").and_then(|()| answer.print()).and_then(|()| messages::write_stdout(b""));
         return finish(written.map_err(|error| messages::stdout_failure(&error)));

@@ -9,7 +9,7 @@ use neural_mesh::mesh::fallible_allocation::make_room;
 use crate::allocator;
 
 const BASE_BYTES: u64 = 8 << 20;
-/// Bytes per baked texel, with image and file of two textures at once.
+/// Memory in bytes per texel while baking: two textures, each as image and as file.
 const TEXEL_BYTES: u64 = 32;
 /// Bound in bytes where the system does not report free memory.
 const FALLBACK_BYTES: u64 = 4 << 30;
@@ -34,7 +34,7 @@ pub fn gib_to_bytes(gib: f64) -> u64 {
     (gib * f64::from(1 << 30)) as u64
 }
 
-/// Estimates an upper bound of a run's memory, in bytes.
+/// Estimates the most memory of a run, in bytes, from the size of its file.
 ///
 /// A face takes about 250 bytes in memory, and 20 (binary PLY, glTF) or 40 (STL, text) in files.
 pub fn estimate_bytes(path: &Path, bake: Option<usize>) -> u64 {
@@ -43,7 +43,7 @@ pub fn estimate_bytes(path: &Path, bake: Option<usize>) -> u64 {
         Some(Format::Ply | Format::Gltf | Format::Glb) => 14,
         _ => 7,
     };
-    // Compressed meshes grow about fivefold, the XML of 3MF tenfold.
+    // Decompression makes meshes about five times larger, and the XML of 3MF ten times.
     let expansion = match (Format::without_gz(path), Format::from_path(path)) {
         (_, Some(Format::ThreeMf)) => 10,
         (Cow::Owned(_), _) => 5,

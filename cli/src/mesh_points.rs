@@ -28,23 +28,23 @@ struct MeshPointsRequest {
     format: Format,
 }
 
-/// Report in the order of the JSON.
+/// Report, with fields in the order of the JSON.
 #[derive(Debug, Serialize)]
 struct Report {
     points: usize,
-    /// Points dropped for an earlier one at the same position.
+    /// Points dropped because an earlier one has their position.
     repeated_points: usize,
     non_finite_points: usize,
     vertices: usize,
     faces: usize,
-    /// Chosen points without a face.
+    /// Points chosen as vertices that got no face.
     unused_points: usize,
     closed: bool,
     holes: usize,
     boundary_edges: usize,
     non_manifold_edges: usize,
     non_manifold_vertices: usize,
-    /// Edges whose faces disagree on orientation, since the surface is one-sided.
+    /// Edges whose two faces are oriented differently, as on a one-sided surface.
     inconsistent_edges: usize,
     components: usize,
     seed: u64,
@@ -117,7 +117,7 @@ pub fn mesh_in_memory(
     Ok(MeshPointsOutput { mesh: result.mesh, exact, sources, report, pending })
 }
 
-/// Meshed cloud for another program.
+/// Mesh of a point cloud, returned to another program.
 pub struct MeshPointsOutput {
     /// Mesh in local coordinates.
     pub mesh: TriMesh,
@@ -127,7 +127,7 @@ pub struct MeshPointsOutput {
     pub sources: Vec<u32>,
     /// Report, as `--report` writes it.
     pub report: String,
-    /// Files to move into place.
+    /// Written files that must be moved into place.
     pub pending: Vec<PendingFile>,
 }
 

@@ -80,7 +80,7 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
         notes.push(format!("hidden    {n} components dropped: they are invisible from outside"));
     }
     if output.components_pruned > output.components_hidden {
-        // The input has fewer components where its sheets were separated; the total would then confuse.
+        // Separated sheets count as components of the output but not of the input; the input's total is then left out.
         let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
         let all = shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
         let how = ". --keep-components keeps them, except those smaller than --prune=SIZE";
@@ -111,7 +111,7 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
     notes
 }
 
-/// Joins the names of dropped components, counts equal ones, and cuts off after `most`.
+/// Lists the names of dropped components, each once with its count; after `most` names, only counts the rest.
 pub fn list_names(dropped: &[Dropped], most: usize) -> String {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for Dropped { name, .. } in dropped {

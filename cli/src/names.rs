@@ -35,7 +35,7 @@ fn join_alternatives(names: impl Iterator<Item = String>) -> String {
 #[derive(Clone, Copy)]
 pub struct MeshPaths<'a> {
     pub input: &'a Path,
-    /// Path, `-` for standard output, or a folder for a file named like the input.
+    /// File, `-` for standard output, or a folder where the file is named like the input.
     pub output: &'a Path,
     /// Format of the output if its name has no known ending, else of the input.
     pub format: Option<&'a str>,
@@ -45,7 +45,7 @@ pub struct MeshPaths<'a> {
 pub struct Destination {
     pub path: PathBuf,
     pub format: Format,
-    /// True if the format is that of the input, known after reading.
+    /// True if the format is that of the input, which is known only after reading.
     pub takes_input_format: bool,
 }
 
@@ -127,7 +127,7 @@ pub fn resolve_destination(paths: &MeshPaths) -> Result<Destination, Failure> {
     Ok(Destination { format, path, takes_input_format: false })
 }
 
-/// Returns the format by the name, or GLB for a glTF's content.
+/// Returns the format that the file's name shows, or GLB if the content is a glTF.
 pub fn guess_format(path: &Path) -> Option<Format> {
     format_from_path(path).or_else(|| (!is_stream(path) && is_gltf_path(path)).then_some(Format::Glb))
 }
@@ -145,7 +145,7 @@ fn path_in_folder(folder: &Path, input: &Path, given: Option<Format>) -> Result<
     }
 }
 
-/// Replaces the ending by that of a format, without compression; a VRM keeps its ending.
+/// Replaces the ending by that of a format, dropping `.gz`; a VRM keeps its ending.
 pub fn with_ending(name: &Path, format: Format) -> PathBuf {
     let name = Format::without_gz(name);
     if format == Format::Glb && is_vrm(&name) { name.into_owned() } else { name.with_extension(file_ending(format)) }

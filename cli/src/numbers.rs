@@ -2,13 +2,13 @@
 
 use neural_mesh::job::parse_scaled;
 
-/// Upper bound on threads, above any machine's number of cores.
+/// Upper bound on the number of threads, above any machine's number of cores.
 pub const MAX_THREADS: u64 = 1024;
-/// Upper bound on samples, so that they fit into memory.
+/// Upper bound on the number of samples, so that they fit into memory.
 pub const MAX_SAMPLES: u64 = 10_000_000;
 pub const TEXEL_RANGE: (u64, u64) = (16, 8192);
 
-/// Named views in degrees around and above; +z is the front, y is up.
+/// Named views as degrees around the y axis and above the horizon; +z is the front, y is up.
 const VIEWS: [(&str, [f32; 2]); 6] = [
     ("front", [0.0, 0.0]),
     ("right", [90.0, 0.0]),
@@ -20,7 +20,7 @@ const VIEWS: [(&str, [f32; 2]); 6] = [
 
 const VIEW_ADVICE: &str = "give front, back, left, right, top, bottom, or degrees around and above, like 30,20";
 
-/// Parses a view such as `front` or `30,20`, in degrees around and above.
+/// Parses a view such as `front` or `30,20`, in degrees as in `VIEWS`.
 pub fn parse_view(text: &str) -> Result<[f32; 2], String> {
     if let Some((_, view)) = VIEWS.iter().find(|(name, _)| name.eq_ignore_ascii_case(text.trim())) {
         return Ok(*view);

@@ -24,9 +24,9 @@ use crate::read::open_in_pieces;
 use crate::request::Request;
 
 const REMEDY: &str = "allow more with --memory";
-/// Memory in addition to the blocks, in bytes.
+/// Memory reserved in addition to that of the blocks, in bytes.
 const OVERHEAD_BYTES: u64 = 16 << 20;
-/// Costs per face of simplifying in blocks and of measuring, in ns, for 100 million faces.
+/// Costs in ns per face of simplifying in blocks and of measuring distances, for 100 million faces.
 const SIMPLIFY_COST: f64 = 740.0;
 const CHECK_COST: f64 = 460.0;
 

@@ -31,7 +31,7 @@ pub fn describe_stage(stage: &str) -> &'static str {
     }
 }
 
-/// Ratios of the measured costs, which are in ns per face of a torus of four million faces, on one thread.
+/// Ratios of the measured costs: ns per face of a torus of four million faces, on one thread.
 const RATIOS: [f64; 3] = [0.02, 0.1, 0.5];
 const USUAL_RATIO: f64 = 0.1;
 const SIMPLIFY_COSTS: [f64; 3] = [1300.0, 4500.0, 9300.0];
@@ -39,7 +39,7 @@ const CHECK_COSTS: [f64; 3] = [900.0, 1600.0, 2900.0];
 /// Cost of each further level of detail, relative to the first.
 const FURTHER_LEVEL_COST: f64 = 0.2;
 const PAPER_COST: f64 = 30_000.0;
-/// Typical runs of a search, and their share of the time if distances are proved.
+/// Typical number of runs in a search, and the share of time they take if distances are proved.
 const SEARCH_RUNS: f64 = 3.0;
 const SEARCH_SHARE: f64 = 0.4;
 const WRITE_COST: f64 = 150.0;

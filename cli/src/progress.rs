@@ -15,7 +15,7 @@ const BAR_STEPS: f64 = 500.0;
 pub struct Progress {
     bar: Bar,
     plan: RefCell<Plan>,
-    /// Words and position of the bar; the position, in steps, never falls.
+    /// Text and position of the bar; the position, in steps, never falls.
     shown: Cell<(&'static str, u64)>,
     stages: Vec<(&'static str, f64)>,
     steps: Vec<(JobStage, f64)>,
@@ -55,7 +55,7 @@ impl Progress {
 
     fn show_at(&self, step: JobStage, activity: &'static str, step_share: f64) {
         let (_, before) = self.shown.get();
-        // A new plan may put the same work at a smaller share, and the bar must not move back.
+        // A new plan may give finished work a smaller share, but the bar must not move back.
         let steps = ((BAR_STEPS * self.plan.borrow().share_done(step, step_share)) as u64).max(before);
         if self.shown.replace((activity, steps)) != (activity, steps) {
             self.bar.show(activity, steps as f64 / BAR_STEPS);

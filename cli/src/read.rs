@@ -20,7 +20,7 @@ pub fn read_weights(path: Option<&Path>, assembly: Assembly) -> Result<Option<We
     let weights = Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;
     let usage = match (weights.objective(), assembly) {
         (Some("paper"), Assembly::Closed) => "--assembly paper: add that option",
-        // Weights without an objective, or of the trial objective, suit both assemblies.
+        // Weights that name no objective, or the trial objective "uniform", suit both assemblies.
         (None | Some("paper" | "uniform"), _) | (_, Assembly::Closed) => return Ok(Some(weights)),
         (_, Assembly::Paper) => "--assembly closed: leave --assembly paper out",
     };
@@ -63,7 +63,7 @@ pub fn parse_source<T>(
     })
 }
 
-/// Opens a mesh file in pieces, with the allowed bytes, if it needs more memory than allowed.
+/// Opens a mesh file in pieces if it needs more than `allowed` bytes of memory; also returns that bound.
 pub fn open_in_pieces(path: &Path, allowed: Option<u64>, bake: Option<usize>) -> Option<(Pieces, u64)> {
     let most = allowed.filter(|most| !is_stream(path) && estimate_bytes(path, bake) > *most)?;
     Some((Pieces::open(path).ok()?, most))

@@ -18,11 +18,11 @@ use crate::names::{
 #[derive(Debug)]
 pub struct Request {
     pub source: Source,
-    /// Options; the format may be set after reading.
+    /// Options of the job; the output format may be set after reading.
     pub job: Job,
     /// Output file; `None` for standard output.
     pub output: Option<PathBuf>,
-    /// True if the format is that of the input, known after reading.
+    /// True if the output format is that of the input, which is known only after reading.
     pub takes_input_format: bool,
     /// True if the mesh is returned to another program and not written.
     pub stays_in_memory: bool,
@@ -34,7 +34,7 @@ pub struct Request {
     pub n_threads: Option<usize>,
     pub report: Option<PathBuf>,
     pub picture: Option<PathBuf>,
-    /// Degrees around and above; `None` chooses a view.
+    /// View of the picture in degrees around and above; `None` chooses one.
     pub view: Option<[f32; 2]>,
     pub wires: bool,
     pub quiet: bool,
@@ -47,7 +47,7 @@ const ADVICE_FOR_NAMED_OUTPUT: &str = "--format NAME sets the format of IN, as t
 const ADVICE_FOR_UNNAMED_OUTPUT: &str =
     "--format NAME sets the format of the result, and that of IN if nothing else shows it";
 
-/// Name of files that levels share, if the file name is only the placeholder.
+/// Name of a file that levels share, if the given name is only the placeholder.
 const SHARED_NAME: &str = "levels";
 
 impl Request {
@@ -88,12 +88,12 @@ impl Request {
 #[derive(Debug)]
 pub struct Source {
     pub path: PathBuf,
-    /// Format from the arguments, if the name has no known ending.
+    /// Format from the arguments, if the input's name has no known ending.
     pub format: Option<Format>,
-    /// Format to try if neither name nor content show one.
+    /// Format to try if neither the input's name nor its content shows one.
     pub last_resort: Option<Format>,
     pub weld: bool,
-    /// True if a scene becomes one mesh in any format.
+    /// True if a glTF scene is joined into one mesh, whatever the output format.
     pub joins_scene: bool,
     pub remedy: String,
     pub content: Content,
@@ -200,7 +200,7 @@ pub fn to_arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
     let optional =
         |value: &Option<Option<String>>| value.as_ref().map(|it| it.as_ref().map_or(OptionValue::Flag(true), text));
     let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
-    // clap cannot distinguish a second size of the whole from further named shares.
+    // The parser accepts a repeated `--ratio` for named shares, so a second share of the whole is rejected here.
     if whole.len() > 1 {
         let what = "--ratio is given twice for the whole mesh: give it once, and others as NAME=R";
         return Err(Failure::Usage(what.into()));
@@ -261,7 +261,7 @@ fn option_name(value: &impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().into())
 }
 
-/// Returns the source; `--format` is for the input only if OUT has a known ending.
+/// Returns the input source; `--format` is its format only if the name of OUT has a known ending.
 fn input_source(paths: &MeshPaths, weld: bool) -> Result<Source, Failure> {
     let format = paths.format.map(parse_format).transpose()?;
     let path = paths.input.to_path_buf();

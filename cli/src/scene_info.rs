@@ -25,7 +25,7 @@ pub struct SceneInfo {
     extensions_required: Vec<String>,
 }
 
-/// Mesh in its own coordinates, listed once.
+/// Mesh in its own coordinates, listed once for all its nodes.
 #[derive(Debug, Serialize)]
 struct MeshInfo {
     name: String,
@@ -39,11 +39,11 @@ struct MeshInfo {
 #[derive(Debug, Serialize)]
 struct ImageInfo {
     name: String,
-    /// `PNG`, `JPEG`, `WebP` or `KTX2`; `null` for others.
+    /// Format of the image: `PNG`, `JPEG`, `WebP` or `KTX2`; `null` for others.
     format: Option<&'static str>,
     width: Option<usize>,
     height: Option<usize>,
-    /// File size; `null` if the file is missing.
+    /// Bytes of the image file; `null` if it is missing.
     bytes: Option<usize>,
 }
 

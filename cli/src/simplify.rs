@@ -56,7 +56,7 @@ fn run_in_pool(mut request: Request) -> Result<(), Failure> {
     check_target(&request, &report)
 }
 
-/// Returns an error if the result misses the target and the request is strict.
+/// Returns [`Failure::Unmet`] if the result misses the target and the request is strict.
 pub fn check_target(request: &Request, report: &JobReport) -> Result<(), Failure> {
     let mut outcomes = std::iter::once(&report.outcome).chain(report.levels.iter().map(|level| &level.outcome));
     match outcomes.find(|outcome| *outcome != REACHED) {
@@ -134,7 +134,7 @@ fn prepare_meshes(written: Vec<Files>, request: &Request, report: &mut JobReport
         prepared.pending.push(files::prepare_file(&path, &files.bytes, request.force)?);
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let (_, extra_files) = prepared.extra_files.get_or_insert((folder, Vec::new()));
-        // Levels share textures, and each is written once.
+        // Levels of detail share textures; each texture is written once.
         let new_files =
             files.companion_files.into_iter().filter(|file| extra_files.iter().all(|other| other.path != file.path));
         extra_files.extend(new_files.collect::<Vec<_>>());

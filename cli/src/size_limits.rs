@@ -49,10 +49,10 @@ struct SizeRow {
     vertices: usize,
     faces: usize,
     components: usize,
-    /// Distance to the original in percent of the diagonal.
+    /// Mean distance to the original, in percent of the diagonal.
     mean_percent: Option<f64>,
     max_percent: Option<f64>,
-    /// Components dropped since the previous level.
+    /// Components that the previous, larger level still had.
     dropped: Vec<Dropped>,
 }
 
@@ -103,7 +103,7 @@ fn create_request(args: &LimitsArgs) -> Result<Request, Failure> {
     words.extend(args.keep.iter().map(|name| format!("--keep={name}").into()));
     words.extend(args.format.iter().map(|format| format!("--format={format}").into()));
     words.extend(["--".into(), args.input.clone().into_os_string()]);
-    // The words pass the parser of `simplify`, so that options have the same checks and defaults.
+    // The arguments are given to the parser of `simplify`, so that its checks and defaults apply.
     let parsed = SimplifyArgs::try_parse_from(words).map_err(|error| Failure::Usage(error.to_string()))?;
     let mut request = resolve_request(parsed)?;
     // The mesh is not written.

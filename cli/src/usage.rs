@@ -13,7 +13,7 @@ pub fn rejected_value(error: &clap::Error) -> Option<Failure> {
         Some(ContextValue::String(text)) => text.as_str(),
         _ => "",
     };
-    // clap names the option as in the usage: `--fill-holes[=<EDGES>]`.
+    // The parser clap names the option with its value, as in `--fill-holes[=<EDGES>]`; only the name is kept.
     let option = context(ContextKind::InvalidArg).split([' ', '=', '[', '<']).next().unwrap_or_default();
     Some(Failure::Usage(format!("{option} {}: {why}", context(ContextKind::InvalidValue))))
 }

@@ -23,7 +23,7 @@ pub fn array<T: Element, const N: usize>(py: Python, rows: Vec<[T; N]>) -> PyRes
     Ok(PyArray1::from_vec(py, rows.into_flattened()).reshape([n, N])?.into_any().unbind())
 }
 
-/// Converts numbers to an array of `n_columns` columns without a copy.
+/// Converts numbers, row by row, to an array of `n_columns` columns without a copy.
 pub fn table<T: Element>(py: Python, numbers: Vec<T>, n_columns: usize) -> PyResult<Py<PyAny>> {
     let n = numbers.len() / n_columns.max(1);
     Ok(PyArray1::from_vec(py, numbers).reshape([n, n_columns])?.into_any().unbind())

@@ -1,4 +1,4 @@
-//! Background work that leaves Python responsive: the GIL is released, signals and progress callbacks are handled.
+//! Background work that leaves Python responsive: the GIL is released, signals and callbacks are handled.
 //!
 //! The calling thread wakes every few milliseconds, since Python allows signal handling only there. Cancelled work ends
 //! by itself. A forked process has its own pools, since threads do not survive a fork.
@@ -18,14 +18,14 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::failure::{invalid_array, to_exception};
 
-/// Time between two checks of the calling thread.
+/// Time between two checks for signals and progress.
 pub const TICK: Duration = Duration::from_millis(20);
 const MAX_THREADS: usize = 1024;
 /// Largest number of idle pools per process.
 const MAX_POOLS: usize = 8;
 
 struct IdlePool {
-    /// Process of the pool's threads.
+    /// Id of the process that started the pool's threads.
     process: u32,
     n_threads: usize,
     pool: Arc<ThreadPool>,
@@ -33,7 +33,7 @@ struct IdlePool {
 
 static IDLE_POOLS: Mutex<Vec<IdlePool>> = Mutex::new(Vec::new());
 
-/// Channel between the work and the waiting caller.
+/// Progress of the work and its caller's request to stop, shared by both.
 #[derive(Clone)]
 pub struct ProgressChannel {
     is_cancelled: Arc<AtomicBool>,
@@ -58,7 +58,7 @@ pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Runs work on `n_threads` threads, or one per core, and calls `progress(done, stage)` at every check.
+/// Runs `work` on `n_threads` threads, or one per core, and calls `progress(done, stage)` every [`TICK`].
 ///
 /// An exception in `progress` stops the work.
 pub fn run_in_background<T: Send + 'static>(

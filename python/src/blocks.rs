@@ -16,13 +16,13 @@ use crate::background::run_in_background;
 use crate::failure::{invalid_array, to_exception};
 use crate::mesh_arrays::MeshArrays;
 
-/// Vertices, n x 3, faces, n x 3, and for each vertex whether other blocks share it.
+/// Vertices of a block, n x 3, its faces, n x 3, and for each vertex whether other blocks share it.
 #[derive(FromPyObject)]
 pub struct BlockArrays<'py>(PyReadonlyArray2<'py, f32>, PyReadonlyArray2<'py, u32>, PyReadonlyArray1<'py, bool>);
 
 type Arrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>);
 
-/// Prices of a block: vertices, shared vertices, and pairs of remaining vertices and price.
+/// Prices of a block: its vertices, its shared vertices, and pairs of remaining vertices and last price.
 type BlockPriceTuple = (usize, usize, Vec<(usize, f64)>);
 
 impl BlockArrays<'_> {
@@ -55,7 +55,7 @@ fn options(share: f64, scores: &str, seed: u64) -> PyResult<Options> {
     Ok(options)
 }
 
-/// Cuts a mesh or a file into blocks; returns the blocks in local coordinates, the origin, and the number of vertices.
+/// Cuts a mesh or a file into blocks; returns these in local coordinates, their origin, and the number of vertices.
 #[pyfunction]
 pub fn cut(py: Python, path: Option<PathBuf>, mesh: Option<MeshArrays>) -> PyResult<(Vec<Arrays>, [f64; 3], usize)> {
     let given = mesh.map(|mesh| mesh.read()).transpose()?.map(|read| read.mesh);
@@ -70,7 +70,7 @@ pub fn cut(py: Python, path: Option<PathBuf>, mesh: Option<MeshArrays>) -> PyRes
     Ok((found.into_iter().map(|block| arrays(py, block)).collect::<PyResult<_>>()?, frame.origin, n))
 }
 
-/// Measures the prices of a block down to a share of its vertices.
+/// Simplifies a block to a share of its vertices and returns the prices paid.
 #[pyfunction]
 pub fn sample_block(
     py: Python,
@@ -86,7 +86,7 @@ pub fn sample_block(
     Ok((sample.n_vertices, sample.n_shared, sample.pass_prices))
 }
 
-/// Returns the common price for all blocks.
+/// Returns the price at which all blocks together keep this share.
 #[pyfunction]
 pub fn price_for(samples: Vec<BlockPriceTuple>, share: f64) -> f64 {
     let samples: Vec<BlockPrices> =
@@ -94,7 +94,7 @@ pub fn price_for(samples: Vec<BlockPriceTuple>, share: f64) -> f64 {
     blocks::price_for(&samples, share)
 }
 
-/// Simplifies a block up to a price.
+/// Simplifies a block by all merges that cost at most `price`.
 #[pyfunction]
 pub fn simplify_block(
     py: Python,
@@ -112,7 +112,7 @@ pub fn simplify_block(
     arrays(py, simplified)
 }
 
-/// Joins blocks into one mesh.
+/// Joins blocks into one mesh at their shared vertices.
 #[pyfunction]
 pub fn join(py: Python, blocks: Vec<BlockArrays>) -> PyResult<(Py<PyAny>, Py<PyAny>)> {
     let blocks: Vec<Block> = blocks.iter().map(BlockArrays::block).collect::<PyResult<_>>()?;

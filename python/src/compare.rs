@@ -9,10 +9,10 @@ use crate::background::run_in_background;
 use crate::failure::option_error;
 use crate::mesh_arrays::MeshArrays;
 
-/// Compares meshes with the first one; missing ones are read from their paths. Returns JSON, and the page if `html` is
+/// Compares meshes with the first one, reading missing ones from their paths. Returns JSON, and the page if `html` is
 /// set.
 ///
-/// The page is written if `writes`.
+/// The page is written to `html` if `writes`.
 #[pyfunction]
 #[pyo3(signature = (paths, meshes, *, samples, seed, appearance, weld, html, writes, force, threads))]
 #[allow(clippy::too_many_arguments, reason = "they are keywords")]

@@ -31,7 +31,7 @@ pub fn invalid_array(what: impl Into<String>) -> PyErr {
     NeuralMeshError::new_err(what.into())
 }
 
-/// Replaces options by keywords: `--keep-components` becomes `keep_components`.
+/// Replaces options in a message by Python keywords: `--keep-components` becomes `keep_components`.
 fn as_keywords(text: &str) -> String {
     let mut parts = text.split("--");
     let first = parts.next().unwrap_or_default().to_string();

@@ -17,7 +17,7 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(vertex_normals, module)?)
 }
 
-/// Returns the graph over `n` nodes with these entries, in their order.
+/// Returns the graph over `n` nodes with these entries (i, j), given in order.
 pub fn entries(given: &PyReadonlyArray2<i64>, n: usize, what: &str) -> PyResult<Csr> {
     let given: Vec<[u32; 2]> = indices_below(given, n, what)?;
     if !given.is_sorted_by(|a, b| a < b) {
@@ -61,7 +61,7 @@ fn triangle_graph(
     array::<u32, 2>(py, entries)
 }
 
-/// Returns candidate faces, Sec. 3.2, and their edges' positions among the graph's entries: n_candidates x 3 each.
+/// Returns candidate faces, Sec. 3.2, and their edges' indices among the graph's entries: n_candidates x 3 each.
 #[pyfunction]
 fn candidate_faces(
     py: Python,

@@ -54,7 +54,7 @@ impl Judge {
         if self.channel.check_cancelled().is_break() || self.raised.is_set() {
             return Err("is cancelled".into());
         }
-        // Python cannot be attached while it shuts down.
+        // While Python shuts down, its functions can no longer be called.
         let called = Python::try_attach(|py| self.call(py, name, ratio, original, result));
         let values = called.unwrap_or_else(|| Err(invalid_array("Python is ending"))).map_err(|error| {
             self.raised.keep(error);
@@ -95,7 +95,7 @@ impl Judge {
     }
 }
 
-/// Data, folder, settings as TOML, objective, epochs, resume.
+/// Training request: data folder, output folder, settings (TOML), objective, epochs, and whether to resume.
 type TrainArguments = (String, String, Option<String>, Option<String>, Option<usize>, bool);
 
 /// Trains weights on a folder of meshes and returns whether all epochs are done.
@@ -177,7 +177,7 @@ fn run_steps(
     run_training(run, &step, on_event)
 }
 
-/// Event for Python: kind, done, total, count, and numbers by name.
+/// Event for Python: kind, the counts of a [`TrainEvent`] or 0, and numbers by name.
 type EventTuple = (&'static str, usize, usize, usize, Vec<(String, f64)>);
 
 fn to_tuple(event: &TrainEvent) -> Option<EventTuple> {
@@ -207,15 +207,15 @@ fn next_wish(event: &TrainEvent, progress: Option<&Py<PyAny>>, raised: &RaisedEr
         }
     }
     match (channel.check_cancelled().is_break() || raised.is_set(), is_step) {
-        // Results without a judgement must be judged again.
+        // A mesh whose judgement was cancelled counts as skipped; the run resumes before it, to judge it again.
         (true, false) => Wish::Abandon,
         (true, true) => Wish::Stop,
-        // After each step, since a checkpoint costs little compared with several simplifications.
+        // A checkpoint follows each step, since it costs little compared with a step's simplifications.
         (false, _) => Wish::Checkpoint,
     }
 }
 
-/// Estimates the mean error of results, its gradient for the scores, and the variance of the gradient, n_given each.
+/// Estimates the mean error of results, its gradient by the scores, and the gradient's variance, n_given each.
 #[pyfunction]
 #[pyo3(signature = (mesh, scores, ratio, judge, settings, seed, threads))]
 #[allow(clippy::too_many_arguments)]
@@ -250,7 +250,7 @@ pub fn estimate(
         Ok((found, cleaned.source))
     });
     let (found, sources) = raised.error_or(done)?;
-    // The terms hold the logarithm of the mean.
+    // The terms sum to the logarithm of the mean error.
     let mean = found.terms.iter().map(|(_, value)| value).sum::<f64>().exp();
     let to_input_vertices = |values: &[f64], factor: f64| {
         let mut input_values = vec![0.0f64; n_given];

@@ -41,7 +41,7 @@ pub struct MeshArrays<'py>(
 );
 
 impl MeshArrays<'_> {
-    /// Converts the arrays; only shapes are checked.
+    /// Converts the arrays to a mesh; only shapes are checked.
     pub fn read(&self) -> PyResult<ReadMesh> {
         let Self(positions, faces, wedges, channels, groups) = self;
         let attributes = Attributes {

@@ -76,7 +76,7 @@ fn weight_parts(py: Python, weights: &Weights) -> PyResult<WeightParts> {
     Ok((weights.architecture().sizes().to_vec(), tensors, weights.objective().map(String::from)))
 }
 
-/// Sizes of unused stages.
+/// Sizes of stages for which the caller gives none.
 const SMALLEST_ARCHITECTURE: Architecture = Architecture {
     point_sampler_inputs: 3,
     point_sampler_layers: 1,
@@ -118,10 +118,10 @@ fn matrix(array: &PyReadonlyArray2<f32>, what: &str) -> PyResult<Arc<Matrix>> {
     Ok(Arc::new(Matrix::new(n_rows, n_cols, numbers.to_vec())))
 }
 
-/// Function from gradients of a stage's outputs to gradients of its tensors and inputs, in order.
+/// Function from gradients by a stage's outputs to gradients by its tensors and inputs, in order.
 type Backward = Box<dyn Fn(&[Vec<f32>]) -> Vec<Matrix> + Send>;
 
-/// Finished run of a stage, with the backward pass.
+/// Finished run of a network stage, with the backward pass.
 #[pyclass(frozen, module = "neural_mesh._native")]
 pub struct Pass {
     outputs: Vec<Vec<f32>>,
@@ -134,7 +134,7 @@ impl Pass {
         self.outputs.iter().map(|output| sequence(py, output.clone())).collect()
     }
 
-    /// Returns the gradients of tensors and inputs, in order, for gradients of the outputs.
+    /// Returns a loss's gradients by tensors and inputs, in order, from those by the outputs.
     fn backward(
         &self,
         py: Python,

@@ -35,7 +35,7 @@ impl NumberOrText {
     }
 }
 
-/// Meshes a cloud, or the cloud in the file `input`.
+/// Meshes the given point cloud, or that in the file `input`.
 #[pyfunction]
 #[pyo3(signature = (input, points, *, ratio, vertices, out, format, weights, seed, force, threads, progress))]
 #[allow(clippy::too_many_arguments, reason = "they are keywords")]

@@ -53,7 +53,7 @@ impl Record {
         array(py, output)
     }
 
-    /// Returns the gradient for the input vertices (n_given x 3) from that for the result's vertices (n_output x 3).
+    /// Returns a loss's gradient by the input vertices (n_given x 3) from that by the result's vertices (n_output x 3).
     fn backward(
         &self,
         py: Python,

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 impl Tape {
-    /// Computes `x w`.
+    /// Computes the matrix product `x w`.
     pub fn product(&mut self, x: &Value, weights: &Value) -> Value {
         let result = product(&x.matrix, &weights.matrix, &[]);
         let (x_kept, weights_kept) = (x.matrix.clone(), weights.matrix.clone());

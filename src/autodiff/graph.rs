@@ -1,4 +1,4 @@
-//! Operations along the edges of a graph; values per entry are columns, n_entries x 1.
+//! Operations along the edges of a graph (its entries); a value per entry is a column, n_entries x 1.
 
 use super::dense::{entrywise, rows, stacked_weights_backward};
 use super::{Tape, Value};
@@ -6,7 +6,7 @@ use crate::linalg::{self, Csr, Matrix};
 use std::sync::Arc;
 
 impl Tape {
-    /// Computes `max(y w, 0)` with `y_i = max_j (u_i - u_j)` over the neighbours.
+    /// Computes `max(y w, 0)` with `y_i = max_j (u_i - u_j)` over the neighbours j.
     pub fn neighbour_max_product_relu(&mut self, u: &Value, graph: &Arc<Csr>, weights: &Value) -> Value {
         let result = Arc::new(linalg::neighbour_max_product_relu(&u.matrix, graph, &weights.matrix));
         let (u_kept, weights_kept, active, graph) =
@@ -79,7 +79,7 @@ impl Tape {
         })
     }
 
-    /// Sums the weighted rows of each row's entries: n_entries x n_cols to n_rows x n_cols.
+    /// Sums `weight * row of x` over the entries of each graph row: n_entries x n_cols to n_rows x n_cols.
     pub fn entry_sums(&mut self, weights: &Value, x: &Value, graph: &Arc<Csr>) -> Value {
         let result = entry_sums(weights.matrix.data(), &x.matrix, graph);
         let (weights_kept, x_kept, graph) = (weights.matrix.clone(), x.matrix.clone(), graph.clone());
@@ -119,7 +119,7 @@ impl Tape {
         self.concat_pair_relu_product(&nothing, [u, bias], graph, [weights, output_bias])
     }
 
-    /// Computes `[x | y] w + m output_bias`, like [`Tape::pair_relu_product`] with additional columns x.
+    /// Computes `[x | y] w + m output_bias` with y and m of [`Tape::pair_relu_product`].
     pub fn concat_pair_relu_product(
         &mut self,
         x: &Value,

@@ -4,7 +4,7 @@ use super::{Tape, Value};
 use crate::linalg::{self, Matrix};
 
 impl Tape {
-    /// Computes column maxima over groups of `group` rows: (n * group) x n_cols to n x n_cols.
+    /// Computes column maxima over consecutive groups of `group` rows: (n * group) x n_cols to n x n_cols.
     pub fn group_max(&mut self, x: &Value, group: usize) -> Value {
         let found = linalg::group_max(&x.matrix, group);
         let n_rows = x.matrix.n_rows();
@@ -46,7 +46,7 @@ impl Tape {
         self.group_max_affine(&active, *last, group)
     }
 
-    /// Applies [`Tape::layers`] to one column, adding a row per group after the first map.
+    /// Applies [`Tape::layers`] to one column; after the first map, each group's row of `group_rows` is added.
     pub fn layers_with_group_rows(
         &mut self,
         x: &Value,

@@ -27,12 +27,12 @@ impl Value {
     }
 }
 
-/// Function from the gradient of a result to those of its inputs, `None` for constants.
+/// Function from the gradient of an operation's result to those of its inputs, `None` for constants.
 type Backward = Box<dyn Fn(&Matrix) -> Vec<Option<Matrix>> + Send>;
 
 struct TapeNode {
     inputs: Vec<Option<usize>>,
-    /// `None` for parameters.
+    /// Backward function; `None` for parameters.
     backward: Option<Backward>,
 }
 
@@ -56,7 +56,7 @@ pub struct Tape {
 }
 
 impl Tape {
-    /// Adds a matrix with a gradient.
+    /// Adds a parameter, a matrix that gets a gradient.
     pub fn parameter(&mut self, matrix: impl Into<Arc<Matrix>>) -> Value {
         self.nodes.push(TapeNode { inputs: Vec::new(), backward: None });
         Value { matrix: matrix.into(), node: Some(self.nodes.len() - 1) }
@@ -72,9 +72,9 @@ impl Tape {
         self.nodes.is_empty()
     }
 
-    /// Records `result` as made from `inputs`, unless all inputs are constant.
+    /// Records `result` as computed from `inputs`, unless all inputs are constant.
     ///
-    /// `backward` turns the gradient of the result into those of the inputs; its flags mark the ones needed.
+    /// `backward` turns the gradient of the result into those of the inputs; its flags mark the inputs that need one.
     pub(super) fn record<const N: usize>(
         &mut self,
         result: impl Into<Arc<Matrix>>,
@@ -90,7 +90,7 @@ impl Tape {
         Value { matrix: result.into(), node: Some(self.nodes.len() - 1) }
     }
 
-    /// Propagates gradients of `results` back to the parameters, adding those of several paths.
+    /// Propagates the given gradients of `results` back to the parameters, summing over all paths.
     pub fn backward(&self, results: &[(&Value, Matrix)]) -> Gradients {
         let mut gradients: Vec<Option<Matrix>> = self.nodes.iter().map(|_| None).collect();
         for (value, gradient) in results {

@@ -103,7 +103,7 @@ impl Tensors<[usize; 2]> {
         self.draw_scaled(seed, |_| 1.0)
     }
 
-    /// Draws like [`Tensors::draw`], multiplied by `share(name)`.
+    /// Draws like [`Tensors::draw`], multiplying each tensor by `share(name)`.
     pub fn draw_scaled(&self, seed: u64, share: impl Fn(&str) -> f32) -> Tensors<Arc<Matrix>> {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut uniform = || (random.next_u64() >> 40) as f32 / (1u64 << 23) as f32 - 1.0;
@@ -128,7 +128,7 @@ impl Tensors<Arc<Matrix>> {
         self.map(|_, matrix| tape.parameter(matrix.clone()))
     }
 
-    /// Returns the tensors with these names and shapes, in the order of `shapes`.
+    /// Returns the tensors that `shapes` names, in its order, after checking them.
     ///
     /// # Errors
     /// [`WeightsError`] names the first that is missing, of another shape or not finite.
@@ -151,7 +151,7 @@ impl Tensors<Arc<Matrix>> {
 }
 
 impl Tensors<Value> {
-    /// Returns the gradients of parameters, zero if the results do not depend on them.
+    /// Returns the gradients of these parameters, zero where the results do not depend on one.
     ///
     /// ```
     /// use neural_mesh::{autodiff::{Tape, Tensors}, linalg::Matrix};

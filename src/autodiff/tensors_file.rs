@@ -7,7 +7,7 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Returns the text with the network's sizes from a weights file.
+/// Returns the text that states the network's sizes in a weights file.
 ///
 /// # Errors
 /// [`WeightsError`] if the bytes are no safetensors file or lack the text.

@@ -12,11 +12,11 @@ pub enum WeightsError {
     Missing(String),
     /// A tensor is not made of `f32`.
     NotF32(String),
-    /// A tensor's shape does not match the sizes.
+    /// A tensor's shape does not match the network's sizes.
     WrongShape {
         /// Name of the tensor.
         name: String,
-        /// Rows and columns required.
+        /// Required numbers of rows and columns.
         expected: [usize; 2],
         /// Shape in the file.
         found: Vec<usize>,
@@ -25,7 +25,7 @@ pub enum WeightsError {
     NotFinite(String),
 }
 
-/// Key of the sizes in a file's metadata.
+/// Key of the network's sizes in a weights file's metadata.
 pub(super) const ARCHITECTURE_KEY: &str = "architecture";
 
 impl std::fmt::Display for WeightsError {

@@ -1,4 +1,4 @@
-//! Bending missed by the samples, an addition to the paper.
+//! Bending of the surface that the samples miss, an addition to the paper.
 
 use super::Term;
 use super::expected_cost::relative_cost;

@@ -1,4 +1,4 @@
-//! The probabilistic Chamfer distance of Eq. (6), and the trained form.
+//! The probabilistic Chamfer distance of Eq. (6), and the form used in training.
 
 use super::Term;
 use super::expected_cost::relative_cost;
@@ -42,7 +42,7 @@ pub fn probabilistic_chamfer(points: &[[f32; 3]], samples: &[[f32; 3]], probabil
 ///
 /// # Shapes
 /// - `nearest`: n_queries x k points, nearest first, from [`nearest_to`]; k a few times n / n_samples
-/// - `inclusion`: pi of each point
+/// - `inclusion`: pi, each point's probability to be a sample
 ///
 /// ```
 /// use neural_mesh::{loss::coverage_of_samples, spatial::nearest_to};

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 ///
 /// # Shapes
 /// - `edges_of_faces`: three edges of each candidate
-/// - `at_boundary`: n_edges, true if one face is right
+/// - `at_boundary`: n_edges, true for edges that should have one face
 /// - `probabilities`: n_triangles
 ///
 /// ```
@@ -40,7 +40,8 @@ type CountProbabilities = [f64; 3];
 
 /// Returns the probability that an edge has a wrong number of faces, and its derivative to each p.
 fn wrong_number(p: &[f64], at_boundary: bool) -> (f64, Vec<f64>) {
-    // Distributions over the faces before and after face i give the derivative to its probability without a division.
+    // The distributions of the number of kept faces before and after face i give the derivative by its probability
+    // without a division.
     let mut before = vec![[1.0, 0.0, 0.0]];
     before.extend(p.iter().scan([1.0, 0.0, 0.0], |counts, &p| {
         *counts = add_face(*counts, p);
@@ -53,7 +54,7 @@ fn wrong_number(p: &[f64], at_boundary: bool) -> (f64, Vec<f64>) {
     let mut after: CountProbabilities = [1.0, 0.0, 0.0];
     for (i, &p) in p.iter().enumerate().rev() {
         let [none, one, two] = combine_counts(before[i], after);
-        // With one more face, zero faces become one, and two become too many.
+        // Keeping face i turns zero kept faces into one, and two into too many.
         slopes[i] = if at_boundary { one } else { none - one + two };
         after = add_face(after, p);
     }

@@ -11,7 +11,7 @@ use crate::linalg::Csr;
 /// collisions. Triangles without area are ignored.
 ///
 /// # Shapes
-/// - `neighbours`: n_triangles x n_triangles
+/// - `neighbours`: n_triangles x n_triangles, nearby triangles
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::collisions};

@@ -1,4 +1,4 @@
-//! Cost of conflicting triangles: Eq. (9) and the trained form.
+//! Cost of conflicting triangles: Eq. (9) and the form used in training.
 //!
 //! A conflict is an ordered pair (t, u): t passes through, crosses or overlaps u.
 
@@ -6,7 +6,7 @@ use super::Term;
 use crate::linalg::Csr;
 use rayon::prelude::*;
 
-/// Finds the conflicting pairs (t, u) where one triangle is a neighbour of the other, sorted.
+/// Finds the pairs (t, u) in conflict, sorted, among triangles of which one is a neighbour of the other.
 pub(super) fn near_pairs(neighbours: &Csr, in_conflict: impl Fn(u32, u32) -> bool + Sync) -> Vec<[u32; 2]> {
     let both_ways = Csr::from_edges(neighbours.n_rows(), neighbours.entries());
     let of_triangle = |t: usize| {
@@ -19,7 +19,7 @@ pub(super) fn near_pairs(neighbours: &Csr, in_conflict: impl Fn(u32, u32) -> boo
 
 /// Computes Eq. (9) as printed, `1/|F_s| sum_t p_t m(t)`; m(t) counts the pairs (t, u).
 ///
-/// Its minimum is the empty mesh.
+/// Its minimum is the empty mesh: all probabilities 0.
 ///
 /// # Shapes
 /// - `conflicts`: pairs from [`collisions`](super::collisions), [`edge_crossings`](super::edge_crossings) or

@@ -54,6 +54,8 @@ fn distance2_to(corners: [DVec3; 3], x: DVec3) -> f64 {
 
 /// Computes the mean over the surface points of the expected squared distance to the nearest kept face.
 ///
+/// Per point, k and j run over its nearest triangles, nearest first:
+///
 /// `sum_k d_k^2 p_k prod_{j<k} (1 - p_j) + max(penalty, d_last^2) prod_j (1 - p_j)`
 ///
 /// # Shapes

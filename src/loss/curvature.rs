@@ -12,7 +12,7 @@ use super::expected_cost::{OptionRows, expected_cost, last_costs};
 /// - `of_queries`: kappa of each query
 /// - `of_points`: kappa of each point, from [`point_curvature`](crate::spatial::point_curvature)
 /// - `nearest`: n_queries x k points, nearest first, from [`nearest_to`](crate::spatial::nearest_to)
-/// - `inclusion`: pi of each point
+/// - `inclusion`: pi, each point's probability to be a sample
 ///
 /// ```
 /// use neural_mesh::loss::curvature_of_samples;

@@ -11,7 +11,7 @@ use glam::DVec3;
 /// at most `flatness` times the shorter edge.
 ///
 /// # Shapes
-/// - `neighbours`: n_triangles x n_triangles
+/// - `neighbours`: n_triangles x n_triangles, nearby triangles
 /// - `flatness`: 0 or more
 ///
 /// ```
@@ -35,7 +35,7 @@ fn edges(points: &[[f32; 3]], triangle: [u32; 3]) -> [([u32; 2], [DVec3; 2]); 3]
     [[0, 1], [1, 2], [2, 0]].map(|ends| (ends.map(|i| triangle[i]), ends.map(|i| corners[i])))
 }
 
-/// Share of an edge's length at each end where another edge touches and does not cross.
+/// Share of an edge's length at each end within which a meeting edge touches it instead of crossing.
 const END: f64 = 1e-6;
 
 fn segments_cross([a, b]: [DVec3; 2], [c, d]: [DVec3; 2], flatness: f64) -> bool {

@@ -1,4 +1,4 @@
-//! Expected cost of the first option kept, each kept independently.
+//! Expected cost of the first option kept, each kept independently with its probability.
 
 use super::Term;
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ pub(super) struct OptionRows<'a> {
     pub width: usize,
 }
 
-/// Computes the expected cost relative to the mean cost of the last options, which also count if none is kept.
+/// Computes the expected cost, divided by the rows' mean last cost; a row without a kept option costs its last.
 pub(super) fn relative_cost(options: &[u32], mut costs: Vec<f64>, width: usize, probabilities: &[f32]) -> Term {
     let lasts = last_costs(&costs, width);
     let mean = lasts.iter().sum::<f64>() / lasts.len() as f64;

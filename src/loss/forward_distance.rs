@@ -25,7 +25,7 @@ pub fn forward_distances(points: &[[f32; 3]], triangles: &[[u32; 3]], original: 
 
 /// Computes Eq. (7), `sum_b^ p_b^ min_b |b^ - b|^2`, divided by the number of candidates.
 ///
-/// Its minimum is the empty mesh.
+/// Its minimum is the empty mesh: all probabilities 0.
 ///
 /// ```
 /// use neural_mesh::loss::forward_distance;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 pub struct Inclusion {
     /// n probabilities in 0..=1 that sum to the number of samples.
     pub probabilities: Vec<f32>,
-    /// Derivative of each probability to its score at fixed t, n.
+    /// Derivative of each probability by its score at fixed time t, n.
     slopes: Vec<f64>,
 }
 
@@ -68,10 +68,10 @@ fn arrival_probability(x: f64) -> (f64, f64) {
     (-(-rate).exp_m1(), rate * (-rate).exp())
 }
 
-/// Scores per parallel task; a fixed size keeps sums independent of the number of threads.
+/// Scores per parallel task; a fixed number keeps sums independent of the number of threads.
 const BLOCK: usize = 4096;
 
-/// Solves `sum_i pi_i = wanted` for the logarithm of t by Newton's method, with bisection outside the bracket.
+/// Solves `sum_i pi_i = wanted` for the logarithm of t by Newton's method; bisects where a step leaves the bracket.
 fn solve_log_time(log_rates: &[f64], wanted: f64) -> f64 {
     // Lower limit: the `wanted - 1` fastest arrivals have probability at most 1 each, all n others at most 1 / n. Upper
     // limit: the `wanted` fastest have rate 1 or more, so each misses probability 1 by at most `exp(-33)`.
@@ -90,7 +90,7 @@ fn solve_log_time(log_rates: &[f64], wanted: f64) -> f64 {
     log_time
 }
 
-/// Enough steps for bisection alone.
+/// Largest number of iterations, enough for bisection alone.
 const STEPS: usize = 64;
 
 /// Returns the expected number of arrivals by a time, and its derivative to the time's logarithm.

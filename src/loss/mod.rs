@@ -41,12 +41,12 @@ pub use smoothness::smoothness;
 pub use surface_error::{ErrorSums, PointErrors, error_shares, error_sums, log_errors, point_errors};
 pub use total::{Candidates, FaceGeometry, FaceObjective, NamedTerm, face_geometry, face_terms, total};
 
-/// A loss and its gradient to probabilities or scores.
+/// A loss and its gradient by probabilities or scores.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Term {
     /// Value of the loss.
     pub value: f64,
-    /// Derivative to each probability or score.
+    /// Derivative by each probability or score.
     pub gradient: Vec<f32>,
 }
 
@@ -74,7 +74,7 @@ impl Term {
         Self { value: sum / n, gradient: gradient.iter().map(|&g| (g / n) as f32).collect() }
     }
 
-    /// Returns the mean of `p_i w_i`.
+    /// Returns the mean of `p_i w_i`, a loss of the probabilities p.
     pub(crate) fn mean_product(weights: &[f64], probabilities: &[f32]) -> Self {
         let products = weights.iter().zip(probabilities).map(|(w, &p)| w * f64::from(p));
         Self::mean(products.sum(), weights, weights.len())

@@ -15,13 +15,13 @@ pub struct OverlapSettings {
     pub flatness: f64,
 }
 
-/// Finds pairs (t, u) of nearby triangles where a test point on t lies over u.
+/// Finds pairs (t, u) of nearby triangles where a test point of t lies over u.
 ///
 /// Point y lies over triangle a b c if it is close and the areas of y' a b, y' b c and y' c a, for the projection y', sum to
 /// that of a b c. Triangles without area, and pairs at more than 25 degrees, are ignored.
 ///
 /// # Shapes
-/// - `neighbours`: n_triangles x n_triangles
+/// - `neighbours`: n_triangles x n_triangles, nearby triangles
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::{OverlapSettings, overlaps}};
@@ -43,7 +43,7 @@ pub fn overlaps(
     })
 }
 
-/// Excess of the summed areas allowed for rounding, as a share.
+/// Relative excess of the three summed areas that counts as rounding.
 const ROUNDING: f64 = 1e-6;
 
 /// Smallest absolute cosine between the normals of nearly parallel triangles.

@@ -1,4 +1,4 @@
-//! Agreement with the triangles that the mesh spans between sample regions, an addition to the paper.
+//! Agreement of probabilities with the triangles that the mesh spans between sample regions, an addition to the paper.
 
 use super::Term;
 

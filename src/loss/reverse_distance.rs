@@ -5,18 +5,19 @@ use super::triangles::{barycenters, corners_f64, distance2, spread_points};
 use crate::spatial::nearest_to;
 use rayon::prelude::*;
 
-/// Distances of Eq. (8), which do not depend on probabilities.
+/// Squared distances of Eq. (8), which do not depend on probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReverseDistances {
-    /// Mean over each triangle's points y of `min_x |x - y|^2`, n_triangles.
+    /// Mean squared distance from each triangle's points to the nearest original points, n_triangles.
     pub to_original: Vec<f64>,
-    /// Other triangles near each triangle's points, ascending and unique.
+    /// Triangles among the k nearest to a point of each triangle, ascending, without itself.
     pub near: Vec<Vec<u32>>,
-    /// Mean over the points of `|x_t - y|^2 / k` for each near triangle, 0 if t is not among the k nearest of y.
+    /// Mean over the points y of `|x_t - y|^2 / k` for each triangle t in `near`, with barycenter x_t. Points count 0
+    /// if t is not among their k nearest.
     pub to_near: Vec<Vec<f64>>,
 }
 
-/// Measures the distances of Eq. (8) at points y on each triangle.
+/// Measures the squared distances of Eq. (8) from points y on each triangle.
 ///
 /// # Shapes
 /// - `original`: the original vertices as in the paper, or denser points

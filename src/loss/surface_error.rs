@@ -1,4 +1,4 @@
-//! Training loss of the closed assembly: logarithms of three errors of the result.
+//! Training loss of the closed assembly: logarithms of mean distance, normal error and largest distance.
 
 use crate::geometry::triangle::area_normal;
 use crate::spatial::NearestOnTriangles;
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 /// Exponent of the norm that approximates the largest distance.
 const PEAK: i32 = 8;
 
-/// Errors of a result at points of the original surface.
+/// Distances and normal errors of a result at points of the original surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointErrors {
     /// Area represented by each point, n_points.
@@ -55,11 +55,11 @@ pub struct ErrorSums {
     distance: f64,
     turn: f64,
     peak: f64,
-    /// Largest distance; distances are divided by it before the power.
+    /// Largest distance, by which distances are divided before the power is taken.
     unit: f64,
 }
 
-/// Averages the sums of two results, which may be the same one; zero errors are replaced by tiny ones.
+/// Averages the sums of two results; tiny errors replace zeros, so that logarithms exist.
 pub fn error_sums(errors: [&PointErrors; 2]) -> ErrorSums {
     let unit = errors.iter().flat_map(|e| &e.distances).fold(f32::MIN_POSITIVE, |a, &b| a.max(b));
     let mut sums = ErrorSums { area: 0.0, distance: 0.0, turn: 0.0, peak: 0.0, unit: f64::from(unit) };

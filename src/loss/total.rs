@@ -39,15 +39,15 @@ pub fn total(terms: &[NamedTerm], n: usize) -> Term {
 /// Weights and settings of the terms over candidate faces; terms of weight 0 are not computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceObjective {
-    /// Weight of Eq. (7).
+    /// Weight of the forward distance, Eq. (7).
     pub forward: f64,
-    /// Weight of Eq. (8) as printed.
+    /// Weight of the reverse distance as printed, Eq. (8).
     pub reverse: f64,
     /// Weight of [`coverage`].
     pub coverage: f64,
     /// Weight of [`closure`].
     pub closure: f64,
-    /// Weight of Eq. (9).
+    /// Weight of the collisions, Eq. (9).
     pub collision: f64,
     /// Weight of the edge crossings.
     pub crossing: f64,
@@ -57,15 +57,15 @@ pub struct FaceObjective {
     pub agreement: f64,
     /// True if conflicts are counted as printed in Eq. (9); otherwise pair by pair.
     pub by_count: bool,
-    /// Points per candidate, for Eq. (8) and the overlaps.
+    /// Number of test points per candidate, for Eq. (8) and the overlaps.
     pub per_triangle: usize,
-    /// Nearest candidates per point, for Eq. (8) and the coverage.
+    /// Number of nearest candidates per point, for Eq. (8) and the coverage.
     pub n_near: usize,
-    /// Largest distance from a plane that still counts as inside it, as a share of the size.
+    /// Largest distance at which edges cross or points overlap, relative to the edge or the root of the area.
     pub flatness: f64,
-    /// Cost of an uncovered surface point, in units of the mean squared edge.
+    /// Cost of a surface point without a kept face, in mean squared edge lengths.
     pub penalty: f64,
-    /// Balance of true and false candidates in the agreement, 0..=1.
+    /// Balance of the agreement: 0 weighs candidates equally, 1 the true and the false ones.
     pub balance: f64,
 }
 
@@ -100,7 +100,7 @@ pub struct Candidates<'a> {
     pub points: &'a [[f32; 3]],
     /// Corners of the candidates, n_triangles x 3.
     pub triangles: &'a [[u32; 3]],
-    /// Near triangles, n_triangles x n_triangles.
+    /// Graph of nearby triangles, n_triangles x n_triangles.
     pub neighbours: &'a Csr,
     /// Edges of each triangle, n_triangles x 3.
     pub edges: &'a [[u32; 3]],
@@ -117,11 +117,11 @@ pub struct Candidates<'a> {
 /// Measurements of the candidates that do not depend on probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceGeometry {
-    /// Distances of Eq. (7), n_triangles.
+    /// Squared distances of Eq. (7), n_triangles.
     pub forward: Vec<f64>,
-    /// Distances of Eq. (8).
+    /// Squared distances of Eq. (8).
     pub reverse: ReverseDistances,
-    /// Near triangles for the coverage.
+    /// Triangles near each surface point, for the coverage.
     pub near: NearTriangles,
     /// Ordered pairs of colliding triangles.
     pub collisions: Vec<[u32; 2]>,
@@ -133,7 +133,7 @@ pub struct FaceGeometry {
     pub length2: f64,
 }
 
-/// Measures the candidates for all terms with a weight.
+/// Measures the candidates for all terms of non-zero weight.
 pub fn face_geometry(candidates: &Candidates, objective: &FaceObjective) -> FaceGeometry {
     let Candidates { points, triangles, neighbours, surface, original_barycenters, .. } = *candidates;
     let FaceObjective { per_triangle, n_near, flatness, .. } = *objective;
@@ -159,7 +159,7 @@ fn mean_squared_edge(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
     if mean > 0.0 { mean } else { 1.0 }
 }
 
-/// Computes the terms with a weight, with squared lengths in units of the candidates' mean squared edge.
+/// Computes the terms of non-zero weight, with squared lengths in units of the candidates' mean squared edge.
 ///
 /// ```
 /// use neural_mesh::linalg::Csr;

@@ -37,7 +37,7 @@ pub(super) fn spread_points([a, b, c]: [DVec3; 3], n: usize) -> impl Iterator<It
     })
 }
 
-/// Inverse and squared inverse of the plastic number.
+/// Steps of the pattern: inverse and squared inverse of the plastic number.
 const STEP: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
 
 #[cfg(test)]

@@ -3,9 +3,9 @@
 /// Weights and bias of an affine map; `T` is a shape, a matrix, or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Affine<T> {
-    /// n_in x n_out, one row per input.
+    /// Matrix, n_in x n_out: one row per input.
     pub weights: T,
-    /// 1 x n_out.
+    /// Bias, 1 x n_out, added to each row.
     pub bias: T,
 }
 

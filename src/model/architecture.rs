@@ -2,9 +2,9 @@
 
 use super::{Affine, DevConv, EdgePredictor, FaceClassifier, Network, PointSampler, SparseAttention, TriConv};
 
-/// Numbers of layers, widths and neighbours; the default is the shipped paper network's.
+/// Numbers of layers, widths and neighbours of the paper's network; the default is that of the shipped weights.
 ///
-/// The paper states only the three layers, 15 neighbours of a sample and 20 of a triangle.
+/// The paper states only the number of layers (three), of a sample's neighbours (15) and of a triangle's (20).
 ///
 /// ```
 /// use neural_mesh::model::Architecture;
@@ -20,21 +20,21 @@ pub struct Architecture {
     pub point_sampler_layers: usize,
     /// Width of the Point Sampler's layers.
     pub point_sampler_width: usize,
-    /// Width of a hidden layer before the score; 0 (the paper) for none.
+    /// Width of the Point Sampler's hidden layer before the score; 0 (the paper) for none.
     pub point_sampler_hidden: usize,
     /// Width of the Edge Predictor's DevConv.
     pub edge_predictor_width: usize,
     /// Width of the Edge Predictor's queries and keys.
     pub attention_width: usize,
-    /// Nearest samples joined with each sample.
+    /// Number of nearest samples that G_ext joins with each sample.
     pub edge_knn: usize,
     /// TriConv layers of the Face Classifier.
     pub face_classifier_layers: usize,
     /// Width of the Face Classifier's layers.
     pub face_classifier_width: usize,
-    /// Candidate faces per sample, by descending prior; 0 (the paper) for all.
+    /// Number of candidate faces per sample, chosen by largest prior; 0 (the paper) keeps all.
     pub face_candidates: usize,
-    /// Nearest triangles joined with each triangle, 20 in the paper; 0 joins edge neighbours.
+    /// Number of nearest triangles joined with each triangle, 20 in the paper; 0 joins triangles that share an edge.
     pub face_knn: usize,
 }
 
@@ -85,10 +85,10 @@ impl Architecture {
     }
 }
 
-/// Sizes that a file may omit.
+/// Names of the sizes that a weights file may omit.
 const NOT_IN_THE_PAPER: [&str; 3] = ["point_sampler_inputs", "point_sampler_hidden", "face_candidates"];
 
-/// Largest size accepted from a file.
+/// Largest value of a size in a weights file.
 const MAX_SIZE: usize = 1024;
 
 impl Architecture {
@@ -153,7 +153,7 @@ impl Architecture {
         Ok(sizes)
     }
 
-    /// Returns the first size out of range.
+    /// Returns the name and value of the first size out of range.
     pub fn bad_size(self) -> Option<(&'static str, usize)> {
         self.sizes().into_iter().find(|&(name, size)| !is_size(name, size))
     }

@@ -11,12 +11,12 @@ use std::sync::Arc;
 pub struct CandidateFaces {
     /// n_candidates x 3 samples, each triangle ascending.
     pub triangles: Vec<[u32; 3]>,
-    /// Entries of G_ext that hold the edges ij, ik, jk of each triangle.
+    /// Indices of the edges ij, ik, jk of each triangle among the entries of G_ext.
     pub entries: Arc<[[u32; 3]]>,
 }
 
 impl CandidateFaces {
-    /// Returns the `n` candidates with the largest prior, and those of the original surface.
+    /// Keeps the `n` candidates of largest prior, and all that are in `original`.
     ///
     /// # Shapes
     /// - `adjacency`: A_s, one value per entry of G_ext

@@ -7,9 +7,9 @@ use std::sync::Arc;
 /// The two linear maps of a DevConv, one row per input; without bias as in the paper.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DevConv<T> {
-    /// `W_theta`, n_in x width, applied to differences.
+    /// `W_theta`, n_in x width, applied to the differences between a vertex and its neighbours.
     pub theta: T,
-    /// `W_phi`, width x width, applied to the maximum.
+    /// `W_phi`, width x width, applied to the maximum over the neighbours.
     pub phi: T,
 }
 

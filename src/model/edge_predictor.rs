@@ -5,7 +5,7 @@ use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
 use std::sync::Arc;
 
-/// A DevConv and an attention layer.
+/// The Edge Predictor's two layers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgePredictor<T> {
     /// DevConv over positions.
@@ -17,16 +17,16 @@ pub struct EdgePredictor<T> {
 /// Predictions for the edges of G_ext, n_entries x 1 each.
 #[derive(Clone, Debug)]
 pub struct Edges {
-    /// S, Eq. (2): each row is a distribution.
+    /// Attention S, Eq. (2): the entries of each row sum to 1.
     pub attention: Value,
-    /// A_s, Eq. (3): symmetric, not negative.
+    /// Predicted adjacency A_s, Eq. (3): symmetric, not negative.
     pub adjacency: Value,
 }
 
 /// Computes `A_s[i, j] = S[i, :] A S[j, :]^T` for i, j in G_ext, Eq. (3), with S from Eq. (2).
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, in units of their edges
+/// - `points`: n x 3, the samples, scaled to mean edge length 1
 /// - `graph`: n x n, G_ext, symmetric
 /// - `original`: n x n, A, samples joined by the mesh, symmetric
 ///

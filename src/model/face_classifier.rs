@@ -12,9 +12,9 @@ use std::sync::Arc;
 /// TriConv layers and a linear map to one number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceClassifier<T> {
-    /// The layers; the first acts on the prior.
+    /// TriConv layers in order; the first acts on the prior.
     pub tri_convs: Vec<TriConv<T>>,
-    /// Map to one number.
+    /// Map from the last features to a triangle's logit.
     pub output: Affine<T>,
 }
 
@@ -52,10 +52,10 @@ fn across_edges(triangles: &[[u32; 3]]) -> Csr {
 
 /// Computes the probability of each candidate face: TriConv layers over its prior, then a sigmoid.
 ///
-/// A softmax over all triangles, as in the paper, would leave none above one half.
+/// The paper's softmax over all triangles would give at most one a probability above one half.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, in units of their edges
+/// - `points`: n x 3, the samples, scaled to mean edge length 1
 /// - `triangles`: corners ascending by original vertex
 /// - `graph`: G_tri
 /// - `prior` and the result: n_triangles x 1

@@ -10,7 +10,7 @@ use glam::DVec3;
 pub struct EdgeFrame {
     /// The point moved to the origin.
     pub centre: [f64; 3],
-    /// Factor of every length, above 0.
+    /// Factor by which lengths are multiplied, above 0.
     pub scale: f64,
 }
 

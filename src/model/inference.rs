@@ -106,7 +106,7 @@ pub struct PredictedEdges {
 
 /// Extends the connectivity of the samples and predicts its edges, Sec. 3.2.
 ///
-/// Every sample is its own neighbour in G_ext; otherwise A_s is blurred.
+/// G_ext joins each sample with itself, too; otherwise A_s is blurred, since no sample attends to itself.
 ///
 /// # Shapes
 /// - `points`: the samples, from [`in_edge_lengths`](super::in_edge_lengths) over `original`
@@ -132,7 +132,7 @@ pub fn predict_edges(weights: &Weights, points: &[[f32; 3]], original: &Arc<Csr>
 pub struct PredictedFaces {
     /// The candidate faces.
     pub candidates: CandidateFaces,
-    /// p_init of each candidate.
+    /// Prior p_init of each candidate.
     pub prior: Vec<f32>,
     /// Probability of each candidate, in 0..=1.
     pub probabilities: Vec<f32>,
@@ -163,7 +163,7 @@ pub(crate) fn choose_candidates(
 /// Finds candidate faces and classifies them, Secs. 3.2 and 3.3.
 ///
 /// # Shapes
-/// - `points`: the samples, in units of their edges, ordered by original vertex
+/// - `points`: the samples, scaled to mean edge length 1, ordered by original vertex
 /// - `original`: as for [`candidate_faces`]
 ///
 /// ```
@@ -193,7 +193,7 @@ pub fn predict_faces(
         let probabilities = face_classifier(&mut Tape::default(), &net, &points, &triangles, graph, &prior);
         probabilities.matrix().data().to_vec()
     };
-    // The candidates are in coherent order already.
+    // The candidates are already sorted such that near ones are near in memory.
     let order = || (0..candidates.triangles.len() as u32).collect();
     let probabilities = compute_in_tiles(&graph, order, (TILE, net.tri_convs.len()), classify);
     PredictedFaces { candidates, prior, probabilities }

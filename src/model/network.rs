@@ -40,7 +40,7 @@ impl<T> Network<T> {
         }
     }
 
-    /// Builds the network from named tensors.
+    /// Builds the network from its tensors by name.
     ///
     /// # Errors
     /// [`WeightsError::Missing`] names the first missing tensor.

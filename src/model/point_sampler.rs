@@ -9,11 +9,11 @@ use std::sync::Arc;
 /// DevConv layers, an optional hidden layer, and a linear map to one score.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointSampler<T> {
-    /// The layers; the first acts on positions, or on positions and normals.
+    /// DevConv layers in order; the first acts on positions, or on positions and normals.
     pub dev_convs: Vec<DevConv<T>>,
-    /// Hidden layer with ReLU; without one, scores are proportional to the input.
+    /// Hidden layer with ReLU before the score; without it, scaled inputs scale all score differences alike.
     pub hidden: Option<Affine<T>>,
-    /// Map to the score.
+    /// Map from the last features to the score.
     pub score: Affine<T>,
 }
 
@@ -26,7 +26,7 @@ pub struct Vertices<'a> {
     pub normals: Option<&'a Value>,
 }
 
-/// Scores every vertex; higher scores are sampled sooner, and only differences matter.
+/// Scores every vertex; higher scores are sampled sooner, and only differences between scores matter.
 ///
 /// # Shapes
 /// - `vertices`: n rows
@@ -54,7 +54,7 @@ pub fn point_sampler(tape: &mut Tape, net: &PointSampler<Value>, vertices: Verti
     }
     let mut features = vertices.points.clone();
     for layer in &net.dev_convs {
-        // Only the first layer can be wider than its input.
+        // Only a first layer over positions and normals has more weight rows than the positions have columns.
         features = if layer.theta.matrix().n_rows() > features.matrix().n_cols() {
             let normals = vertices.normals.cloned().unwrap_or_else(none);
             dev_conv_with_normals(tape, layer, [&features, &normals], rings)

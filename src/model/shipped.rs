@@ -27,7 +27,7 @@ pub(super) fn read_shipped(file: &[u8]) -> Weights {
     own_file(file).expect("shipped weights are valid")
 }
 
-/// Reads a file of `Weights::to_bytes`; returns `None` for other files.
+/// Reads a file in the exact layout of `Weights::to_bytes`; returns `None` for other files.
 fn own_file(bytes: &[u8]) -> Option<Weights> {
     let (length, rest) = bytes.split_first_chunk()?;
     let (header, data) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;

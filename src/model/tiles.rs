@@ -3,15 +3,16 @@
 use crate::linalg::Csr;
 use std::sync::Arc;
 
-/// Nodes of a tile: its features take 8 MB in a layer 32 wide, and the nodes around it are few in comparison.
+/// Number of nodes in a tile: their features take 8 MB in a layer 32 wide, and few more nodes surround a tile.
 pub(super) const TILE: usize = 1 << 16;
 /// Marks nodes outside the tile and its surroundings.
 const ABSENT: u32 = u32::MAX;
 
 /// Computes a value per node of a graph, in tiles of `n_tile` nodes that follow each other in `order`.
 ///
-/// `compute` sees the nodes of a tile and all that `n_hops` edges reach from them, ascending, with the graph between these, and
-/// returns a value for each. Values of the tile itself are exact where `n_hops` layers look one edge far each.
+/// `compute` sees the nodes of a tile and all that `n_hops` edges reach from them, ascending, with the graph between
+/// these, and returns a value for each. The tile's own values are exact if `compute` applies at most `n_hops` layers
+/// over direct neighbours.
 ///
 /// # Shapes
 /// - `graph`: n x n; `order`: n nodes, each once, near ones near each other
@@ -57,7 +58,7 @@ fn surroundings(graph: &Csr, tile: &[u32], n_hops: usize, local: &mut [u32]) -> 
             }
         }
     }
-    // In their order in the whole graph, so that sums over neighbours add in the same order.
+    // Nodes keep their order in the whole graph, so that sums over neighbours add in the same order.
     nodes.sort_unstable();
     (0..).zip(&nodes).for_each(|(at, &node)| local[node as usize] = at);
     nodes

@@ -8,9 +8,9 @@ use std::sync::Arc;
 /// Perceptron of a TriConv: `hidden`, ReLU, `output`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriConv<T> {
-    /// 9 + n_in to width.
+    /// Map from 9 + n_in to width features.
     pub hidden: Affine<T>,
-    /// width to width.
+    /// Map from width to width features.
     pub output: Affine<T>,
 }
 
@@ -76,7 +76,7 @@ pub fn tri_conv(
 #[derive(Clone, Copy)]
 pub(super) struct Layers<'a> {
     pub tri_convs: &'a [TriConv<Value>],
-    /// width to n_out.
+    /// Map of the last features, from width to n_out.
     pub last: &'a Affine<Value>,
 }
 

@@ -5,7 +5,7 @@ use crate::autodiff::{Tape, Tensors, Value, WeightsError};
 use crate::linalg::Matrix;
 use std::sync::Arc;
 
-/// Expected neighbours of a candidate joined across edges, for the scale of initial weights.
+/// Assumed number of edge neighbours of a candidate, by which initial weights are scaled down.
 const ACROSS_EDGES: usize = 9;
 
 /// Finite weights whose shapes match their architecture.
@@ -33,7 +33,7 @@ impl Weights {
 
     /// Draws uniform weights with variance `2 / n_in` (He et al. 2015) and zero biases.
     ///
-    /// The last maps of a TriConv and of the classifier get smaller weights.
+    /// The output maps of each TriConv and of the classifier get smaller weights.
     pub fn random_of(architecture: Architecture, seed: u64) -> Self {
         let n_neighbours = match architecture.face_knn {
             0 => ACROSS_EDGES,
@@ -90,12 +90,12 @@ impl Weights {
         &self.tensors
     }
 
-    /// Returns the objective of the training, if the file names it.
+    /// Returns the name of the training objective, if the file states it.
     pub fn objective(&self) -> Option<&str> {
         self.objective.as_deref()
     }
 
-    /// Sets the name of the objective.
+    /// Sets the name of the training objective.
     ///
     /// ```
     /// use neural_mesh::model::Weights;

@@ -7,7 +7,7 @@ use crate::model::normalize_points;
 use glam::{DMat3, DQuat, DVec3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Changes a mesh as the settings say, and moves it to mean 0 and bounding box diagonal 1.
+/// Rotates, stretches and roughens a mesh as the settings say; the result has mean 0 and bounding box diagonal 1.
 pub(super) fn augment_mesh(
     mesh: &TriMesh,
     settings: &Settings,

@@ -35,7 +35,7 @@ mod tests {
 
     #[test]
     fn the_error_has_its_golden_value_and_gradient() {
-        // Differences 1 and 3 with areas 3 and 1 have mean 1.5.
+        // Score minus bending is 1 and 3, with areas 3 and 1: the mean is 1.5.
         let (error, gradient) = squared_error(&[2.0, 3.0], &[1.0, 0.0], &[3.0, 1.0]);
         assert_eq!((error, gradient), (0.75 * 0.25 + 0.25 * 2.25, vec![-0.75, 0.75]));
     }

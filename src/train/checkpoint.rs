@@ -20,27 +20,27 @@ pub(super) struct Origin {
     pub version: String,
     pub settings: String,
     pub files: Vec<DataFile>,
-    /// SHA-256 of the initial weights, if given.
+    /// SHA-256 of the given initial weights file, if any.
     pub init: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Position {
     pub epoch: usize,
-    /// Order of the meshes in this epoch; empty before the epoch begins.
+    /// Order in which this epoch visits the meshes; empty before the epoch begins.
     pub order: Vec<u32>,
     pub n_done: usize,
     /// Number of steps over all epochs, skipped ones included.
     pub step: u64,
     pub random: Xoshiro256PlusPlus,
-    /// Names of the terms; empty before the first step.
+    /// Names of the loss terms; empty before the first step.
     pub names: Vec<String>,
     pub sums: Vec<f64>,
     pub n_summed: usize,
     pub watch: LossWatch,
-    /// Smallest validation total so far, or training total without validation.
+    /// Smallest mean loss of a validation so far; without validation, of an epoch's steps.
     pub best: Option<f64>,
-    /// Lengths of the tables of steps and epochs, in bytes.
+    /// Lengths in bytes of `steps.csv` and `epochs.csv`.
     pub n_bytes: [u64; 2],
 }
 
@@ -65,7 +65,7 @@ pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(
     write_path(path, &bytes, true).map_err(|error| TrainError::file(path, error))
 }
 
-/// Reads a checkpoint; `shapes` derives the tensor shapes from its origin.
+/// Reads a checkpoint; `shapes` derives the tensor shapes from the origin stored in it.
 pub(super) fn read_checkpoint(
     path: &Path,
     shapes: impl FnOnce(&Origin) -> Result<Tensors<[usize; 2]>, TrainError>,

@@ -13,7 +13,7 @@ pub(super) struct CsvTable {
 }
 
 impl CsvTable {
-    /// Opens or creates a table and truncates it to a length in bytes.
+    /// Opens or creates a table and cuts it to its first `n_bytes` bytes.
     pub fn open(path: &Path, n_bytes: u64) -> Result<Self, TrainError> {
         let file = OpenOptions::new().create(true).read(true).write(true).truncate(false).open(path);
         let mut file = file.map_err(|error| problem(path, &error))?;

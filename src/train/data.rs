@@ -36,13 +36,13 @@ pub struct DataSet {
     pub training: Vec<TrainingMesh>,
     /// Meshes for validation, selected by the beginnings of their names.
     pub validation: Vec<TrainingMesh>,
-    /// Unused files with the reason.
+    /// Names of unused files, each with the reason.
     pub left_out: Vec<(String, String)>,
     /// All mesh files, used or not, by name.
     pub files: Vec<DataFile>,
 }
 
-/// Reads every mesh file in a folder, in the order of their names, ignoring other formats.
+/// Reads every mesh file in a folder, in the order of names.
 ///
 /// # Errors
 /// [`TrainError::File`] if the folder cannot be read or has no mesh for training.

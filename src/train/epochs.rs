@@ -97,7 +97,7 @@ fn train_on_mesh(
     Ok(if matches!(wish, Wish::Stop | Wish::Abandon) { Ending::Stopped } else { Ending::Finished })
 }
 
-/// Terms of a step, or the reason why it was skipped.
+/// Loss terms of a step by name, or the reason why its mesh was skipped.
 type StepOutcome = Result<Vec<(&'static str, f64)>, String>;
 
 fn make_step(run: &mut TrainingRun, mesh: &TrainingMesh, step: &StepFunction) -> Result<StepOutcome, TrainError> {

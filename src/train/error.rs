@@ -26,7 +26,7 @@ pub enum TrainError {
         /// The term or tensor, and its fault.
         what: String,
     },
-    /// The step function breaks its contract.
+    /// The step function used no mesh of an epoch, or changed its terms.
     Step(String),
 }
 

@@ -6,11 +6,11 @@
 pub enum TrainEvent<'a> {
     /// A step is done.
     Step {
-        /// Epochs done before this one.
+        /// Number of epochs done before this one.
         epoch: usize,
-        /// Steps done in this epoch.
+        /// Number of steps done in this epoch.
         n_done: usize,
-        /// Steps of an epoch.
+        /// Number of steps in an epoch.
         n_steps: usize,
         /// The loss terms by name.
         terms: &'a [(&'static str, f64)],
@@ -19,25 +19,25 @@ pub enum TrainEvent<'a> {
     Skipped {
         /// Name of the mesh's file.
         mesh: &'a str,
-        /// Reason.
+        /// Reason why the mesh was skipped.
         why: &'a str,
     },
     /// A validation mesh was measured.
     Validated {
-        /// Epochs done before this one.
+        /// Number of epochs done before this one.
         epoch: usize,
-        /// Meshes measured after this epoch.
+        /// Number of meshes measured so far.
         n_done: usize,
-        /// Meshes of the validation.
+        /// Number of validation meshes.
         n_meshes: usize,
     },
     /// An epoch is done.
     Epoch {
-        /// Epochs done, this one included.
+        /// Number of epochs done, this one included.
         n_done: usize,
-        /// Mean total of the epoch's steps.
+        /// Mean summed loss of the epoch's steps.
         training: f64,
-        /// Mean total of the validation, if any.
+        /// Mean summed loss of the validation, if any.
         validation: Option<f64>,
         /// True if the weights are the best so far.
         is_best: bool,

@@ -10,7 +10,7 @@ use crate::model::barycenters;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
-/// Surface points per sample at which the coverage is measured.
+/// Points drawn on the original surface per sample, to measure the coverage.
 const POINTS_PER_SAMPLE: usize = 4;
 
 pub(super) struct FaceContext<'a> {
@@ -71,7 +71,7 @@ fn surface_points(mesh: &TriMesh, n: usize, seed: u64) -> Vec<[f32; 3]> {
     surface_samples(mesh, n, seed).iter().map(|sample| sample.point(mesh).as_vec3().to_array()).collect()
 }
 
-/// Returns for each entry of G_ext whether the mesh spans exactly one triangle there.
+/// Returns for each entry of G_ext whether exactly one quotient triangle has this edge.
 fn boundary_entries(quotient_triangles: &[[u32; 3]], extended: &Csr) -> Vec<bool> {
     let mut counts = vec![0u32; extended.n_entries()];
     for &[i, j, k] in quotient_triangles {

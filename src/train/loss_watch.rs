@@ -3,9 +3,9 @@
 use super::StepResult;
 use serde::{Deserialize, Serialize};
 
-/// Steps before the running mean is used.
+/// Number of first steps in which no loss counts as an explosion.
 const PATIENCE: u64 = 20;
-/// Share of the newest total in the running mean.
+/// Smallest weight of the newest loss in the running mean.
 const FORGETTING: f64 = 0.02;
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -15,7 +15,7 @@ pub(super) struct LossWatch {
 }
 
 impl LossWatch {
-    /// Returns the fault of a step, naming the term or tensor; updates the mean if there is none.
+    /// Returns the fault of a step, naming term or tensor; without one, updates the mean.
     pub fn find_trouble(&mut self, step: &StepResult, explosion: f64) -> Option<String> {
         find_non_finite(step).or_else(|| self.check_explosion(step, explosion))
     }

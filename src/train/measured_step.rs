@@ -1,7 +1,8 @@
 //! Step of measured objectives, which learns the best vertex importance for the closed assembly.
 //!
-//! Simultaneous perturbation (Spall 1992) estimates the gradient to the scores: the scores of each cell of the surface move
-//! up or down at random, both results are measured, and each cell is credited with the change inside it.
+//! Simultaneous perturbation (Spall 1992) estimates the gradient by the scores. Each cell of the surface moves its
+//! scores up or down at random; results of these and of the opposite moves are measured. Each cell is credited with the
+//! difference inside it.
 
 use super::random::{random_below, uniform};
 use super::scored_mesh::score_mesh;
@@ -17,12 +18,12 @@ use rand_xoshiro::rand_core::SeedableRng;
 use rayon::prelude::*;
 use std::collections::VecDeque;
 
-/// Fewest output vertices of a useful step.
+/// Fewest output vertices with which a step is useful.
 const MIN_OUTPUT_VERTICES: usize = 50;
 /// Prior value of an output vertex: minus the derivative of an error's logarithm to the logarithm of the vertex count.
 // Errors are assumed inversely proportional to the number of vertices.
 const PRIOR_WORTH: f64 = 1.0;
-/// Weight of the prior relative to the cells' measurements, as a share of all output vertices.
+/// Weight of [`PRIOR_WORTH`]: that of a measurement which moves this share of the output vertices between cells.
 const PRIOR_WEIGHT: f64 = 0.2;
 
 /// Computes the objective's terms and their estimated gradient.
@@ -48,19 +49,19 @@ pub fn measured_step(
     Ok(StepResult { terms, gradients: scored.backward(gradient.into_iter().map(|g| g as f32).collect()) })
 }
 
-/// Estimated value and gradient of an objective of the closed assembly's results.
+/// Estimated value and gradient of an objective for the closed assembly.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Estimate {
-    /// Minimised terms by name, averaged over the probes.
+    /// Minimised terms by name, averaged over the probes (pairs of perturbed results).
     pub terms: Vec<(&'static str, f64)>,
-    /// Gradient of the sum of the terms to the scores, n_vertices.
+    /// Gradient of the terms' sum by the scores, n_vertices.
     pub gradient: Vec<f64>,
     /// Variance of the gradient over the probes, n_vertices; 0 with a single probe.
     pub variance: Vec<f64>,
 }
 
-/// Estimates the gradient of an objective of results with `n_output` vertices to the vertex scores.
+/// Estimates how an objective of results with `n_output` vertices changes with the vertex scores.
 ///
 /// Scores are logarithms of importance. The settings `probes`, `probe_cell` and `probe_step` control the estimate.
 ///
@@ -166,7 +167,7 @@ impl Prober<'_> {
         Ok(ProbeResult { terms, gradient: share_by_area(&slopes, &cells, self.areas) })
     }
 
-    /// Returns each cell's change of the terms, and the value of a vertex.
+    /// Returns the change of the summed terms in each cell, and the value of an output vertex.
     fn cell_changes(
         &self,
         error_shares: &ErrorShares,
@@ -184,7 +185,7 @@ impl Prober<'_> {
             ErrorShares::Vertices(shares) => {
                 cells.iter().zip(shares).for_each(|(&cell, share)| changes[cell as usize] += share)
             }
-            // A single error has no location, so only the prior tells the value of a vertex.
+            // A single error has no location, so only the prior gives the value of an output vertex.
             ErrorShares::Everywhere(all) => return (vec![*all; signs.len()], PRIOR_WORTH * n_terms as f64),
         }
         let worth = vertex_worth(&changes, counts, signs, n_terms);
@@ -213,7 +214,7 @@ fn share_by_area(values: &[f64], groups: &[u32], areas: &[f64]) -> Vec<f64> {
     groups.iter().zip(areas).map(share).collect()
 }
 
-/// Returns the value of an output vertex, by which cells pay for the vertices that they gain.
+/// Returns the value of an output vertex, which a cell pays for each vertex gained.
 ///
 /// The number of output vertices is fixed, so raising all cells together must change nothing.
 fn vertex_worth(changes: &[f64], counts: &[f64], signs: &[f32], n_terms: usize) -> f64 {
@@ -222,7 +223,7 @@ fn vertex_worth(changes: &[f64], counts: &[f64], signs: &[f32], n_terms: usize) 
     ((usual * PRIOR_WEIGHT - along(changes)) / (PRIOR_WEIGHT + along(counts).max(0.0))).clamp(0.0, 3.0 * usual)
 }
 
-/// Divides the vertices into cells that grow over the edges from random seeds.
+/// Divides the vertices into `n_cells` cells that grow over the edges from random vertices.
 fn cells(rings: &Csr, n_cells: usize, random: &mut Xoshiro256PlusPlus) -> Vec<u32> {
     const NONE: u32 = u32::MAX;
     let mut cells = vec![NONE; rings.n_rows()];

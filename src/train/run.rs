@@ -27,9 +27,9 @@ pub struct TrainRequest<'a> {
     pub folder: &'a Path,
     /// Settings as TOML; `None` for the defaults, or for those of the checkpoint.
     pub settings: Option<&'a str>,
-    /// Objective instead of the settings'; [`OWN_OBJECTIVE`] for a custom step.
+    /// Objective, instead of that in the settings; [`OWN_OBJECTIVE`] for a custom step.
     pub objective: Option<&'a str>,
-    /// Number of epochs instead of the settings'.
+    /// Number of epochs, instead of that in the settings.
     pub epochs: Option<usize>,
     /// True to resume from the checkpoint, if there is one.
     pub resume: bool,
@@ -44,7 +44,7 @@ pub struct TrainRequest<'a> {
 pub struct OwnNetwork {
     /// Initial weights.
     pub tensors: Tensors<Arc<Matrix>>,
-    /// Metadata of the weights files, read by [`architecture_text`](crate::autodiff::architecture_text).
+    /// Text on the sizes in the weights files, read by [`architecture_text`](crate::autodiff::architecture_text).
     pub about: String,
 }
 
@@ -55,7 +55,7 @@ impl<'a> TrainRequest<'a> {
     }
 }
 
-/// A training ready to continue.
+/// An open training, new or resumed.
 #[derive(Debug)]
 pub struct TrainingRun {
     /// The settings in force.

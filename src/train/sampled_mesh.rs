@@ -17,15 +17,15 @@ pub(super) struct SampledMesh {
     pub frame: EdgeFrame,
     /// The samples in that frame, n_samples x 3.
     pub points: Vec<[f32; 3]>,
-    /// A of Eq. (3): samples whose regions touch.
+    /// Graph A of Eq. (3), which joins samples whose regions touch.
     pub edges: Csr,
-    /// Triangles that the mesh spans between the regions.
+    /// Triples of samples whose regions meet in a face of the mesh.
     pub quotient_triangles: Vec<[u32; 3]>,
-    /// True if A_s alone decides which triangles are candidates.
+    /// True for a point cloud, whose candidates come from A_s alone.
     as_cloud: bool,
 }
 
-/// Connects the samples of a mesh, given as vertices; for clouds, regions touch along `rings` only.
+/// Connects the sampled vertices of a mesh; with `as_cloud`, regions touch where `rings` joins them.
 pub(super) fn connect_samples(
     mesh: &TriMesh,
     points: &[[f32; 3]],
@@ -44,9 +44,9 @@ pub(super) fn connect_samples(
 
 pub(super) struct CandidateGraph {
     pub faces: CandidateFaces,
-    /// G_ext, which the candidates' entries index.
+    /// G_ext, to whose entries the candidates' edges refer.
     pub extended: Arc<Csr>,
-    /// G_tri.
+    /// G_tri, which joins neighbouring candidates.
     pub neighbours: Arc<Csr>,
 }
 

@@ -14,15 +14,15 @@ use crate::spatial::{nearest_to, point_curvature};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
-/// Vertices per step at which the terms are measured.
+/// Number of vertices per step, the queries, at which the terms are measured.
 const QUERIES: usize = 1024;
-/// Neighbours per query: factor to the vertices per sample, minimum, maximum.
+/// Neighbours per query: as a multiple of the vertices per sample, the least, the most.
 const NEIGHBOURS: (f64, f64, f64) = (5.0, 8.0, 128.0);
 
 pub(super) struct SamplerInput<'a> {
-    /// n x 3, in edge lengths.
+    /// Vertex positions, n x 3, in mean edge lengths.
     pub points: &'a [[f32; 3]],
-    /// n x 3, unit vectors.
+    /// Unit normals, n x 3.
     pub normals: &'a [[f32; 3]],
     pub rings: &'a Csr,
 }
@@ -93,7 +93,7 @@ mod tests {
     fn the_print_has_the_gradient_of_its_value() {
         let points = shapes::icosphere(1).positions().to_vec();
         let scores: Vec<f32> = (0..points.len()).map(|v| (v % 5) as f32 * 0.1).collect();
-        // A step this small does not change the sample.
+        // A change of the score this small does not change the drawn sample.
         let moved = |at: usize, by: f32| {
             let mut scores = scores.clone();
             scores[at] += by;

@@ -15,7 +15,7 @@ pub(super) struct ScoredMesh {
     pub rings: Arc<Csr>,
     /// Positions, n x 3, in units of the mean edge length.
     pub points: Vec<[f32; 3]>,
-    /// n x 3, unit vectors; zero if unknown.
+    /// Unit normals, n x 3; zero if unknown.
     pub normals: Vec<[f32; 3]>,
     pub scores: Value,
 }

@@ -251,7 +251,7 @@ fn parse_table(text: &str) -> Result<Table, TrainError> {
     })
 }
 
-/// Converts a value to the kind of its default; integers are accepted for any number.
+/// Converts a value to the type of the default; accepts integers for fractions.
 fn convert_to_kind(name: &str, value: Value, default: &Value) -> Result<Value, TrainError> {
     match (value, default) {
         (Value::Integer(n), Value::Float(_)) => Ok(Value::Float(n as f64)),

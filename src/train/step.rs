@@ -28,13 +28,13 @@ pub struct StepResult {
     pub gradients: Tensors<Matrix>,
 }
 
-/// A function that computes one step from tensors, item, settings and random state.
+/// A function that computes a step's loss and gradients from tensors, item, settings and random state.
 ///
 /// Results must have the same bits on any number of threads. An error is the reason why the mesh is skipped.
 pub type StepFunction<'a> =
     dyn Fn(&Tensors<Arc<Matrix>>, &TrainingItem, &Settings, &mut Xoshiro256PlusPlus) -> Result<StepResult, String> + 'a;
 
-/// Wraps a step of the paper's network, with the sizes from the settings.
+/// Wraps a step of the paper's network as a [`StepFunction`]; the settings give the sizes.
 ///
 /// ```
 /// use neural_mesh::{model::Weights, train::{TrainingItem, Settings, StepResult, step_from_network}};
@@ -53,7 +53,7 @@ pub fn step_from_network<'a>(
 }
 
 impl StepResult {
-    /// Returns the minimised sum of the terms.
+    /// Returns the sum of the terms, which training minimises.
     pub fn total(&self) -> f64 {
         self.terms.iter().map(|(_, value)| value).sum()
     }

@@ -1,4 +1,4 @@
-//! Validation: the step function on unchanged meshes at fixed ratios.
+//! Validation: losses of the step function on unchanged meshes at fixed ratios.
 
 use super::event::{TrainEvent, Wish};
 use super::{StepFunction, StepResult, TrainError, TrainingItem, TrainingRun};
@@ -6,7 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
 pub(super) enum Validation {
-    /// Means of the terms over all meshes and ratios.
+    /// Means of the loss terms over all meshes and ratios.
     Means(Vec<f64>),
     /// No mesh could be measured.
     Nothing,

@@ -8,7 +8,7 @@ use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 use crate::{documents, indices};
 
-/// Progress listener: receives the finished share of a step and the step's number; `Break` ends the run.
+/// Progress listener: receives the finished share (0 to 1) of a step and the step's number; `Break` ends the run.
 pub type ProgressListener = Box<dyn FnMut(f64, u32) -> ControlFlow<()> + Send>;
 
 /// Answers a request; failures are answers with a one-line message.

@@ -14,7 +14,7 @@ fn progress(_: f64, _: u32) -> u32 {
     0
 }
 
-/// Reports the progress of a step; returns `Break` if JavaScript ends the run.
+/// Reports the finished share of step `part`; returns `Break` if JavaScript ends the run.
 pub fn report_progress(share: f64, step: u32) -> ControlFlow<()> {
     if progress(share, step) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
 }

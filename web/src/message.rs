@@ -83,13 +83,13 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// Adds bytes and returns their number for the JSON.
+    /// Adds bytes and returns the number of their part, for the JSON.
     pub fn add(&mut self, bytes: Vec<u8>) -> usize {
         self.parts.push(bytes);
         self.parts.len()
     }
 
-    /// Adds numbers of `N` bytes each and returns the array's number for the JSON.
+    /// Adds numbers of `N` bytes each and returns the number of their part, for the JSON.
     pub fn add_numbers<T, const N: usize>(
         &mut self,
         numbers: impl IntoIterator<Item = T>,

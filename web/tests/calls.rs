@@ -128,7 +128,7 @@ fn figures_and_distances_are_those_of_the_program() {
     let mean = values["distance_mean"].as_f64().unwrap();
     assert!((0.01..0.2).contains(&mean), "{mean}");
     let distances = &answer.json["distances"][0];
-    // Faces that are large are painted between their corners, too.
+    // Large faces also have distance samples between their corners.
     assert_eq!(answer.part(&distances["of_original"]).len() % 4, 0);
     assert!(answer.part(&distances["of_original"]).len() >= 4 * original.positions().len());
     assert_eq!(answer.indices(&answer.json["surfaces"][1]["faces"]).len(), 1280);

@@ -69,7 +69,7 @@ impl IntrinsicFigures {
         let second = IntrinsicSurface::new(simplified, &self.options, 4 * n_pairs)?;
         let transfer =
             ValueTransfer::new(&first.points, simplified, &second.laplacian, &closest_point_tree(simplified))?;
-        // The simplified mesh chooses the start, because its vertices are sparser.
+        // Distances start at the simplified mesh's vertex nearest to the source, because its vertices are sparser.
         let source = second.nearest(self.source);
         let sources = [first.nearest(second.points[source as usize]), source];
         Some(Pair { original: first, simplified: second, transfer, n_pairs, sources })
@@ -112,7 +112,7 @@ fn error_percent(pair: &Pair, distances: &[f64], on_simplified: &[f64]) -> Optio
     let transferred = pair.transfer.values(on_simplified);
     let here: Vec<usize> = (0..mass.len()).filter(|&i| component[i] == component[pair.sources[0] as usize]).collect();
     let largest = here.iter().map(|&i| distances[i]).fold(0.0, f64::max);
-    // Unreachable points count with the largest distance.
+    // An unreachable point has an infinite distance; its error counts as the largest distance.
     let error = |&i: &usize| mass[i] * (transferred[i] - distances[i]).abs().min(largest);
     let area: f64 = here.iter().map(|&i| mass[i]).sum();
     (largest > 0.0).then(|| 100.0 * here.iter().map(error).sum::<f64>() / area / largest)
@@ -160,7 +160,7 @@ mod tests {
         }
     }
 
-    // A result that lost half of the sphere is compared by as many eigenfunctions as a whole one.
+    // A result that lost half of the sphere is still compared by the number of eigenfunctions of a whole result.
     #[test]
     fn lost_vertices_do_not_make_the_spectrum_better() {
         let sphere = shapes::icosphere(4);
@@ -175,7 +175,7 @@ mod tests {
         for figure in 0..3 {
             assert!(errors[0][figure] < errors[1][figure] && errors[1][figure] < errors[2][figure], "{errors:?}");
         }
-        // A single face has only three of the 40 eigenfunctions.
+        // A single face has three vertices, so only three of the 40 eigenfunctions.
         assert!(errors[3][0] > 1.8 && errors[3][1] > 92.0 && errors[3][2] > 92.0, "{errors:?}");
         assert_eq!((judge.eigenpairs(162), judge.eigenpairs(100_000)), (40, 100));
     }

@@ -1,4 +1,4 @@
-//! A surface with its Laplacian and solvers.
+//! A surface with its Laplacian, eigenpairs and geodesic solver.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! All figures of a simplified mesh.
+//! All error figures of a simplified mesh.
 
 use neural_mesh::mesh::{TriMesh, topology};
 use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
@@ -7,22 +7,22 @@ use super::figures::IntrinsicFigures;
 
 // Largest number of eigenpairs that the paper compares.
 const EIGENPAIRS: usize = 200;
-// Name of the figure before those along the surface.
+// Name of the figure after which those along the surface are inserted.
 const BEFORE: &str = "curvature_error";
 
-/// Options of the figures along the surface.
+/// Options of the figures along the surface: eigenpairs and geodesic distances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IntrinsicOptions {
     /// Largest number of eigenpairs; 0 skips the figures that need them.
     pub eigenpairs: usize,
     /// True to measure geodesic distances.
     pub geodesics: bool,
-    /// Vertex where distances start; by default the one farthest from the box's centre.
+    /// Vertex of the original where distances start; by default the one farthest from the box's centre.
     pub source: Option<u32>,
 }
 
 impl IntrinsicOptions {
-    /// No figures along the surface.
+    /// Options that measure no figure along the surface.
     pub const NONE: Self = Self { eigenpairs: 0, geodesics: false, source: None };
 }
 
@@ -39,7 +39,7 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// Prepares an original.
+    /// Prepares an original for comparisons.
     pub fn new(mesh: &TriMesh, options: &CompareOptions, along: &IntrinsicOptions) -> Self {
         let original = ReferenceMesh::new(mesh, options);
         let found = topology(mesh);
@@ -54,7 +54,7 @@ impl Judge {
         self.along.eigenpairs(n_target)
     }
 
-    /// Measures a simplified mesh; the figures and their order are always the same.
+    /// Measures a simplified mesh made for a target of `n_target` vertices; figures come in a fixed order.
     ///
     /// ```
     /// use neural_mesh::{mesh::shapes, metrics::CompareOptions};
@@ -65,7 +65,8 @@ impl Judge {
     /// assert!(error.value.unwrap() < 5.0);
     /// ```
     pub fn figures(&self, simplified: &TriMesh, n_target: usize) -> Vec<Figure> {
-        // The target sets the number of eigenpairs, so that lost vertices do not lower it.
+        // The requested vertices set the number of eigenpairs, so that a result with fewer vertices is not compared by
+        // fewer.
         let mut figures = compare(&self.original, simplified);
         let at = figures.iter().position(|figure| figure.name == BEFORE).map_or(figures.len(), |at| at + 1);
         figures.splice(at..at, self.along.figures(&self.original.to_unit_size(simplified), n_target));

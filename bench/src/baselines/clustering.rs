@@ -8,10 +8,10 @@ use super::planes::{face_plane, to_double};
 use neural_mesh::geometry::Quadric;
 use neural_mesh::mesh::{TriMesh, compact};
 
-// Binary logarithm of the largest resolution.
+// Binary logarithm of the largest number of cells along the longest side.
 const FINEST: f64 = 20.0;
 const TRIES: usize = 24;
-// Pull toward the cell's mean, as a fraction of the quadric's trace.
+// Weight of the distance to the mean of a cell's vertices, as a fraction of the quadric's trace.
 const PULL: f64 = 1e-4;
 
 pub(super) fn cluster_vertices(mesh: &TriMesh, n_vertices: usize) -> Result<TriMesh, BaselineError> {
@@ -39,7 +39,7 @@ fn best_clusters(positions: &[DVec3], faces: &[[u32; 3]], n_vertices: usize) -> 
         if n > 0 && best.as_ref().is_none_or(|best| miss < best.0) {
             best = Some((miss, clusters, left));
         }
-        // The first try is the finest grid; if it has too few vertices, coarser ones have fewer.
+        // The first try is the finest grid; if it leaves too few vertices, coarser grids leave even fewer.
         if miss == 0 || (tried == 0 && n < n_vertices) {
             break;
         }

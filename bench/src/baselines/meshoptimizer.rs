@@ -5,7 +5,7 @@ use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_sloppy, simplify_with
 use super::BaselineError;
 use neural_mesh::mesh::{TriMesh, compact};
 
-// Results never exceed this error.
+// Error bound that no result reaches, so that only the number of faces counts.
 const NO_LIMIT: f32 = 1e10;
 
 /// Returns the faces of meshoptimizer's `simplify`, which may stop above `n_faces`.

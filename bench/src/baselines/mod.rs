@@ -65,7 +65,7 @@ impl Baseline {
         }
     }
 
-    /// Returns the method of a name.
+    /// Returns the method with a name.
     ///
     /// ```
     /// use neural_mesh_bench::baselines::Baseline;
@@ -77,7 +77,7 @@ impl Baseline {
     }
 }
 
-/// Target size; QEM and meshoptimizer use the faces, the others the vertices.
+/// Target size; QEM and meshoptimizer use the number of faces, the others that of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     /// Number of vertices.
@@ -86,7 +86,7 @@ pub struct Size {
     pub faces: usize,
 }
 
-/// Simplifies a mesh by one of the methods; the seed draws points.
+/// Simplifies a mesh by one of the methods, some of which draw points by `seed`.
 ///
 /// Results may miss the target size where a method gets stuck.
 ///

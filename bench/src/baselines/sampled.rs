@@ -22,10 +22,10 @@ pub(super) fn uniform_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64
 
 fn uniform_points(n: usize, k: usize, seed: u64) -> Vec<u32> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-    // The first k places of a shuffle (Fisher and Yates).
+    // Only the first k places of a shuffle (Fisher and Yates) are drawn.
     let mut points: Vec<u32> = (0..n as u32).collect();
     for i in 0..k.min(n) {
-        // The top half of the product is below n - i, and the same on every machine.
+        // The upper half of the 128-bit product is a number below n - i, equal on every machine.
         let offset = (u128::from(rng.next_u64()) * (n - i) as u128) >> 64;
         points.swap(i, i + offset as usize);
     }

@@ -19,7 +19,7 @@ pub(super) struct ContestCase<'a> {
     pub mesh: &'a TriMesh,
     pub ratio: f64,
     pub seed: u64,
-    // Our first method, whose number of faces is the target of the others.
+    // The first of our methods, whose resulting number of faces is the target of the others.
     pub leader: Option<&'a Method>,
     pub n_faces: Option<usize>,
 }
@@ -32,7 +32,7 @@ impl ContestCase<'_> {
     }
 }
 
-/// Runs each method `repeats` times in turns; `None` where `wait` breaks.
+/// Runs each method once per round, `repeats` rounds; `None` if `wait` breaks.
 pub(super) fn run_case(
     engine: &Engine,
     case: &ContestCase,
@@ -46,7 +46,7 @@ pub(super) fn run_case(
     for round in 0..repeats.max(1) {
         for at in leader_first(methods, case.leader) {
             let outcome = &mut outcomes[at];
-            // A failed method keeps its first error.
+            // A method that failed is not run again and keeps its first error.
             if matches!(outcome, Some(MethodOutcome { result: Err(_), .. })) {
                 continue;
             }

@@ -31,7 +31,7 @@ pub(super) struct Engine<'a> {
     pub worker: Option<&'a Worker>,
     pub time_limit: Duration,
     pub threads: usize,
-    // Weights of the closed and the paper's assembly.
+    // Weights files of the closed and of the paper's assembly; shipped weights if `None`.
     pub weights: [Option<&'a Path>; 2],
     pub learned: &'a [LearnedFile],
     pub scratch: &'a Path,
@@ -52,9 +52,9 @@ pub(super) struct RunResult {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TimedScope {
-    // The method alone, with the mesh in memory.
+    // The time is that of the method alone, with the mesh in memory.
     Method,
-    // The whole process, with start, reading and writing.
+    // The time is that of the whole process, with start, reading and writing.
     Process,
 }
 

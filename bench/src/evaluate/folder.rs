@@ -15,13 +15,13 @@ pub(super) const SETTINGS: &str = "settings.json";
 pub(super) struct FolderState {
     pub table: Table,
     holds_evaluation: bool,
-    // Tools whose command changed, with the old one; none had a result.
+    // Tools whose command differs from that of the earlier run, with the earlier command; none of them has a result.
     corrected: Vec<Tool>,
 }
 
 impl FolderState {
     fn is_outdated(&self, row: &ResultRow) -> bool {
-        // An unreadable mesh is not the tool's fault.
+        // A row of an unreadable mesh stays, since another command would not change it.
         row.vertices_in > 0 && self.corrected.iter().any(|tool| tool.name == row.method)
     }
 }

@@ -34,7 +34,7 @@ pub(super) enum Work {
     Foreign(ForeignRun),
 }
 
-/// Runs work given as a line of JSON and returns the answer as JSON.
+/// Runs a job given as a line of JSON; returns its seconds or its error as JSON.
 ///
 /// ```
 /// let answer = neural_mesh_bench::evaluate::answer_job("no work");

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use process_wrap::std::{ChildWrapper, CommandWrap};
 
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
-// Interval between checks as a fraction of the elapsed time.
+// Time between two checks of a process, as a fraction of its elapsed time.
 const WAIT_FRACTION: f64 = 0.01;
 
 const OUT: &str = "stdout";
@@ -88,7 +88,7 @@ fn wait_for_end(
             return Ok(status);
         }
         let elapsed = began.elapsed();
-        // An error of `None` means the time limit.
+        // `Err(None)` means that the time limit was reached.
         if elapsed >= limit {
             return Err(None);
         }

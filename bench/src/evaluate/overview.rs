@@ -11,7 +11,7 @@ use super::summary::{
 };
 use super::{ResultRow, Table};
 
-// Limits of values and meshes; meshes beyond them are left out.
+// Largest numbers of values and meshes in a summary; further meshes are left out.
 const MOST_VALUES: usize = 3_000_000;
 const MOST_MESHES: usize = 20_000;
 
@@ -26,11 +26,11 @@ pub struct Overview {
     pub methods: Vec<String>,
     /// Ratios, ascending.
     pub ratios: Vec<f64>,
-    /// Figures with values, sizes and seconds first.
+    /// Columns, sizes and seconds first; figures without any value are left out.
     pub columns: Vec<Column>,
-    /// Summaries, n_ratios x n_methods.
+    /// Summaries of the methods, n_ratios x n_methods.
     pub standings: Vec<Vec<MethodSummary>>,
-    /// Cases without a result.
+    /// Failures, grouped by method and reason.
     pub failures: Vec<Failures>,
 }
 
@@ -39,9 +39,9 @@ pub struct Overview {
 pub struct Column {
     /// Name of the figure in the table.
     pub name: String,
-    /// Unit.
+    /// Unit of the figure.
     pub unit: String,
-    /// Description.
+    /// Description of the figure.
     pub about: String,
     #[serde(skip)]
     value: Value,
@@ -50,26 +50,26 @@ pub struct Column {
 /// The summary of a method at a ratio; a case is a mesh with a seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodSummary {
-    /// Cases with a result.
+    /// Number of cases with a result.
     pub results: usize,
-    /// Cases whose input mesh was read, with or without a result.
+    /// Number of cases whose input mesh could be read.
     pub cases: usize,
-    /// Cases in which this and the reference method have a result.
+    /// Number of cases with results of both this and the reference method.
     pub both: usize,
-    /// Summary of each column.
+    /// One summary per column.
     pub cells: Vec<FigureSummary>,
 }
 
 /// A figure of a method at a ratio.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FigureSummary {
-    /// Mean of the values.
+    /// Mean of the figure over the cases.
     pub mean: Option<f64>,
-    /// Median of the values.
+    /// Median of the figure over the cases.
     pub median: Option<f64>,
-    /// Number of values.
+    /// Number of cases with a value.
     pub n: usize,
-    /// Median of the quotients over the reference method.
+    /// Median over the cases of this method's value divided by the reference method's.
     pub quotient: Option<f64>,
     /// Number of quotients.
     pub n_quotients: usize,
@@ -80,11 +80,11 @@ pub struct FigureSummary {
 pub struct Failures {
     /// Method that failed; `all` if the input mesh could not be read.
     pub method: String,
-    /// Rows of the table with this failure; an unreadable mesh has one for each method.
+    /// Number of rows with this failure; an unreadable mesh has one for each method.
     pub cases: usize,
     /// Mesh, ratio and seed of the first of these rows.
     pub first: String,
-    /// Reason.
+    /// Reason of the failure.
     pub why: String,
 }
 
@@ -168,18 +168,18 @@ pub(super) fn failures(table: &Table) -> Vec<Failures> {
     reasons.into_iter().map(failures).collect()
 }
 
-/// Every figure of every mesh: medians over the seeds.
+/// Figures of every mesh, as medians over the seeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points<'a> {
     /// Name, vertices and faces of each mesh.
     pub meshes: Vec<(&'a str, usize, usize)>,
-    /// Meshes left out.
+    /// Number of meshes left out.
     pub n_left_out: usize,
-    /// Values per column, n_ratios x n_methods x n_meshes.
+    /// Medians, one list per column: n_ratios x n_methods x n_meshes.
     pub values: Vec<Vec<Option<f32>>>,
 }
 
-/// Returns the points of a table.
+/// Returns the figures of every mesh of a table.
 ///
 /// ```
 /// use neural_mesh_bench::evaluate::{ResultRow, Table, overview, points};

@@ -7,29 +7,29 @@ pub struct ResultRow {
     pub mesh: String,
     /// Target ratio of vertices.
     pub ratio: f64,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
     /// Method.
     pub method: String,
     /// Reason of a failure, or empty.
     pub error: String,
-    /// Vertices of the mesh; 0 if unreadable.
+    /// Number of vertices of the cleaned mesh; 0 if unreadable.
     pub vertices_in: usize,
-    /// Faces of the cleaned mesh.
+    /// Number of faces of the cleaned mesh.
     pub faces_in: usize,
-    /// Target vertices.
+    /// Target number of vertices.
     pub vertices_asked: usize,
-    /// Target faces.
+    /// Target number of faces.
     pub faces_asked: usize,
-    /// Vertices of the result.
+    /// Number of vertices of the result.
     pub vertices_out: usize,
-    /// Faces of the result.
+    /// Number of faces of the result.
     pub faces_out: usize,
-    /// Median time of the runs.
+    /// Median time of the runs, in seconds.
     pub seconds: Option<f64>,
-    /// Conditions.
+    /// Settings, program and machine.
     pub conditions: Conditions,
-    /// Figures in the table's order.
+    /// Figures in the order of the table's names.
     pub figures: Vec<Option<f64>>,
 }
 
@@ -38,21 +38,21 @@ pub struct ResultRow {
 pub struct Conditions {
     /// Timed scope: `method`, with the mesh in memory, or the whole `process`.
     pub timed: String,
-    /// Timed runs.
+    /// Number of timed runs.
     pub runs: usize,
     /// Threads per method.
     pub threads: usize,
     /// Time limit of a run in seconds.
     pub time_limit: f64,
-    /// Samples per surface.
+    /// Number of sample points per surface.
     pub samples: usize,
-    /// Most eigenpairs of the Laplacian.
+    /// Largest number of eigenpairs of the Laplacian.
     pub eigenpairs: usize,
     /// First digits of the weights' SHA-256.
     pub weights: String,
     /// Version of this program.
     pub version: String,
-    /// Processor.
+    /// Model of the processor.
     pub cpu: String,
     /// Available cores.
     pub cores: usize,

@@ -35,7 +35,7 @@ impl Table {
 pub(super) struct RowsFile {
     file: File,
     path: PathBuf,
-    // Replaced files, open for their locks.
+    // Earlier versions of the file, kept open because that holds their locks.
     replaced: Vec<File>,
     pub table: Table,
 }
@@ -50,7 +50,7 @@ impl RowsFile {
         file.try_lock().map_err(|error| EvaluateError::file(path, lock_problem(&error)))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(problem)?;
-        // A kill may have left the beginning of a row.
+        // A killed run may have left the beginning of a row, which is cut off.
         let n_whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
         file.set_len(n_whole as u64).map_err(problem)?;
         file.seek(SeekFrom::Start(n_whole as u64)).map_err(problem)?;

@@ -32,11 +32,11 @@ pub struct Request {
     pub folder: PathBuf,
     /// Settings.
     pub settings: Settings,
-    /// Weights of the closed assembly; shipped if `None`.
+    /// Weights of the closed assembly; the shipped ones if `None`.
     pub weights: Option<PathBuf>,
-    /// Weights of the paper's assembly; shipped if `None`.
+    /// Weights of the paper's assembly; the shipped ones if `None`.
     pub paper_weights: Option<PathBuf>,
-    /// Weights of learned baselines; others are shipped.
+    /// Weights of learned baselines; the others use shipped ones.
     pub learned_weights: Vec<PathBuf>,
     /// True to continue with the present rows.
     pub resume: bool,
@@ -72,18 +72,18 @@ pub enum Event<'a> {
         mesh: &'a str,
         /// Target ratio of vertices.
         ratio: f64,
-        /// Seed.
+        /// Random seed.
         seed: u64,
-        /// Cases before this one, earlier runs included.
+        /// Number of cases done, earlier runs included.
         n_done: usize,
-        /// All cases.
+        /// Number of all cases.
         n_cases: usize,
     },
     /// A method runs; reported repeatedly.
     Running {
-        /// Method.
+        /// Running method.
         method: &'a Method,
-        /// Index of its run, from 0.
+        /// Index of this method's run in the case, from 0.
         round: usize,
     },
     /// Results are being measured.
@@ -105,7 +105,7 @@ pub enum Ending {
 
 /// Measures every method at every ratio on every mesh and appends the rows to `rows.csv` case by case.
 ///
-/// A kill loses only the present case. `report` can stop the run.
+/// A killed run loses only the present case. `report` can stop the run by `Break`.
 ///
 /// # Errors
 /// [`EvaluateError`] about settings, data, folder or a tool.
@@ -147,7 +147,7 @@ pub fn evaluate(request: &Request, report: &mut dyn FnMut(Event) -> ControlFlow<
             return Ok(Ending::Stopped);
         }
     }
-    // A kill after the last row may have left meshes to remove.
+    // A run killed after the last row may have left meshes to remove.
     run.store.remove_others();
     Ok(Ending::Finished)
 }
@@ -170,7 +170,7 @@ fn try_tools(
             "tools cannot be tried, as no temporary folder can be created: {error}: check TMPDIR"
         ))
     };
-    // Tools are tried in a system folder, because that of the evaluation must stay unchanged.
+    // Tools are tried in a temporary folder, because that of the evaluation must stay unchanged until all of them work.
     let place = tempfile::tempdir().map_err(problem)?;
     try_each(&make_engine(request, &[], place.path()), tools, &mut |tool| report(Event::Trying(tool)))
 }
@@ -263,7 +263,7 @@ impl EvaluationRun<'_> {
             let Some(judged) = self.run_case(trial, prepared, &missing, report) else {
                 return Ok(ControlFlow::Break(()));
             };
-            // Meshes are saved before the rows, so that a kill between the two repeats the case.
+            // Meshes are saved before the rows, so that a run killed in between repeats the case.
             if let Ok(PreparedMesh { mesh, .. }) = prepared {
                 self.save_worst(trial, mesh, &judged)?;
             }

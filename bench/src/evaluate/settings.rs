@@ -22,7 +22,7 @@ pub struct Settings {
     pub tools: Vec<Tool>,
     /// Target ratios, above 0 and at most 1.
     pub ratios: Vec<f64>,
-    /// Seeds.
+    /// Random seeds.
     pub seeds: Vec<u64>,
     /// Timed runs per case, at least 1.
     pub repeats: usize,
@@ -34,7 +34,7 @@ pub struct Settings {
     pub samples: usize,
     /// True to measure the paper's LE.
     pub spectrum: bool,
-    /// True to compare pictures.
+    /// True to compare pictures of original and result.
     pub appearance: bool,
     /// Prefixes of mesh files; empty for all.
     pub only: Vec<String>,
@@ -90,12 +90,12 @@ impl Settings {
     }
 }
 
-// Everything that determines the rows, except the machine.
+// All that determines the figures in the rows; a resumed run must have it unchanged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Origin {
     pub version: String,
     pub settings: Settings,
-    // SHA-256 of the weights of the closed and the paper's assembly.
+    // SHA-256 of the weights of the closed assembly, and of the paper's.
     pub weights: [String; 2],
     // SHA-256 of learned weights by method.
     #[serde(default)]

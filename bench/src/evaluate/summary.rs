@@ -13,15 +13,15 @@ const DEFAULT_REFERENCE: &str = "qem";
 pub struct Facts {
     /// Number of readable meshes.
     pub meshes: usize,
-    /// Seeds.
+    /// Distinct seeds.
     pub seeds: Vec<u64>,
-    /// Samples per surface.
+    /// Distinct numbers of sample points per surface.
     pub samples: Vec<usize>,
-    /// Timed runs per case.
+    /// Largest number of timed runs per case.
     pub runs: usize,
     /// Versions of this program.
     pub versions: Vec<String>,
-    /// Processors, cores and threads.
+    /// Distinct machines, each with processor, cores and threads.
     pub machines: Vec<String>,
     /// Methods whose whole process was timed.
     pub processes: Vec<String>,
@@ -49,12 +49,12 @@ pub(super) fn facts(table: &Table) -> Facts {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Value {
-    /// Figure by its index, times a factor.
+    /// Figure by its index in the table, multiplied by a factor.
     Figure(usize, f64),
     Seconds,
     Vertices,
     Faces,
-    /// Faces in percent of the input's.
+    /// Number of faces in percent of the input's.
     ShareOfFaces,
 }
 
@@ -79,7 +79,7 @@ pub(super) fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Joins the rows of two methods by mesh and seed.
+/// Returns pairs of rows of two methods with equal mesh and seed.
 pub(super) fn pairs<'a>(rows: &[&'a ResultRow], others: &[&'a ResultRow]) -> Vec<(&'a ResultRow, &'a ResultRow)> {
     let case = |row: &'a ResultRow| (row.mesh.as_str(), row.seed);
     let mut of_case: HashMap<(&str, u64), &ResultRow> = HashMap::new();

@@ -28,7 +28,7 @@ const MORE: [TableColumn; 7] = [
     ("curvature", "curvature_error", 1.0),
 ];
 
-// Results above this multiple of the target count as too large.
+// A result counts as too large if both its vertices and its faces exceed the target by this factor.
 const LARGER: f64 = 1.1;
 
 struct ShownColumn {
@@ -151,7 +151,7 @@ fn write_quotients(page: &mut String, table: &Table, ratio: f64, columns: &[Show
 
 fn format_results(rows: &[&ResultRow]) -> String {
     let n_cases = rows.iter().filter(|row| row.vertices_in > 0).count();
-    // Results of readable cases, and those that are too large: `28 of 30, 3 larger`.
+    // The cell counts results, readable cases and results that are too large: `28 of 30, 3 larger`.
     let larger = Some(count_too_large(rows)).filter(|n| *n > 0).map(|n| format!(", {n} larger")).unwrap_or_default();
     format!("{} of {n_cases}{larger}", n_results(rows))
 }
@@ -192,7 +192,7 @@ fn format_count(n_values: usize, n_results: usize) -> String {
     if (1..n_results).contains(&n_values) { format!(" ({n_values})") } else { String::new() }
 }
 
-/// Formats a number with three digits.
+/// Formats a number with three significant digits.
 pub(crate) fn format_number(value: Option<f64>) -> String {
     let Some(value) = value else { return "-".into() };
     let size = value.abs();

@@ -10,37 +10,37 @@ use super::{EvaluateError, ResultRow, Table};
 use neural_mesh::mesh::TriMesh;
 
 const CASES: usize = 3;
-// A page of 30 MB holds no more faces.
+// Largest number of faces of a saved mesh: a page of 30 MB holds no more.
 const MOST_FACES: usize = 1_000_000;
-// A position step of the page in percent of the diagonal; smaller distances count as equal.
+// Lower limit of distances in quotients, in percent of the diagonal: one step of the positions on the page.
 const LEAST: f64 = 100.0 / 65_535.0;
 
 pub(super) const WORST: &str = "worst";
 
-/// A case among a method's worst.
+/// A case among the worst of its method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorstCase {
     /// Mesh file.
     pub mesh: String,
     /// Target ratio of vertices.
     pub ratio: f64,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
     /// Method.
     pub method: String,
     /// Mean distance in percent of the diagonal.
     pub distance: f64,
-    /// Distance over the least of the other methods.
+    /// Distance divided by the smallest distance of another method in this case.
     pub quotient: Option<f64>,
 }
 
 impl WorstCase {
-    /// Reads the saved result.
+    /// Reads the saved result, if there is one.
     pub fn result(&self, folder: &Path) -> Option<TriMesh> {
         read_mesh(&self.path(folder)).ok()
     }
 
-    /// Reads the saved original.
+    /// Reads the saved original, if there is one.
     pub fn original(&self, folder: &Path) -> Option<TriMesh> {
         read_mesh(&original_path(folder, &self.mesh)).ok()
     }
@@ -110,7 +110,7 @@ impl WorstCaseStore {
         }
         for case in score_cases(table, rows) {
             let result = results.iter().find(|(method, _)| *method == case.method);
-            // The mesh of an earlier row exists, or was removed on purpose.
+            // A row of an earlier run takes part only if its mesh is still saved.
             if result.is_none() && !case.path(&self.folder).exists() {
                 continue;
             }
@@ -137,7 +137,7 @@ impl WorstCaseStore {
         ranks.retain(|known| known.path(&self.folder) != case.path(&self.folder));
         let at = ranks.partition_point(|known| known.cmp(&case).is_gt());
         ranks.insert(at, case);
-        // No later case changes a quotient, so the saved meshes follow from the rows alone, also after a kill.
+        // No later case changes a quotient, so the rows alone determine the saved meshes, also after a killed run.
         ranks.truncate(CASES);
         at < CASES
     }
@@ -207,7 +207,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (mut table, original, result) = (table(), shapes::icosphere(2), shapes::icosphere(1));
         for (mesh, distance) in [1.0, 8.0, 3.0, 1e-9, 9.0, 2.0].into_iter().enumerate() {
-            // A new store for each case behaves as after a kill.
+            // A new store for each case behaves as after a killed run.
             let mut store = WorstCaseStore::new(folder.path(), &table);
             let rows = [row(mesh, "a", Some(distance)), row(mesh, "b", Some(1.0)), row(mesh, "c", None)];
             let results = [("a", &result), ("b", &result)];

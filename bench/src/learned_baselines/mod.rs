@@ -44,7 +44,7 @@ impl LearnedBaseline {
         }
     }
 
-    /// Returns the method of a name.
+    /// Returns the method with a name.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::LearnedBaseline;

@@ -8,10 +8,10 @@ use anyhow::{Context, Result, ensure};
 
 const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cgal/collapse.cpp");
 
-// Debian's folder of Eigen, which CGAL needs.
+// Folder of the library Eigen on Debian, which CGAL needs.
 const EIGEN: &str = "/usr/include/eigen3";
 
-// Names of QEM with optimal placement and of Lindstrom-Turk.
+// Method names of CGAL's QEM with optimal placement and of its Lindstrom-Turk simplifier.
 pub const NAMES: [&str; 2] = ["cgal-qem", "cgal-lt"];
 
 pub fn build_tools(folder: &Path) -> Result<Vec<Tool>> {

@@ -10,7 +10,7 @@ use neural_mesh::train;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subsystem {
     Closed,
-    // Attributes, files and all else around the closed assembly.
+    // Attributes, files and the rest that surrounds the closed assembly.
     Carried,
     Paper,
     Training,

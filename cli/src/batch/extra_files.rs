@@ -1,4 +1,4 @@
-//! Extra files of a batch, mostly textures; none may replace another file of the batch.
+//! Extra files of a batch, mostly textures, which must not replace other files of the batch.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ pub struct ExtraFiles {
     results: HashSet<String>,
     /// Folders that contain `results`, case-folded; no extra file may have such a path.
     folders: HashSet<String>,
-    /// Paths of extra files already written, such as textures, case-folded.
+    /// Paths of extra files that are already written, case-folded.
     written: Mutex<HashSet<String>>,
     force: bool,
 }
@@ -47,9 +47,9 @@ impl ExtraFiles {
             let what = "a texture, material or buffer file of a mesh has the name of a result of the batch: rename one of the two in the input";
             return Err(Failure::in_file(&self.folder.join(taken), what));
         }
-        // The lock is held during the writes, so that a second thread finds the files of the first.
+        // The lock is held during the writes, so that other threads find these files when they check their own.
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        // Files that others refer to come first.
+        // Files are written in reverse, since files that others refer to come last in the list.
         for file in files.iter().rev() {
             let path = prepare_path(&self.folder, &relative_path(file))?;
             let is_new = written.insert(fold_case(&relative_path(file)));
@@ -62,7 +62,7 @@ impl ExtraFiles {
         Ok(())
     }
 
-    /// Returns whether the path is a result, inside one, or a folder of one.
+    /// Returns whether the path is a result, below one, or a folder of one.
     fn is_taken(&self, path: &Path) -> bool {
         self.folders.contains(&fold_case(path)) || path.ancestors().any(|path| self.results.contains(&fold_case(path)))
     }

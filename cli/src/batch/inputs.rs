@@ -20,7 +20,7 @@ pub fn is_pattern(path: &Path) -> bool {
     !path.exists() && path.to_string_lossy().contains(['*', '?', '['])
 }
 
-/// Rejects option values among the meshes, and a mesh file as the output folder.
+/// Rejects misplaced option values among the inputs, and a mesh file as the output folder.
 pub fn check_arguments(args: &SimplifyArgs) -> Result<(), Failure> {
     let is_value = |text: &str| text.ends_with('%') || text.parse::<f64>().is_ok();
     let stray = args.inputs.iter().find(|path| !path.exists() && path.to_str().is_some_and(is_value));
@@ -51,7 +51,8 @@ pub fn find_meshes(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
             _ => paths.push(path.clone()),
         }
     }
-    // Results are placed relative to the only given folder, else to the deepest common folder.
+    // Results get the inputs' paths relative to the given folder if it is the only input, else to the deepest common
+    // folder.
     let root = match given.as_slice() {
         [only] if only.is_dir() => normalize_path(only),
         _ => common_folder(&paths),

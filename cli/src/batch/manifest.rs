@@ -15,7 +15,7 @@ use crate::names::level_paths;
 use neural_mesh::job::{JobReport, Level, REACHED};
 
 pub const MANIFEST_FILE: &str = "manifest.csv";
-/// Shortest time between two writes; a killed batch repeats the meshes since the last one.
+/// Shortest time between two writes; a killed batch repeats meshes finished since the last one.
 const WRITE_INTERVAL: Duration = Duration::from_secs(1);
 const PENDING: &str = "pending";
 const FAILED: &str = "failed: ";
@@ -28,10 +28,10 @@ pub struct ManifestRow {
     output: String,
     vertices: Option<usize>,
     faces: Option<usize>,
-    /// One value per level of detail, separated by `;`.
+    /// Vertices of each level of detail, separated by `;`.
     output_vertices: Option<String>,
     output_faces: Option<String>,
-    /// Two-sided distance per level, in percent of the diagonal.
+    /// Mean two-sided distance of each level, in percent of the diagonal.
     mean_percent: Option<String>,
     max_percent: Option<String>,
     seconds: Option<f64>,
@@ -77,7 +77,8 @@ impl ManifestRow {
         if old.is_done() && folders.files_of_row(old).iter().all(|path| path.is_file()) {
             *self = old.clone();
         }
-        // A pending row may have files: the run was killed before it wrote the row. If one file is missing, the others are replaced.
+        // A pending row may have files, if the run was killed before it wrote the row; they are then replaced. So are
+        // the files of a done row if one of them is missing.
         Ok((old.outcome == PENDING || old.is_done()) && old.output == self.output)
     }
 
@@ -107,7 +108,7 @@ fn join_numbers(numbers: impl Iterator<Item = Option<impl Serialize>>) -> Option
 
 pub struct BatchFolders {
     pub folder: PathBuf,
-    /// Number of levels in separate files, or 0.
+    /// Number of levels of detail written to separate files, or 0.
     pub n_levels: usize,
     /// Folders for reports and pictures, with the endings of their files.
     pub side_folders: Vec<(PathBuf, &'static str)>,

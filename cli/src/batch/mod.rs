@@ -47,7 +47,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let (format, job) = check_arguments(&args)?;
     let inputs = inputs::find_meshes(&args)?;
     let folder = outputs::create_folder(&args.output)?;
-    // The folder stays locked until the batch counts.
+    // The folder stays locked until the batch has counted its results.
     let _lock = lock::lock_folder(&folder)?;
     outputs::prepare_path(&folder, Path::new(manifest::MANIFEST_FILE))?;
     let names = outputs::choose_names(&inputs, format);
@@ -180,7 +180,7 @@ struct Batch {
     inputs: Vec<Input>,
     manifest: Manifest,
     extra_files: ExtraFiles,
-    /// Meshes to run alone, since an earlier run ran out of memory.
+    /// Indices of meshes that run alone, since an earlier run ran out of memory with them.
     run_alone: Vec<usize>,
     weights: Option<Weights>,
     progress: Mutex<BatchProgress>,
@@ -222,7 +222,7 @@ impl Batch {
     fn simplify_one(&self, i: usize) -> Result<JobReport, Failure> {
         let below = self.manifest.output(i);
         let output = outputs::prepare_path(&self.folder, &below)?;
-        // An existing file may be the result of an earlier run, so it does not count as an obstacle here.
+        // An existing file may be the result of an earlier run, so only other obstacles count here.
         level_paths(&output, self.args.lods.len()).iter().try_for_each(|path| files::check_output_path(path, true))?;
         let mut request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
         let run = simplify::simplify_file(&mut request, self.weights.as_ref(), &mut Progress::silent())?;

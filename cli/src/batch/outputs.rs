@@ -29,14 +29,14 @@ pub fn choose_names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
         *counts.entry(fold_case(name)).or_default() += 1;
     }
     let is_shared = |name: &Path| counts.get(&fold_case(name)).is_some_and(|&n| n > 1);
-    // Unshared names are taken first; meshes that would share a name all get a longer one.
+    // Names of a single mesh are taken first; meshes that would share a name all get a longer one.
     let mut taken: HashSet<String> = own.iter().filter(|name| !is_shared(name)).map(|name| fold_case(name)).collect();
     let name =
         |(input, own): (&Input, PathBuf)| if is_shared(&own) { free_name(input, format, &mut taken) } else { own };
     inputs.iter().zip(own).map(name).collect()
 }
 
-/// Adds the placeholder of levels where levels are separate files.
+/// Adds the placeholder `{level}` where each level of detail has its own file.
 pub fn with_level_placeholders(inputs: &[Input], names: Vec<PathBuf>, format: Option<Format>) -> Vec<PathBuf> {
     let with_placeholder = |(input, name): (&Input, PathBuf)| {
         let source = Source::new(input.path.clone(), None, true);

@@ -13,9 +13,9 @@ struct ScheduleState {
     failure: Option<Failure>,
 }
 
-/// Runs each job (number, cost) on one thread, within the cost bound.
+/// Runs the jobs (number, cost), several at once while their costs sum to at most `bound`.
 ///
-/// `None` means one thread per core. A job with more than half of the bound runs alone on all threads.
+/// `n_threads` `None` means one thread per core. A job that costs more than half of `bound` runs alone on all threads.
 ///
 /// # Errors
 /// The first error of a job; no job starts after it.
@@ -50,7 +50,7 @@ pub fn run_jobs(
     lock_state(&state).failure.take().map_or(Ok(()), Err)
 }
 
-/// Waits for the largest job that fits next to the running ones; `None` when no job is left.
+/// Waits for the largest job that fits under the bound with the running ones; `None` when none is left.
 fn next_job(state: &Mutex<ScheduleState>, changed: &Condvar, bound: u64) -> Option<(usize, u64)> {
     let mut locked = lock_state(state);
     loop {

@@ -11,7 +11,7 @@ const OUT_OF_MEMORY_FILE: &str = ".neural-mesh-out-of-memory";
 const FAILURE: &str =
     "ran out of memory, even alone: raise --memory by more than a quarter, and continue with --resume";
 
-/// Returns the meshes to run alone, and registers this run's meshes.
+/// Returns the meshes to run alone, and registers this run's meshes, in case memory runs out.
 pub fn find_unfinished(folder: &Path, manifest: &mut Manifest, resume: bool) -> Result<Vec<usize>, Failure> {
     let path = folder.join(OUT_OF_MEMORY_FILE);
     let known = if resume && path.is_file() { files::read(&path)? } else { Vec::new() };
@@ -25,7 +25,8 @@ pub fn find_unfinished(folder: &Path, manifest: &mut Manifest, resume: bool) -> 
     for i in manifest.pending_meshes().to_vec() {
         let name = quote(&manifest.name(i));
         let mut runs = known.iter().filter(|mesh| mesh.name == name);
-        // A mesh that ran alone would fail again with similar memory; of several, another may have been the cause.
+        // A mesh that ran alone would fail again with similar memory; if several ran, another one may have been the
+        // cause.
         if runs.clone().any(|mesh| mesh.n_running == 1 && mesh.n_bytes / 4 >= allocator::limit() / 5) {
             manifest.fail_mesh(i, Failure::Failed(FAILURE.into()))?;
         } else if runs.next().is_some() {

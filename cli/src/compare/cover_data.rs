@@ -1,4 +1,4 @@
-//! Appearance of a mesh as small integers for the page's `cover.js`.
+//! Colours and texture coordinates of a mesh as small integers for the page's `cover.js`.
 //!
 //! Corners of a vertex with equal coordinates and colour form a wedge.
 
@@ -16,7 +16,7 @@ use crate::page::surface_data::SurfaceData;
 const COLOUR_STEPS: f32 = 4095.0;
 /// Largest number of steps of texture coordinates across an image.
 const UV_STEPS: f64 = 32_768.0;
-/// Largest number of steps over the whole range of coordinates.
+/// Largest number of steps over the mesh's whole range of texture coordinates.
 const MOST_UV_STEPS: f64 = (1 << 30) as f64;
 
 #[derive(Debug, Serialize)]
@@ -38,7 +38,7 @@ struct Paint {
 
 pub struct CoverData {
     pub layout: CoverLayout,
-    /// Packed vertices, u, v and colours of the wedges, paints of the faces, wedges of the corners.
+    /// Packed numbers: vertex, u, v and colour of each wedge, the paint of each face, the wedge of each corner.
     pub text: String,
 }
 
@@ -70,7 +70,7 @@ impl CoverData {
     }
 }
 
-/// Returns the lowest coordinate along an axis and the step length.
+/// Returns the lowest texture coordinate along an axis, and the length of a step.
 fn uv_steps(corners: &[[PaintedCorner; 3]], axis: usize) -> [f64; 2] {
     let all = || corners.iter().flatten().map(|corner| f64::from(corner.uv[axis])).filter(|x| x.is_finite());
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
@@ -117,7 +117,7 @@ fn number_wedges(corner_wedges: impl Iterator<Item = Wedge>) -> (Vec<Wedge>, Vec
     (wedges, corner_wedges)
 }
 
-/// Packs numbers column by column, and corners as the distance below the next unused number.
+/// Packs wedges column by column, and corners as the distance of their wedge below the next unused one.
 fn pack(wedges: &[Wedge], coloured: bool, face_paints: &[u32], corner_wedges: &[u32]) -> String {
     let mut packed = Packed::default();
     // Numbers of one kind in a row compress better.
@@ -161,7 +161,8 @@ mod tests {
         assert_eq!((*wedges, *coloured, *borrowed, *low, *step), (3, false, false, [0.0; 2], [1.0 / UV_STEPS; 2]));
         assert_eq!(paints[..], [Paint { image: Some(0), wrap: ["clamp", "repeat"] }]);
         let one = UV_STEPS as u32;
-        // Vertices 0 1 2; u 0 1 0; v 0 0 1; paint 0; three new corners. Differences are doubled, odd if negative.
+        // The numbers are: vertices 0 1 2; u 0 1 0; v 0 0 1; paint 0; three corners with new wedges. Differences are
+        // doubled, and odd if negative.
         assert_eq!(unpack_numbers(&found.text), [0, 2, 2, 0, 2 * one, 2 * one - 1, 0, 0, 2 * one, 0, 0, 0, 0]);
     }
 

@@ -6,7 +6,7 @@ use jpeg_encoder::{ColorType, Encoder};
 use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, image_problem, shrink};
 use rayon::prelude::*;
 
-/// Allowed sides in pixels, tried in turn while the total is too large.
+/// Largest sides of images in pixels, tried in turn while the total is too large.
 const ALLOWED_SIDES: [usize; 5] = [2048, 1024, 512, 256, 128];
 /// Bound on the total size of all images in bytes, before base64.
 const MAX_BYTES: usize = 16 << 20;
@@ -36,7 +36,7 @@ impl Gallery {
         })
     }
 
-    /// Returns the images at the largest allowed size (`None` if unreadable), and notes on changes.
+    /// Returns the images as large as fits (`None` if unreadable), and notes on changes.
     pub fn fit_images(&self) -> (Vec<Option<FittedImage>>, Vec<String>) {
         fit_images_within(&self.images, MAX_BYTES)
     }

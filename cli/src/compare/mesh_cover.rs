@@ -1,11 +1,11 @@
-//! Covers of meshes in a comparison: own materials, or the original's texture if only that is missing.
+//! Covers of compared meshes: their materials, or the original's texture if only a texture is missing.
 
 use neural_mesh::mesh::{Attributes, Look, Looks, Role};
 use neural_mesh::picture::SurfaceMaterials;
 
 pub struct MeshCover {
     pub cover: SurfaceMaterials,
-    /// True if the texture is the original's.
+    /// True if the texture is borrowed from the original.
     pub borrowed: bool,
 }
 
@@ -15,12 +15,12 @@ pub fn only_texture(looks: &Looks) -> Option<Look> {
     let first = textured.next()?;
     let image = |look: &Look| look.texture.as_ref().map(|texture| texture.image.clone());
     let mut look = textured.all(|look| image(look) == image(first)).then(|| first.clone())?;
-    // An empty name means the first coordinates.
+    // An empty channel name means the mesh's first texture coordinates.
     look.texture.iter_mut().for_each(|texture| texture.channel.clear());
     Some(look)
 }
 
-/// Returns the cover of a mesh; `None` for a plain white one.
+/// Returns the cover (colours and textures) of a mesh; `None` for a plain white one.
 pub fn mesh_cover(mut attributes: Attributes, mut looks: Looks, original_look: Option<&Look>) -> Option<MeshCover> {
     let has_uvs = attributes.channels.iter().any(|channel| channel.role == Role::Uv && channel.width == 2);
     let has_texture = looks.of_groups.iter().any(|look| look.texture.is_some());

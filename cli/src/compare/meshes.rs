@@ -35,7 +35,7 @@ pub struct ComparedMeshes {
     pub unread: Vec<Failure>,
 }
 
-/// Reads the original and the simplified meshes, except `given` ones.
+/// Reads the original and the simplified meshes from their files, except those in `given`.
 ///
 /// # Errors
 /// If the original cannot be read.

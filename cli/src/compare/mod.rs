@@ -32,7 +32,7 @@ struct Comparison {
     options: CompareOptions,
 }
 
-/// Comparison for another program.
+/// Comparison returned to another program.
 pub struct ComparisonOutput {
     /// JSON of `--json`.
     pub figures: String,

@@ -6,7 +6,7 @@ use super::{Comparison, MeasuredResult, NamedMesh};
 use crate::escapes::escape_controls;
 use crate::messages::{group_digits, shorten_path};
 
-/// Measures that are missing where they take too long.
+/// Measures that are left out where they would take too long.
 const COSTLY_FIGURES: [&str; 3] = ["distance_max", "turned_faces", "self_intersecting_faces"];
 
 /// Measures shown by default; `flip`, `ssim` and `psnr` need `--appearance`.

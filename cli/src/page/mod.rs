@@ -12,7 +12,7 @@ use serde_json::Value;
 const TITLE: &str = "<!-- title -->";
 const DATA: &str = "<!-- data -->";
 
-/// Letters per script element; a multiple of four, so that each element is valid base64.
+/// Number of letters per script element; a multiple of four, so that each element is valid base64.
 const LETTERS_PER_SCRIPT: usize = 1 << 18;
 
 /// Fills title and data into a template.

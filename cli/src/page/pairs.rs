@@ -7,7 +7,7 @@ use neural_mesh::spatial::NearestOnTriangles;
 use super::packed::Packed;
 use super::surface_data::SurfaceData;
 
-/// Distances between an original and a result, at sample points of each.
+/// Distances from sample points of an original to a result, and the reverse.
 pub struct Distances {
     of_result: Vec<f32>,
     of_original: Vec<f32>,
@@ -22,7 +22,7 @@ impl Distances {
         }
     }
 
-    /// Packs the distances as shares of `max`.
+    /// Packs the distances as shares of the distance `max`.
     pub fn pack(&self, original: &SurfaceData, result: &SurfaceData, max: f32) -> String {
         let mut values = Packed::default();
         result.pack_values(&mut values, &self.of_result, max);
@@ -31,7 +31,7 @@ impl Distances {
     }
 }
 
-/// Returns one colour scale for all pairs of an original, with equal weights.
+/// Returns one colour scale for the distances of all results of an original, each with equal weight.
 pub fn common_colour_scale<'a>(
     original: &TriMesh,
     pairs: impl IntoIterator<Item = (&'a TriMesh, &'a Distances)>,
@@ -45,7 +45,7 @@ pub fn common_colour_scale<'a>(
     colour_scale(weighed)
 }
 
-/// Packs a mesh with lists of its open, non-manifold and turned edges, which the page colours.
+/// Packs a mesh, with its open, non-manifold and turned edges, which the page colours.
 pub fn pack_surface(mesh: &TriMesh) -> SurfaceData {
     SurfaceData::new(mesh, &irregular_edges(mesh), PaintedMesh::new(mesh).steps)
 }

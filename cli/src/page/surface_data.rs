@@ -15,7 +15,7 @@ const STEPS: f64 = 65_535.0;
 pub struct SurfaceLayout {
     vertices: usize,
     faces: usize,
-    /// Numbers of marked edges: open, non-manifold, flipped.
+    /// Numbers of marked edges: open, non-manifold, turned (between faces of opposite orientation).
     marked: [usize; 3],
     low: [f64; 3],
     sides: [f64; 3],
@@ -24,9 +24,9 @@ pub struct SurfaceLayout {
     pub steps: usize,
 }
 
-/// Mesh in the form of the page.
+/// Mesh as the numbers that the page reads.
 pub struct SurfaceData {
-    /// Sizes and box.
+    /// Counts, bounding box and steps.
     pub layout: SurfaceLayout,
     /// Packed numbers: positions axis by axis, faces, marked edges.
     pub text: String,
@@ -49,7 +49,7 @@ impl SurfaceData {
         Self { layout, text: packed.text(), order }
     }
 
-    /// Returns the page vertex of each mesh vertex, `u32::MAX` for unused ones.
+    /// Returns the number of each mesh vertex on the page, `u32::MAX` for unused vertices.
     pub fn numbers(&self, n_vertices: usize) -> Vec<u32> {
         let mut numbers = vec![u32::MAX; n_vertices];
         for (number, &vertex) in self.order.iter().enumerate() {
@@ -67,7 +67,7 @@ impl SurfaceData {
     }
 }
 
-/// Packs square roots of values, which keep more digits of small ones.
+/// Packs square roots of values up to `max`; roots keep more digits of small values.
 fn pack_roots(packed: &mut Packed, values: impl Iterator<Item = f32>, max: f32) {
     let mut before = 0;
     for value in values {
@@ -111,7 +111,7 @@ fn pack_positions(packed: &mut Packed, positions: &[[f32; 3]], order: &[u32], lo
     }
 }
 
-/// Packs each corner as its distance below the next unused number; 0 is a new vertex.
+/// Packs each corner as the distance of its vertex number below the next unused one; 0 is a new vertex.
 fn pack_faces(packed: &mut Packed, faces: &[[u32; 3]], number: &[u32]) {
     let mut next = 0;
     for &vertex in faces.iter().flatten() {

@@ -22,7 +22,7 @@ use progress::TrainProgress;
 pub struct OtherNetwork<'a> {
     /// Value of the setting `objective`.
     pub objective: &'a str,
-    /// Architecture of the network.
+    /// Initial weights and description of the network.
     pub network: &'a OwnNetwork,
     /// Creates the training step.
     pub step: &'a (dyn Fn() -> Box<StepFunction<'static>> + Sync),

@@ -12,7 +12,7 @@ pub struct TrainProgress {
     bar: ProgressBar,
     voice: MessageStream,
     began: Instant,
-    /// Steps done before this run.
+    /// Number of steps done before this run.
     n_before: usize,
     n_steps: usize,
     n_epochs: usize,

@@ -7,7 +7,7 @@ use crate::model::{EdgePredictor, Edges, Weights, edge_predictor};
 use std::convert::Infallible;
 use std::sync::Arc;
 
-/// S and A_s, with the data for the backward pass.
+/// Predicted edges of the samples, with the data for the backward pass.
 pub struct EdgePredictorPass {
     /// S, Eq. (2), one value per entry of the graph.
     pub attention: Vec<f32>,
@@ -19,19 +19,19 @@ pub struct EdgePredictorPass {
     edges: Edges,
 }
 
-/// Gradients of a loss over S and A_s.
+/// Gradients of a loss that depends on S and A_s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgePredictorGradients {
-    /// Gradient to every tensor.
+    /// Gradient by each tensor.
     pub tensors: EdgePredictor<Matrix>,
-    /// Gradient to the positions of the samples.
+    /// Gradient by the samples' positions.
     pub points: Vec<[f32; 3]>,
 }
 
 /// Predicts the edges of the extended graph and records the operations.
 ///
 /// # Shapes
-/// - `points`: the samples, in units of their edges
+/// - `points`: the samples, scaled to mean edge length 1
 /// - `graph`: n x n, from [`extended_graph`](crate::model::extended_graph), symmetric
 /// - `original`: n x n, samples joined by the mesh, symmetric
 ///

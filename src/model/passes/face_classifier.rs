@@ -18,21 +18,21 @@ pub struct FaceClassifierPass {
     result: Value,
 }
 
-/// Gradients of a loss over the probabilities.
+/// Gradients of a loss that depends on the probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceClassifierGradients {
-    /// Gradient to every tensor.
+    /// Gradient by each tensor.
     pub tensors: FaceClassifier<Matrix>,
-    /// Gradient to the positions of the samples.
+    /// Gradient by the samples' positions.
     pub points: Vec<[f32; 3]>,
-    /// Gradient to the prior.
+    /// Gradient by the prior.
     pub prior: Vec<f32>,
 }
 
 /// Classifies triangles and records the operations.
 ///
 /// # Shapes
-/// - `points`: the samples, in units of their edges
+/// - `points`: the samples, scaled to mean edge length 1
 /// - `triangles`: corners ascending by original vertex
 /// - `graph`: from [`triangle_graph`](crate::model::triangle_graph)
 /// - `prior`: n_triangles

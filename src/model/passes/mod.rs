@@ -1,6 +1,8 @@
-//! Forward and backward passes of each stage and of the whole network, over slices.
+//! Forward and backward passes of each stage and of the whole network, over slices; "gradient by x" means with respect
+//! to x.
 //!
-//! A backward function turns gradients of results into those of tensors and positions; graphs and candidates are constants.
+//! A backward function turns a loss's gradients by results into those by tensors and positions; graphs and candidates
+//! are constants.
 
 mod edge_predictor;
 mod face_classifier;

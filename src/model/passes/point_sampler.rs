@@ -18,14 +18,14 @@ pub struct PointSamplerPass {
     result: Value,
 }
 
-/// Gradients of a loss over the scores.
+/// Gradients of a loss that depends on the scores.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointSamplerGradients {
-    /// Gradient to every tensor.
+    /// Gradient by each tensor.
     pub tensors: PointSampler<Matrix>,
-    /// Gradient to the positions.
+    /// Gradient by the positions.
     pub points: Vec<[f32; 3]>,
-    /// Gradient to the normals; empty without normals.
+    /// Gradient by the normals; empty without normals.
     pub normals: Vec<[f32; 3]>,
 }
 

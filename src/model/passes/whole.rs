@@ -6,7 +6,7 @@ use crate::linalg::{Csr, Matrix};
 use crate::model::{CandidateFaces, Network, Vertices, Weights, edge_predictor, face_classifier, point_sampler, prior};
 use std::sync::Arc;
 
-/// Discrete choices from mesh to candidate faces, constant for gradients.
+/// Graphs, samples and candidate faces of a mesh; gradients treat these choices as constants.
 #[derive(Clone, Debug)]
 pub struct Connectivity {
     /// The edges of the mesh, n x n.
@@ -25,7 +25,7 @@ pub struct Connectivity {
     pub triangle_graph: Arc<Csr>,
 }
 
-/// Outputs of the network, or gradients of a loss to them; empty gradients are zeros.
+/// Outputs of the network, or a loss's gradients by them; an empty gradient means zeros.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outputs {
     /// One score per vertex of the mesh, Sec. 3.1.
@@ -40,7 +40,7 @@ pub struct Outputs {
     pub probabilities: Vec<f32>,
 }
 
-/// The outputs, with the data for the backward pass.
+/// Outputs of the network, with the data for the backward pass.
 pub struct NetworkPass {
     /// The outputs.
     pub outputs: Outputs,
@@ -50,17 +50,17 @@ pub struct NetworkPass {
     results: [Value; 5],
 }
 
-/// Gradients of a loss over the outputs.
+/// Gradients of a loss that depends on the outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkGradients {
-    /// Gradient to every tensor.
+    /// Gradient by each tensor.
     pub tensors: Network<Matrix>,
-    /// Gradient to the positions of the mesh.
+    /// Gradient by the positions of the mesh's vertices.
     pub points: Vec<[f32; 3]>,
 }
 
 impl Network<Matrix> {
-    /// Returns the entries of all tensors in one list.
+    /// Returns the entries of all tensors in one list, tensor by tensor.
     ///
     /// ```
     /// use neural_mesh::model::Weights;

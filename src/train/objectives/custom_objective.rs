@@ -4,14 +4,14 @@ use super::{ErrorShares, JudgedErrors, Objective};
 use crate::mesh::TriMesh;
 use crate::simplify::WeightedResult;
 
-/// Errors of a result by a custom function: at least 0, smaller is better.
+/// Errors of a result from a custom function: at least 0, smaller is better.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Errors {
     /// Errors at each vertex of the original, n_vertices.
     Vertices(Vec<f64>),
     /// Errors at each face of the original, n_faces.
     Faces(Vec<f64>),
-    /// A single error of the whole result, which needs more probes.
+    /// A single error of the whole result; its gradient needs more probes.
     Whole(f64),
 }
 
@@ -80,7 +80,7 @@ mod tests {
     fn errors_have_their_golden_shares() {
         let vertices =
             judge_errors(Errors::Vertices(vec![3.0, 1.0, 0.0, 1.0]), Errors::Vertices(vec![1.0, 1.0, 1.0, 0.0]));
-        // Sums 5 and 3 have mean 4.
+        // The errors of the two results sum to 5 and 3, with mean 4.
         let error_shares = ErrorShares::Vertices(vec![0.5, 0.0, -0.25, 0.25]);
         assert_eq!(vertices.unwrap(), JudgedErrors { terms: vec![("objective", 4.0f64.ln())], error_shares });
         let whole = judge_errors(Errors::Whole(5.0), Errors::Whole(3.0)).unwrap();

@@ -9,7 +9,7 @@ pub use shape_objective::ShapeObjective;
 use crate::mesh::TriMesh;
 use crate::simplify::WeightedResult;
 
-/// A measure of two results' errors in one unit.
+/// A measure that compares the errors of two results of one mesh.
 pub trait Objective: Sync {
     /// Judges two results of one mesh.
     ///
@@ -18,16 +18,16 @@ pub trait Objective: Sync {
     fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<JudgedErrors, String>;
 }
 
-/// The errors of two results.
+/// Comparison of the errors of two results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JudgedErrors {
-    /// Minimised terms of both results together, as logarithms, with equal names and order for every mesh.
+    /// Minimised terms by name: logarithms of errors averaged over both results, in a fixed order.
     pub terms: Vec<(&'static str, f64)>,
-    /// Excess of the first result's sum of terms over the second's.
+    /// Sum of the first result's terms minus that of the second's, by place on the original.
     pub error_shares: ErrorShares,
 }
 
-/// Distribution of a difference over the original.
+/// Difference between two results' errors, split over faces or vertices of the original.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ErrorShares {
     /// Share of each face, n_faces.

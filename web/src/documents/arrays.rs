@@ -15,12 +15,12 @@ use crate::refusal::Refusal;
 const NAMES: [(&str, Role, usize); 3] =
     [("uv", Role::Uv, 2), ("normals", Role::Normal, 3), ("colors", Role::Colour, 4)];
 
-/// Mesh as parts of the request.
+/// Arrays of a mesh, each by the number of its part in the message.
 #[derive(Deserialize)]
 pub struct Arrays {
     /// Positions, n_vertices x 3.
     positions: usize,
-    /// True for double precision.
+    /// True if the positions have double precision.
     #[serde(default)]
     doubles: bool,
     /// Faces, n_faces x 3.
@@ -30,7 +30,7 @@ pub struct Arrays {
     colors: Option<usize>,
     /// Group of each face, n_faces.
     groups: Option<usize>,
-    /// Weights, n_vertices.
+    /// Weight of each vertex, n_vertices.
     importance: Option<usize>,
 }
 
@@ -80,10 +80,10 @@ fn check_length(name: &str, n: usize, wanted: usize) -> Result<(), Refusal> {
     if n == 0 || n == wanted { Ok(()) } else { Err(Refusal::new(format!("{name}: {n} numbers: give {wanted}"))) }
 }
 
-/// Vertices split where corners carry different values.
+/// Vertices of a mesh, split where their corners carry different values.
 pub struct SplitVertices {
     vertices: Vec<[u32; 2]>,
-    /// Corners of the faces, n_faces x 3.
+    /// Split vertices of each face, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
 }
 

@@ -74,7 +74,7 @@ fn read_mesh(file: &File, bytes: &[u8], folder: &Folder) -> Result<Cleaned, Refu
     clean(raw, &CleanOptions::default()).map_err(|error| file.refusal(error))
 }
 
-/// Adds a surface to the answer; returns its arrays' numbers and the samples per side.
+/// Adds a surface to the answer; returns its arrays' numbers, and the samples along a face's side.
 fn add_surface(mesh: &TriMesh, answer: &mut Answer) -> Value {
     let positions = answer.add_numbers(mesh.positions().iter().copied().flatten(), f32::to_le_bytes);
     let faces = answer.add_numbers(mesh.faces().iter().copied().flatten(), u32::to_le_bytes);

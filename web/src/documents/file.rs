@@ -13,7 +13,7 @@ use crate::refusal::Refusal;
 pub struct File {
     pub name: String,
     bytes: usize,
-    /// Parts of the companion files, by relative path.
+    /// Number of the part that holds each companion file, by relative path.
     #[serde(default)]
     beside: BTreeMap<String, usize>,
 }

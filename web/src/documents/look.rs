@@ -16,7 +16,7 @@ struct LookRequest {
     file: File,
 }
 
-/// Answers with arrays to draw, and notes on what is missing.
+/// Answers with the arrays to draw, and notes on what cannot be drawn.
 pub fn describe_surface(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
     let LookRequest { file } = serde_json::from_value(json)?;
     let (bytes, folder) = file.open(message)?;
@@ -60,7 +60,7 @@ fn add_arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &m
         arrays.insert("normals".into(), json!(answer.add_numbers(split.of_wedges(normals), f32::to_le_bytes)));
     }
     if let Some(uv) = of(Role::Uv).filter(|uv| uv.width == 2) {
-        // Images count v downwards.
+        // Texture coordinates count v upwards, images count it downwards.
         let values: Vec<f32> = split.of_wedges(uv).collect();
         let down = |(at, v): (usize, f32)| if looks.v_is_up && at % 2 == 1 { 1.0 - v } else { v };
         let values = values.into_iter().enumerate().map(down);

@@ -16,7 +16,7 @@ use crate::answer::ProgressListener;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-/// Steps of a job, by their numbers in calls of `progress`.
+/// Steps of a job; a step's index is its number in calls of `progress`.
 const STEPS: [JobStage; 6] =
     [JobStage::Read, JobStage::Simplify, JobStage::Bake, JobStage::Check, JobStage::Write, JobStage::Picture];
 
@@ -78,7 +78,7 @@ impl SimplifyRequest {
         if self.out.is_some() {
             job.check_format()?;
         }
-        // Measuring shapes takes about as long as measuring distances.
+        // Shapes are measured together with distances, since both take about equally long.
         job.shapes = job.check;
         Ok(job)
     }
@@ -126,7 +126,7 @@ struct Watcher {
     listener: ProgressListener,
     step: u32,
     is_ended: bool,
-    /// Start of the step, in seconds.
+    /// Start of the present step, in seconds.
     since: f64,
     /// Duration of each step, in seconds.
     seconds: [f64; STEPS.len()],

@@ -14,18 +14,18 @@ pub use points::select_points;
 
 #[derive(Deserialize)]
 struct BufferParts {
-    /// Vertices of the triangles, n_faces x 3.
+    /// Part with the triangles' vertices, n_faces x 3.
     indices: usize,
-    /// Positions, n_vertices x 3.
+    /// Part with the positions, n_vertices x 3.
     positions: usize,
-    /// Attributes, n_vertices x n_weights.
+    /// Part with the attributes, n_vertices x n_weights.
     attributes: Option<usize>,
     /// Weights of the attributes; a difference of 1 counts as a distance of the weight times the extent.
     #[serde(default)]
     weights: Vec<f32>,
-    /// Byte per vertex; an odd value locks the vertex.
+    /// Part with a byte per vertex; an odd value locks the vertex.
     locks: Option<usize>,
-    /// Group of each triangle; triangles of two groups share no vertex.
+    /// Part with the group of each triangle; triangles of two groups share no vertex.
     groups: Option<usize>,
 }
 
@@ -48,7 +48,7 @@ struct IndexRequest {
     parts: BufferParts,
     /// Requested number of indices, three per face.
     target: usize,
-    /// Largest distance to the original, as a share of the extent or in its unit.
+    /// Largest distance to the original, as a share of the extent or in the unit of the positions.
     error: f64,
     #[serde(default, rename = "move")]
     moves: bool,

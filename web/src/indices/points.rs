@@ -11,9 +11,9 @@ use crate::refusal::Refusal;
 #[derive(Deserialize)]
 struct Cloud {
     positions: usize,
-    /// Colours, or other numbers per point, that count in distances.
+    /// Part with colours, or other numbers per point, that count in distances.
     colors: Option<usize>,
-    /// Factor of the colours, as a share of the extent.
+    /// Distance that a colour difference of 1 counts as, relative to the extent.
     #[serde(default)]
     color_weight: f64,
     target: usize,

@@ -5,9 +5,10 @@ use std::collections::VecDeque;
 use super::glued_triangles::{GluedTriangles, next};
 use neural_mesh::geometry::side_lengths::{area, opposite_cotangent};
 
-// An edge with a lower sum of cotangents is flipped; the slack prevents endless flips by rounding.
+// An edge is flipped if its opposite cotangents sum to less than this, not less than 0: rounding could else flip
+// endlessly.
 const SLACK: f64 = -1e-8;
-// Limit of flips per half-edge; a few tenths are usual.
+// Largest number of flips per half-edge; a few tenths are usual.
 const MOST_FLIPS: usize = 50;
 
 pub fn flip_to_delaunay(surface: &mut GluedTriangles) {
@@ -36,7 +37,7 @@ fn flip(surface: &mut GluedTriangles, half_edge: usize) -> bool {
     let (twin_ahead, twin_behind) = (next(twin), next(next(twin)));
     let sides_of = |first: usize, second: usize| [length, surface.length[first], surface.length[second]];
     let makes_triangles = area(sides_of(twin_behind, ahead)) > 0.0 && area(sides_of(behind, twin_ahead)) > 0.0;
-    // An edge stays if it has one face on both sides, or if a new face would have no area.
+    // An edge stays if both its sides are of one face, or if a new face would have no area.
     if half_edge / 3 == twin / 3 || !makes_triangles {
         return false;
     }
@@ -48,7 +49,8 @@ fn flip(surface: &mut GluedTriangles, half_edge: usize) -> bool {
 }
 
 fn other_diagonal([a, b, c]: [f64; 3], [_, d, e]: [f64; 3]) -> f64 {
-    // The origin is the start of the common side, where c and d meet.
+    // Both triangles are laid flat with the common side a along x; its start, where the sides c and d meet, is the
+    // origin.
     let (above_x, above_y) = ((a * a + c * c - b * b) / (2.0 * a), 2.0 * area([a, b, c]) / a);
     let (below_x, below_y) = ((a * a + d * d - e * e) / (2.0 * a), 2.0 * area([a, d, e]) / a);
     (above_x - below_x).hypot(above_y + below_y)

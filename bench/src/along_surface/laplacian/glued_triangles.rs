@@ -22,8 +22,8 @@ impl GluedTriangles {
         self.length.iter().sum::<f64>() / self.length.len().max(1) as f64
     }
 
-    /// Lengthens all sides equally until every triangle inequality holds by `share` of the mean length (Sharp and Crane
-    /// 2020, Sec. 4.5).
+    /// Lengthens all sides equally until every triangle inequality holds with a margin of `share` of the mean length
+    /// (Sharp and Crane 2020, Sec. 4.5).
     pub fn mollify(&mut self, share: f64) {
         let least = share * self.mean_length();
         let missing = |half_edge: usize| {

@@ -33,9 +33,9 @@ pub struct Laplacian {
     pub edges: Vec<([u32; 2], f64)>,
     /// Area around each vertex, n; positive.
     pub mass: Vec<f64>,
-    /// First vertex of each vertex's component, n.
+    /// Component of each vertex, named by its first vertex, n.
     pub component: Vec<u32>,
-    // Two copies of each face after the flips, with indices into `vertices`.
+    // The tufted cover after the flips: two copies of each face, with indices into `vertices`.
     pub(super) surface: GluedTriangles,
 }
 
@@ -71,7 +71,7 @@ fn edges(surface: &GluedTriangles) -> Vec<([u32; 2], f64)> {
         ([a.min(b), a.max(b)], 0.25 * opposite_cotangent(surface.sides(half_edge)))
     };
     let mut parts: Vec<_> = (0..surface.twin.len()).map(weight).filter(|([a, b], _)| a != b).collect();
-    // A stable sort fixes the order of the sums.
+    // A stable sort fixes the order in which weights are summed.
     parts.par_sort_by_key(|(ends, _)| *ends);
     let sum = |parts: &[([u32; 2], f64)]| (parts[0].0, parts.iter().map(|(_, weight)| weight).sum());
     parts.chunk_by(|a, b| a.0 == b.0).map(sum).collect()

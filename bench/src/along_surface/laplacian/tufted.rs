@@ -14,7 +14,7 @@ pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
         let [from, to] = ends.map(|end| point(mesh, end));
         let length = from.distance(to);
         let order = sort_by_angle(mesh, [from, to], half_edges);
-        // Facing copies of neighbouring faces are glued; at a boundary both copies of one face.
+        // Around the edge, facing copies of consecutive faces are glued; at a boundary both copies of the only face.
         for (at, &side) in order.iter().enumerate() {
             let (here, there) = (ascending_copy(mesh, side), descending_copy(mesh, order[(at + 1) % order.len()]));
             (cover.twin[here], cover.twin[there]) = (there as u32, here as u32);
@@ -24,7 +24,7 @@ pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
     cover
 }
 
-// A half-edge and the larger end of its edge.
+// A half-edge, and the vertex with the larger index at its ends.
 #[derive(Clone, Copy)]
 struct HalfEdge {
     end: u32,

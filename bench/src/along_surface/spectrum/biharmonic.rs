@@ -3,10 +3,10 @@
 use super::Eigenpairs;
 
 impl Eigenpairs {
-    /// Returns the biharmonic distances from vertex `source` in the mesh's unit, n.
+    /// Returns each vertex's biharmonic distance from vertex `source` in the mesh's unit, n.
     ///
-    /// The square is `sum_k (u_k(x) - u_k(y))^2 / lambda_k^2` over those of the first `n_pairs` eigenpairs with
-    /// `lambda_k > 0`.
+    /// The squared distance is `sum_k (u_k(x) - u_k(y))^2 / lambda_k^2` over those of the first `n_pairs` eigenpairs
+    /// with `lambda_k > 0`.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -31,7 +31,7 @@ impl Eigenpairs {
         squares.into_iter().map(f64::sqrt).collect()
     }
 
-    /// Returns whether an eigenvalue is zero up to rounding.
+    /// Returns whether the pair's eigenvalue is zero up to rounding.
     pub fn is_constant(&self, pair: usize) -> bool {
         self.values[pair] <= 1e-6 * self.spacing()
     }

@@ -6,7 +6,7 @@ use crate::along_surface::laplacian::Laplacian;
 
 #[derive(Default)]
 pub struct Component {
-    // Indices into `Laplacian::vertices`, ascending, n.
+    // Vertices of the component as indices into `Laplacian::vertices`, ascending, n.
     pub vertices: Vec<u32>,
     pub mass: Vec<f64>,
     pub edges: Vec<([u32; 2], f64)>,

@@ -16,14 +16,14 @@ const DENSE: usize = 400;
 pub struct Eigenpairs {
     /// Eigenvalues, ascending and non-negative, n_pairs.
     pub values: Vec<f64>,
-    // Columns, orthonormal under the masses, n x n_pairs.
+    // Eigenfunctions as columns, orthonormal under the masses, n x n_pairs.
     functions: Mat<f64>,
 }
 
 impl Eigenpairs {
     /// Computes the `n_pairs` lowest eigenpairs, at most n; `None` where the solver fails.
     ///
-    /// Multiplicities above eight may be missed.
+    /// Of an eigenvalue of multiplicity above eight, some pairs may be missed.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -90,7 +90,7 @@ fn solve_components(components: &[Component], n_pairs: usize) -> Option<Vec<Eige
         let more = |(component, pairs): (&Component, &mut Eigenpairs)| {
             let known = pairs.values.len();
             let is_short = known < component.vertices.len().min(n_pairs) && pairs.values[known - 1] < highest;
-            // Its highest known value is still among the lowest of all, so it may have more of them.
+            // The component's highest known eigenvalue is among the lowest of all, so its next ones may be, too.
             if is_short {
                 *pairs = solve_component(component, (2 * known).min(n_pairs))?;
             }

@@ -5,7 +5,7 @@ use super::longest_path::longest_path;
 use crate::along_surface::laplacian::{GluedTriangles, Laplacian};
 use neural_mesh::geometry::side_lengths::area;
 
-// Shift against singularity, as a fraction of the usual first eigenvalue.
+// Shift that makes the Laplacian regular, as a fraction of the usual first eigenvalue.
 const SHIFT: f64 = 1e-7;
 
 // Heat falls by at most this many factors of e along the longest path; e^-500 is still a normal number.
@@ -18,7 +18,7 @@ pub struct HeatMethod {
 }
 
 impl HeatMethod {
-    /// Computes both factors; `None` where rounding makes one indefinite.
+    /// Factorises the matrices of the heat and Poisson equations; `None` where rounding makes one indefinite.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -62,7 +62,7 @@ fn divergence(surface: &GluedTriangles, heat: &[f64]) -> Vec<f64> {
     for face in 0..surface.start.len() / 3 {
         let corners = [0, 1, 2].map(|k| surface.start[3 * face + k] as usize);
         let flows = flows(surface.sides(3 * face), corners.map(|v| heat[v]));
-        // Each face has two copies, which count half.
+        // Each face has two copies, each of which counts half.
         (0..3).for_each(|k| sums[corners[k]] += 0.5 * flows[k]);
     }
     sums

@@ -11,9 +11,9 @@ use super::slabs::Slabs;
 const WIDTH: usize = 8;
 // Largest residual of a converged pair relative to its eigenvalue.
 const TOLERANCE: f64 = 1e-8;
-// Most basis columns per eigenpair; two are usual.
+// Largest number of basis columns per eigenpair; two are usual.
 const MOST: usize = 5;
-// Additional columns, because few eigenpairs need more each.
+// Further basis columns, because each of few eigenpairs needs more than `MOST`.
 const SPARE: usize = 512;
 const GROWTH: usize = 16;
 

@@ -6,7 +6,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-// A slab of these rows fits the nearest cache.
+// Number of rows of a slab, which then fits the nearest cache.
 const ROWS: usize = 1024;
 
 pub struct Slabs {

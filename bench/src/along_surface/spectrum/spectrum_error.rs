@@ -12,12 +12,12 @@ use super::value_transfer::ValueTransfer;
 // Eigenvalues nearer than this fraction of their mean spacing count as equal.
 const SAME: f64 = 0.1;
 
-// Missing pairs of the simplified mesh count fully.
+// Errors of the eigenpairs; a pair that the simplified mesh lacks counts with the largest error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpectrumError {
-    // The mean squared error of eigenfunctions of mean square 1; 2 for no fit.
+    // Mean squared error of the eigenfunctions, which have mean square 1; 2 without any agreement.
     pub functions: f64,
-    // The mean fraction of an eigenfunction outside the original's span, 0 to 1.
+    // Mean fraction of an eigenfunction outside the span of the original's eigenfunctions, 0 to 1.
     pub span: f64,
     // The mean relative error of the eigenvalues; 1 for missing ones.
     pub values: f64,
@@ -103,7 +103,8 @@ mod tests {
         assert!(groups(&[], 0.1).is_empty());
     }
 
-    // A turn of 30 degrees is free within a group and counts fully across groups.
+    // Eigenfunctions turned by 30 degrees give no error within a group of equal eigenvalues, and full error across
+    // groups.
     #[test]
     fn turns_within_a_group_are_free() {
         let (sin, cos) = 30f64.to_radians().sin_cos();

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use neural_mesh::spatial::PointGrid;
 
-// A point this fraction of the radius inside still counts as on the ball.
+// A point inside the ball by less than this fraction of the radius counts as on its surface.
 const ON_THE_BALL: f64 = 1e-4;
 
 pub(super) struct Ball<'a> {
@@ -32,7 +32,7 @@ impl<'a> Ball<'a> {
         let [a, b, c] = face.map(|v| self.point(v));
         let (ab, ac) = (b - a, c - a);
         let normal = ab.cross(ac);
-        // The ball rests on the front, which no corner's normal may oppose.
+        // The ball rests on the face's front side, so no corner's normal may point to the back.
         let has_no_side = normal == DVec3::ZERO || !normal.is_finite();
         if has_no_side || face.iter().any(|&v| normal.dot(self.normals[v as usize]) < 0.0) {
             return None;

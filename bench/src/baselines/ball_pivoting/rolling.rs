@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::ball::Ball;
 use super::sheet::Sheet;
 
-// Backward turns below this angle in radians count as rounding.
+// A turn that ends less than this angle, in radians, behind its start counts as no turn: rounding made it.
 const BACKWARD: f64 = 1e-3;
 
 // The face is on the left of the edge.
@@ -71,7 +71,7 @@ fn pivot(ball: &Ball, sheet: &Sheet, open: &OpenEdge) -> Option<RestingBall> {
         Some((pivot_angle(axis, open.center - middle, center - middle), RestingBall { face, center }))
     };
     let mut rests: Vec<(f64, RestingBall)> = near.iter().filter_map(rest).collect();
-    // The ball stops at the first rest of its way.
+    // The ball stops at the first position where it rests on a third point.
     rests.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.face.cmp(&y.1.face)));
     rests.into_iter().map(|(_, rest)| rest).find(|rest| ball.is_empty(rest.center, rest.face, &near))
 }

@@ -1,4 +1,4 @@
-//! First faces of components.
+//! Search for faces from which the ball starts.
 
 use super::ball::Ball;
 use super::rolling::RestingBall;

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
-// No directed edge is in two faces, so that no edge has more than two.
+// No directed edge is in two faces, so no edge has more than two faces.
 pub(super) struct Sheet {
     faces: Vec<[u32; 3]>,
     edges: FxHashSet<[u32; 2]>,

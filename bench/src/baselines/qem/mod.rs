@@ -16,7 +16,7 @@ pub(super) fn qem(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineErr
         edges(mesh).into_iter().map(|edge| Reverse(surface.price_collapse(edge.ends))).collect();
     while surface.n_faces > n_faces {
         let Some(Reverse(candidate)) = queue.pop() else { break };
-        // Candidates are outdated if an end changed after pricing.
+        // A candidate collapse is outdated if an end of its edge changed after it was priced.
         if surface.is_current(&candidate) && !surface.flips_face(&candidate) {
             surface.collapse(&candidate);
             let kept = candidate.edge[0];

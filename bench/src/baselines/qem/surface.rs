@@ -16,7 +16,7 @@ use neural_mesh::mesh::{TriMesh, compact};
 pub(super) struct CollapseCandidate {
     cost: f64,
     pub(super) edge: [u32; 2],
-    // Change counts of both ends when priced.
+    // Numbers of changes of both ends at the time of pricing.
     changes: [u32; 2],
     place: DVec3,
 }

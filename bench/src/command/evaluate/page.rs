@@ -17,7 +17,7 @@ const REPORT: &str = include_str!("../../../../cli/viewer/dist/report.html");
 
 const MOST_BYTES: usize = 29_000_000;
 
-// A page shows at most these; `tables.md` has all failures.
+// Largest number of failures that a page shows; `tables.md` has all.
 const MOST_FAILURES: usize = 500;
 
 pub fn make_page(folder: &Path, table: &Table, relative_to: Option<&str>) -> String {

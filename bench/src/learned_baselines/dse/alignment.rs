@@ -4,9 +4,9 @@ use super::{Patch, Turn};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-// Fewest common points of two patches, a third of a patch as in the paper's program.
+// Fewest points that two patches must share to be aligned: a third of a patch, as in the paper's program.
 const LEAST_COMMON: usize = 8;
-// Smallest weight of a point, from the paper's program.
+// Smallest weight of a point in an alignment, from the paper's program.
 const LEAST_WEIGHT: f64 = 0.2;
 // Points farther from the median than this fraction of the patch's radius are left out.
 const OUTLIER: f64 = 0.25;

@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-// Ratio of distance to step sum above which a path is a detour.
+// The shortest path to a vertex is a detour if it exceeds the vertex's distance in the map by this factor.
 const DETOUR: f64 = 1.1;
 
 /// A surface to walk on.
@@ -26,7 +26,7 @@ pub struct WalkSurface {
 #[derive(Clone, Copy)]
 struct FrontVertex {
     distance: f64,
-    // Position in the map and first tangent axis, once the front has passed.
+    // Position in the map and first tangent axis; `None` until the front has passed the vertex.
     passed: Option<([f64; 2], DVec3)>,
 }
 
@@ -89,7 +89,8 @@ impl WalkSurface {
         if length > 0.0 { both.map(|x| x * edge.length() / length) } else { [0.0; 2] }
     }
 
-    /// Returns the first `n` wanted vertices on a walk from `source` and their positions in its logarithmic map.
+    /// Returns the `n` wanted vertices nearest to `source` along the surface, with their positions in its logarithmic
+    /// map.
     ///
     /// # Panics
     /// If `source` does not exist.
@@ -142,7 +143,8 @@ impl Front<'_> {
         let (at, axis) = self.average_position(v);
         let distance = self.reached.get(&v).map_or(0.0, |known| known.distance);
         self.reached.insert(v, FrontVertex { distance, passed: Some((at, axis)) });
-        // Every face at v offers a path over v and one through its opposite edge.
+        // Every face at v offers its other corners a path over v, and one through the edge between v and the third
+        // corner.
         let faces: Vec<[u32; 3]> = self.surface.faces_around(v).collect();
         for face in faces {
             for i in 0..3 {
@@ -153,12 +155,13 @@ impl Front<'_> {
             }
         }
         let length = at[0].hypot(at[1]);
-        // After a detour the position moves out to the distance.
+        // If the path was a detour, the position is moved outward to the path's length.
         if distance > DETOUR * length && length > 0.0 { at.map(|x| x * distance / length) } else { at }
     }
 
     fn average_position(&self, v: u32) -> ([f64; 2], DVec3) {
-        // The position is a mean weighted by inverse length; the axis comes along the shortest path.
+        // The position is the mean of what neighbours give, weighted by inverse edge length; the axis comes along the
+        // shortest path.
         let (mut sum, mut weights) = ([0.0; 2], 0.0);
         let (mut shortest, mut axis_here) = (f64::INFINITY, self.surface.first_axis(v));
         for p in self.surface.faces_around(v).flatten().filter(|&p| p != v) {
@@ -176,7 +179,7 @@ impl Front<'_> {
 
     fn path_length(&self, to: u32, v: u32, beside: u32) -> f64 {
         let Some((at_v, ..)) = self.passed_vertex(v) else { return f64::INFINITY };
-        // The path leads over the vertex `v`, or through the edge from `v` to the other vertex.
+        // The path leads through the vertex `v`, or through the edge from `v` to `beside`.
         let over = at_v + self.surface.edge_length(v, to);
         let Some((at_beside, ..)) = self.passed_vertex(beside) else { return over };
         let [base, a, b] = [[v, beside], [v, to], [beside, to]].map(|[p, q]| self.surface.edge_length(p, q));
@@ -193,7 +196,7 @@ fn unfold_distance(distances: [f64; 2], base: f64, sides: [f64; 2]) -> Option<f6
     let ([x, below], [tip_x, above]) = (placed(distances), placed(sides));
     let crossing = x + (tip_x - x) * below / (below + above);
     let crosses = base > 0.0 && below > 0.0 && above > 0.0 && (0.0..=base).contains(&crossing);
-    // The line from the source may miss the base.
+    // The straight line from the source to the tip may miss the base.
     crosses.then(|| (tip_x - x).hypot(above + below))
 }
 

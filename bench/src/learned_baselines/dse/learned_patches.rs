@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 const BATCH: usize = 64;
 
-/// Returns the predicted patch of each point with at most [`KEPT`] others.
+/// Returns the predicted patch of each point: itself and at most [`KEPT`] others.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite

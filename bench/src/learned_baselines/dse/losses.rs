@@ -25,7 +25,7 @@ pub struct Loss {
 /// assert_eq!(loss.gradient.data(), [0.0, -0.25, 0.25]);
 /// ```
 pub fn neighbour_loss(logits: &Matrix, are_neighbours: &[bool], group: usize) -> Loss {
-    // The squared error of the paper's program has no gradient for confident errors.
+    // Cross entropy replaces the squared error of the paper's program, whose gradient vanishes for confident errors.
     let n_counted = (logits.n_rows() - logits.n_rows() / group).max(1) as f64;
     let (mut value, mut gradient) = (0.0, Matrix::zeros(logits.n_rows(), 1));
     let rows = logits.data().iter().zip(are_neighbours).zip(gradient.data_mut());
@@ -58,7 +58,7 @@ pub fn map_loss(map: &Matrix, exact: &[[f64; 2]], group: usize) -> Loss {
     let place = |row: usize| [0, 1].map(|axis: usize| f64::from(map.row(row)[axis]));
     for begin in (0..map.n_rows()).step_by(group) {
         let rows = begin..begin + group;
-        // The sum is stationary in the turn, so the gradient treats it as constant.
+        // The best turn makes the sum stationary, so the gradient treats the turn as constant.
         let turn = Turn::fit(rows.clone().map(|row| (place(row), exact[row], 1.0)));
         for row in rows {
             let (x, y) = (place(row), turn.unapply(exact[row]));

@@ -42,12 +42,12 @@ impl<'a> Neighbourhoods<'a> {
         Self { points, nearest: nearest_neighbours(points, CANDIDATES), k }
     }
 
-    /// Returns the points per neighbourhood.
+    /// Returns the number of points per neighbourhood.
     pub fn group(&self) -> usize {
         self.k + 1
     }
 
-    /// Returns a point and its candidates.
+    /// Returns the point `centre`, followed by its candidates.
     pub fn candidates(&self, centre: u32) -> Vec<u32> {
         let nearest = &self.nearest[centre as usize * self.k..][..self.k];
         std::iter::once(centre).chain(nearest.iter().copied()).collect()
@@ -60,7 +60,7 @@ impl<'a> Neighbourhoods<'a> {
         let offsets: Vec<DVec3> = candidates.iter().map(|&v| at(v) - at(centre)).collect();
         let near = &offsets[..offsets.len().min(KEPT + 1)];
         let mut axes = principal_axes(near);
-        // The third moment decides the signs; the paper's program turns patches at random instead.
+        // The third moment decides each axis's sign; the paper's program turns patches at random instead.
         for axis in &mut axes {
             let lean: f64 = near.iter().map(|offset| axis.dot(*offset).powi(3)).sum();
             *axis = if lean < 0.0 { -*axis } else { *axis };

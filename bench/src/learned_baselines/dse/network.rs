@@ -8,26 +8,26 @@ use std::sync::Arc;
 /// Both networks; `T` is a shape, a matrix or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dse<T> {
-    /// Network of one logit per point.
+    /// Network that gives each point the logit of being a neighbour.
     pub classifier: PointNetwork<T>,
-    /// Network of two coordinates per point.
+    /// Network that gives each point its two map coordinates.
     pub map: PointNetwork<T>,
 }
 
 /// A network over a patch (PointNet, Qi et al. 2017).
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointNetwork<T> {
-    /// Layers of each point, as `[weights, bias]`.
+    /// Layers applied to each point, as `[weights, bias]`.
     pub pointwise: Vec<[T; 2]>,
-    /// Layers of the pooled features.
+    /// Layers applied to the patch's pooled features.
     pub pooled: Vec<[T; 2]>,
-    /// Stage to three numbers per point.
+    /// First stage after the pooling, with three outputs per point.
     pub coarse: JoinedLayers<T>,
-    /// Stage to the output.
+    /// Second stage, with the network's outputs.
     pub fine: JoinedLayers<T>,
 }
 
-/// Layers of points and pooled features.
+/// Layers that join each point with the patch's pooled features.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JoinedLayers<T> {
     /// Weights of a point, 4 x width.

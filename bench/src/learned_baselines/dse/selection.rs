@@ -5,7 +5,7 @@ use glam::Vec3;
 use neural_mesh::spatial::nearest_neighbours;
 use rustc_hash::FxHashMap;
 
-// Nearest points of each corner whose triangles are checked; from the paper's program.
+// Number of points near each corner whose triangles are checked for overlap; from the paper's program.
 const NEAR: usize = 5;
 // Overlap distance as a fraction of the mean nearest-point distance; from the paper's program.
 const CLOSE: f64 = 0.3;

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 // Patches per step, as in the paper's program.
 const PATCHES: usize = 64;
-// Weight of the map's loss, which makes it initially as large as the classifier's.
+// Weight of the map's loss, with which it starts as large as the classifier's.
 const MAP: f64 = 10.0;
 
 struct PatchBatch<'a> {
@@ -44,7 +44,7 @@ pub fn dse_step(
     let parameters = tensors.parameters(&mut tape);
     let net = Dse::from_tensors(&parameters).map_err(|error| error.to_string())?;
     let (logits, of_logits) = batch.classify(&mut tape, &net);
-    // The map network gets the exact neighbours, so that both networks learn independently.
+    // The map network gets the exact neighbours, not the classifier's, so that both networks learn independently.
     let (map, of_map) = batch.predict_map(&mut tape, &net);
     let gradients = tape.backward(&[(&logits, of_logits.gradient), (&map, of_map.gradient)]);
     let terms = vec![("neighbours", of_logits.value), ("map", of_map.value)];

@@ -2,7 +2,7 @@
 
 use neural_mesh::spatial::nearest_neighbours;
 
-// Candidates kept after a round, as a multiple of the number of vertices.
+// Number of candidates kept after a round, per vertex.
 const PER_VERTEX: usize = 12;
 
 /// Distinct candidates, sorted, with ascending corners.

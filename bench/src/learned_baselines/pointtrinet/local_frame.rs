@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-// Added to divisors, in units of the triangle.
+// Number added to divisors against division by zero, in units of the triangle.
 const LEAST: f32 = 1e-6;
 // Limit of barycentric coordinates, which grow without bound for thin triangles.
 const FARTHEST: f32 = 5.0;

@@ -20,28 +20,28 @@ pub struct PointTriNet<T> {
 /// The classification network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Classifier<T> {
-    /// Layers of points, 6-64-128-1024, before a maximum.
+    /// Layers of nearby points, of widths 6-64-128-1024, before a maximum.
     pub points: Vec<Layer<T>>,
-    /// Layers of triangles, 13-64-128-1024, before a maximum.
+    /// Layers of nearby triangles, of widths 13-64-128-1024, before a maximum.
     pub triangles: Vec<Layer<T>>,
-    /// Layers of both maxima, 2048-512-256-1.
+    /// Layers of both maxima, of widths 2048-512-256-1.
     pub decision: Vec<Layer<T>>,
 }
 
 /// The proposal network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposals<T> {
-    /// Layers of points, 6-64-64-128, before a maximum.
+    /// Layers of nearby points, of widths 6-64-64-128, before a maximum.
     pub points: Vec<Layer<T>>,
-    /// Rows of `score` for the maximum, 128 x 128.
+    /// First weights of `score` for the maximum, 128 x 128.
     pub pooled: T,
-    /// Layers of a point with the maximum, 134-128-64-64-1.
+    /// Layers of a point joined with the maximum, of widths 134-128-64-64-1.
     pub score: Vec<Layer<T>>,
 }
 
-/// Features of a point.
+/// Number of features of a point.
 pub const POINT_NUMBERS: usize = 6;
-/// Features of a triangle.
+/// Number of features of a triangle.
 pub const TRIANGLE_NUMBERS: usize = 13;
 
 const CLASSIFIER_POOLED: [usize; 3] = [64, 128, 1024];

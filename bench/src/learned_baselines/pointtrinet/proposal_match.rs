@@ -32,7 +32,7 @@ pub fn proposal_match(candidates: &Candidates, proposals: &[Proposal]) -> Term {
     Term { value: shared.iter().map(|(_, difference)| difference * difference / 2.0).sum::<f64>() / scale, gradient }
 }
 
-// Added to the number of triangles, which may be 0.
+// Number added to that of the triangles, which may be 0.
 const LEAST: f64 = 1e-3;
 
 #[cfg(test)]

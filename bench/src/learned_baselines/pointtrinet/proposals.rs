@@ -9,7 +9,7 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
 const PER_EDGE: usize = 4;
-// Added to the weights of the draw, so that any point is possible.
+// Number added to the probabilities of a draw, so that any point can be drawn.
 const LEAST: f32 = 1e-4;
 
 /// A triangle proposed by an edge.
@@ -19,7 +19,7 @@ pub struct Proposal {
     pub triangle: [u32; 3],
     /// Probability of the point times that of the triangle.
     pub probability: f32,
-    /// Proposing triangle among the queries.
+    /// Index of the proposing triangle among the queries.
     pub query: u32,
     /// Row of the point in [`point_probabilities`].
     pub row: u32,
@@ -57,12 +57,12 @@ fn rotations([a, b, c]: [u32; 3]) -> [[u32; 3]; 3] {
     [[a, b, c], [b, c, a], [c, a, b]]
 }
 
-/// Randomness of proposals.
+/// Settings of the random proposals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Draw {
     /// Seed of the draws.
     pub seed: u64,
-    /// Fraction of uniform draws.
+    /// Fraction of the draws that ignore the probabilities.
     pub random_share: f32,
 }
 

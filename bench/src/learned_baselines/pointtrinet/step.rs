@@ -21,13 +21,13 @@ use std::sync::Arc;
 const PATCH_VERTICES: usize = 256;
 const PATCH_SURFACE: usize = 1024;
 const PATCH_SHARE: f64 = 0.25;
-// Step through the surface points that are compared with triangles.
+// Stride: one surface point in ten is compared with the triangles.
 const SURFACE_STRIDE: usize = 10;
 const SAMPLES: usize = 1000;
-// Weight of the overlap loss; the others have 1.
+// Weight of the overlap loss; the other losses have weight 1.
 const OVERLAP: f64 = 0.01;
 const RANDOM_SHARE: f32 = 0.25;
-// Step through the candidates that propose in the learning round.
+// Stride: one candidate in four proposes triangles in the round that learns.
 const PROPOSING_STRIDE: usize = 4;
 
 /// Takes one training step on one patch.

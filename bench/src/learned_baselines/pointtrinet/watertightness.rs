@@ -34,7 +34,7 @@ pub fn watertightness(triangles: &[[u32; 3]], probabilities: &[f32]) -> Term {
     Term { value, gradient: to_closed.iter().map(slope).collect() }
 }
 
-// Added to the number of sides, which may be 0.
+// Number added to that of the sides, which may be 0.
 const LEAST: f64 = 1e-4;
 
 fn sides(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
@@ -52,7 +52,7 @@ fn exactly_two(p: &[f64]) -> (f64, Vec<f64>) {
     }
     let mut after = [1.0, 0.0, 0.0];
     let mut slopes = vec![0.0; p.len()];
-    // The other triangles are those before and those after.
+    // The other triangles at the edge are those before and those after triangle i.
     for (i, &p) in p.iter().enumerate().rev() {
         let ([none, one, two], [no, once, twice]) = (before[i], after);
         let others = [none * once + one * no, none * twice + one * once + two * no];
@@ -64,7 +64,7 @@ fn exactly_two(p: &[f64]) -> (f64, Vec<f64>) {
 
 fn add_one([none, one, two]: [f64; 3], p: f64) -> [f64; 3] {
     let q = 1.0 - p;
-    // These are the probabilities of none, one and two kept.
+    // The entries are the probabilities that none, one and two of the triangles are kept.
     [none * q, one * q + none * p, two * q + one * p]
 }
 

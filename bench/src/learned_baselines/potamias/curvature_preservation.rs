@@ -40,7 +40,7 @@ pub fn curvature_preservation(samples: &[[f32; 3]], wanted: &[f64]) -> PointLoss
     let stars = PointStars::new(samples);
     let differences: Vec<f64> = stars.means().iter().zip(wanted).map(|(found, wanted)| found - wanted).collect();
     let value = differences.iter().map(|d| d * d).sum::<f64>() / n;
-    // Neighbours are treated as constant.
+    // The choice of neighbours is treated as constant.
     let mut to_kappa = vec![0.0; samples.len()];
     for (s, difference) in differences.iter().enumerate() {
         let members = stars.members(s);

@@ -112,6 +112,6 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
 
 /// Returns random initial tensors.
 pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
-    // Samples move little at first.
+    // Small initial weights of the displacements, so that samples move little at first.
     shapes(width_share).draw_scaled(seed, |name| if name == "refinement.moved" { 0.1 } else { 1.0 })
 }

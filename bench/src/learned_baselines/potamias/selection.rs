@@ -4,8 +4,9 @@ use super::Cloud;
 use neural_mesh::linalg::Matrix;
 use neural_mesh::spatial::farthest_latent_points;
 
-// Weight of latent features against positions. On six validation meshes 1 lowered the curvature error by 11 % and
-// raised the Chamfer distance by 15 %; 2 gave 17 % and 43 %.
+// Weight of latent features relative to positions in distances. Compared with 0, on six validation meshes, a weight of
+// 1 lowered the curvature error by 11 % and raised the Chamfer distance by 15 %; a weight of 2 lowered and raised them
+// by 17 % and 43 %.
 const LATENT_WEIGHT: f64 = 1.0;
 
 /// Draws `n` farthest points in the latent space from `first` on; returns them in ascending order.

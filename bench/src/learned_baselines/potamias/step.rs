@@ -12,11 +12,12 @@ use neural_mesh::train::{Settings, StepResult, TrainingItem, cut_patch};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
 
-// Curvature neighbourhoods need this many samples.
+// Fewest samples of a step, since curvature estimates need neighbourhoods.
 const LEAST_SAMPLES: usize = 16;
-// Weight of the curvature loss, with which both losses fall; the text at hand does not give the paper's.
+// Weight of the curvature loss, with which both it and the Chamfer loss fall; the text at hand does not give the
+// paper's.
 const CURVATURE: f64 = 10.0;
-// Weight of the latent likeness, whose gradient is the largest.
+// Weight of the latent likeness loss, small because its gradient is the largest.
 const LIKENESS: f64 = 0.1;
 const PARTNERS: usize = 4;
 
@@ -57,7 +58,7 @@ fn losses(samples: &[[f32; 3]], cloud: &Cloud, curvature: &[f64], ratio: f64) ->
     let wanted: Vec<f64> = nearest.iter().map(|&at| curvature[at as usize]).collect();
     let chamfer = adaptive_chamfer(samples, &cloud.points, &adaptive_weights(curvature));
     let kept = curvature_preservation(samples, &wanted);
-    // Squared distances of samples grow as 1 / ratio; so all ratios weigh alike.
+    // Squared distances grow as 1 / ratio; multiplied by the ratio, all ratios weigh alike.
     [scale_loss(chamfer, ratio), scale_loss(kept, CURVATURE)]
 }
 

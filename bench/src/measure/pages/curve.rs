@@ -11,7 +11,7 @@ const SIZE: (u32, u32) = (860, 460);
 // Colours of ours and others', distinct also for the colour-blind (after Okabe and Ito).
 const COLOURS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(120, 120, 120)];
 
-// From this fraction of the width on, names are left of their points.
+// From this fraction of the picture's width on, a name is placed left of its point.
 const LEFT_FROM: f64 = 0.7;
 
 pub struct CurvePoint {

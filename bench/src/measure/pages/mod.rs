@@ -95,7 +95,7 @@ pub fn make_pages(data: PathBuf, work: &Path, only: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// Returns the last sections of a page, which other scripts make.
+/// Returns the last sections of a page, which other scripts made and this program keeps.
 fn kept_sections(path: &Path) -> String {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     text.find(KEPT).map_or(String::new(), |at| format!("\n{}", &text[at..]))

@@ -25,12 +25,12 @@ struct AttributedMesh {
     attributes: Attributes,
 }
 
-// In arrays, ours comes first, then meshoptimizer by each weighting.
+// Arrays hold our value first, then meshoptimizer's for each weighting.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ModelComparison {
     pub ratio: f64,
     pub faces: [usize; 3],
-    // Two-sided means as fractions of the diagonal.
+    // Two-sided mean distances as fractions of the diagonal.
     pub distances: [f64; 3],
     // PSNR against the original's pictures, in decibels.
     pub likeness: [f64; 3],

@@ -2,13 +2,13 @@
 
 use neural_mesh_cli::shared::page::Packed;
 
-// Without these low bits, 12 bits of the mantissa stay.
+// Number of low bits that are dropped; 12 bits of the mantissa stay.
 const DROPPED: u32 = 11;
 
 pub fn pack_values(values: &[Option<f32>]) -> String {
     let mut packed = Packed::default();
     values.iter().for_each(|value| {
-        // A missing value is written as 0, another one as its first 21 bits plus 1.
+        // A missing value is written as 0, any other as its upper 21 bits plus 1.
         packed.push(value.filter(|value| value.is_finite()).map_or(0, |value| 1 + round_bits(value)))
     });
     packed.text()

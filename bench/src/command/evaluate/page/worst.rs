@@ -18,7 +18,7 @@ use neural_mesh_cli::shared::page::{
 pub struct WorstCases {
     pub cases: Vec<Value>,
     pub surfaces: Vec<SurfaceLayout>,
-    // First view direction of each surface; `None` for results.
+    // Direction from which each surface is first viewed; `None` for results.
     pub eyes: Vec<Option<[f32; 3]>>,
     pub scripts: Vec<String>,
 }
@@ -66,7 +66,7 @@ impl WorstCases {
     fn add(&mut self, original: &mut Original, result: &TriMesh, left: &mut usize) -> Option<Value> {
         let data = pack_surface(result);
         let n_mesh_bytes = data.text.len() + if original.number.is_none() { original.data.text.len() } else { 0 };
-        // A case that cannot fit need not be measured.
+        // A case whose mesh cannot fit into the page is not measured.
         left.checked_sub(n_mesh_bytes)?;
         let distances = Distances::new((&original.mesh, &original.near), (result, &closest_point_tree(result)));
         let scale = common_colour_scale(&original.mesh, [(result, &distances)]);

@@ -30,7 +30,7 @@ const MESHES: [(&str, &str); 10] = [
     ("test", "nefertiti"),
     ("test", "spot"),
 ];
-// Limits of the largest distance in percent of the diagonal.
+// Bounds of the largest distance in percent of the diagonal.
 const ERRORS: [f64; 2] = [1.0, 0.25];
 const SAMPLES: usize = 200_000;
 

@@ -24,13 +24,13 @@ struct MirroredCase {
     mesh: String,
     vertices: usize,
     plane: String,
-    // Mean and largest distance over the plain result's, at each ratio.
+    // Mean and largest distance of the mirrored result, divided by the plain result's, at each ratio.
     quotients: [[f64; 2]; 3],
 }
 
 pub fn section(bench: &Bench) -> Result<String> {
     let mut meshes = bench.meshes("train")?;
-    // Poses of a class share their connectivity; the first one is symmetric.
+    // Poses of a class share their connectivity; the first pose, number 0, is symmetric.
     meshes.extend(bench.meshes("tosca")?.into_iter().filter(|path| name(path).ends_with('0')));
     let mut rows: Vec<MirroredCase> = Vec::new();
     for path in meshes {

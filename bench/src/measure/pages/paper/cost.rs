@@ -1,4 +1,5 @@
-//! Time and memory of the paper's assembly, and the mesh of 42 thousand faces that its best-known re-implementation cannot hold.
+//! Time and memory of the paper's assembly, also at the 42 thousand faces where a study of another implementation gave
+//! up.
 
 use std::ops::ControlFlow;
 
@@ -16,19 +17,19 @@ use crate::measure::meshes::bumpy_torus;
 use crate::measure::pages::RATIOS;
 use crate::measure::workbench::Bench;
 
-/// Faces of the torus; the first is that of the study quoted.
+/// Numbers of faces of the torus; the first is that of a mesh in [`STUDY`].
 const FACES: [usize; 4] = [42_000, 200_000, 580_000, 2_000_000];
 const SAMPLES: usize = 50_000;
-/// Faces to simplify in all rounds at one size.
+/// Number of input faces over all timed rounds of one size.
 const WORK: usize = 600_000;
 const STUDY: &str = "https://github.com/L-Gallo/mesh-simplification-study/blob/694001820a9bc662e886e9e6034d84fa36a6b0e9/neural_methods/DEVELOPMENT_LOG.md";
 
 #[derive(Serialize, Deserialize)]
 struct Cost {
     faces: usize,
-    /// Seconds: of the processor on one thread, of the clock on two.
+    /// Processor seconds on one thread, and elapsed seconds on two.
     seconds: [f64; 2],
-    /// Megabytes: before the simplification, with the mesh, and the most during it.
+    /// Megabytes in use before the simplification (with the mesh), and at most during it.
     memory: [f64; 2],
     /// Chamfer distance in 1e-6 of the squared diagonal, mean of 1 - |n.n'|, edges without two faces in percent.
     figures: [f64; 3],

@@ -1,4 +1,4 @@
-//! Costs of learning: Delaunay surface elements of learned and of exact maps.
+//! Loss of quality by learning: Delaunay surface elements from learned maps against exact ones.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use crate::measure::workbench::Bench;
 
 // Samples per surface for the distances.
 const SAMPLES: usize = 20_000;
-// Step through the meshes of the classes.
+// Stride: one mesh in three of the classes is measured.
 const MESH_STEP: usize = 3;
 
 // A mesh at a ratio; in arrays the learned maps come first, then the exact ones.

@@ -53,7 +53,7 @@ const OF_TEST: [&str; 20] = [
     "beetle",
     "elephant",
 ];
-// Comparison of the methods' order with that of the paper.
+// Text that compares the order of the methods with that in the paper.
 const ORDER: &str = "\nThe order by WA is the same in both.\n\n\
     - **CD:** `dse` and `potamias` change places at 0.05, where they are nearly equal, and at 0.1. The layers of `dse` have an eighth of the \
     paper's widths here.\n\

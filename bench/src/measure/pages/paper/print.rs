@@ -5,7 +5,7 @@ use crate::evaluate::{ResultRow, Table};
 use super::super::RATIOS;
 use crate::measure::markdown::{number, table};
 
-// CD, WA in percent, LE, NE, and seconds for 20 meshes.
+// The paper's columns: CD, WA in percent, LE, NE, and seconds for 20 meshes.
 type Cells = [f64; 5];
 
 // A row of the paper's Table 1.
@@ -66,10 +66,10 @@ const TABLE_1: [PaperRow; 5] = [
 
 // Number of meshes in the printed times.
 const TIMED_MESHES: f64 = 20.0;
-// Index of the ratio at which methods are put in order.
+// Index of the ratio by whose figures methods are put in order.
 const ORDER_RATIO: usize = 1;
 
-/// Formats the paper's numbers next to those of a table of rows.
+/// Formats the paper's numbers next to ours from a table of rows.
 pub fn format_comparison(rows: &Table) -> String {
     let head = ["ratio", "method", "CD over `qem`'s", "WA, %", "LE", "NE, radians", "s for 20 meshes"];
     let lines = (0..RATIOS.len()).flat_map(|at| TABLE_1.iter().map(move |printed| (at, printed)));

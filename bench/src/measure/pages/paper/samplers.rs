@@ -23,11 +23,11 @@ use crate::measure::pages::write_csv;
 use crate::measure::workbench::Bench;
 
 const RATIOS: [f64; 3] = [0.05, 0.2, 0.8];
-// Standard deviations in percent of the diagonal.
+// Standard deviations of the noise, in percent of the diagonal.
 const NOISE: [f64; 3] = [0.0, 0.5, 1.0];
-// Those with figures in the paper, which the page shows.
+// Deviations for which the paper has figures; the page shows only these.
 const PRINTED_NOISE: [f64; 2] = [NOISE[0], NOISE[2]];
-// Step through the meshes of the classes.
+// Stride: one mesh in three of the classes is measured.
 const MESH_STEP: usize = 3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,7 +64,7 @@ impl Sampler {
         }
     }
 
-    /// Draws `n` vertices, each once; `potamias` moves them.
+    /// Returns the positions of `n` drawn vertices; `potamias` also moves the drawn points.
     fn draw(self, mesh: &TriMesh, n: usize, weights: &Weights) -> Vec<[f32; 3]> {
         let even = || vec![0.0; mesh.positions().len()];
         let drawn = match self {
@@ -102,7 +102,7 @@ struct SampleFigures {
     sampler: Sampler,
     ratio: f64,
     noise: f64,
-    // In squared diagonals.
+    // Chamfer distance in squared diagonals.
     chamfer: f64,
     curvature: f64,
     seconds: f64,
@@ -182,7 +182,7 @@ fn unit(rng: &mut Xoshiro256PlusPlus) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
-// A figure of a sampler: mean, over that of uniform sampling, the same of the paper.
+// A figure of a sampler: its mean, this divided by that of uniform sampling, and this quotient in the paper.
 type Compared = [Option<f64>; 3];
 
 fn compare(drawn: &[SampleFigures], (sampler, ratio, noise): (Sampler, f64, f64)) -> [Compared; 2] {
@@ -251,7 +251,7 @@ fn csv_rows(drawn: &[SampleFigures]) -> Vec<Vec<String>> {
     rows
 }
 
-/// Returns a column of the paper's Table 2 over that of uniform sampling; `None` where it has none.
+/// Returns a figure of the paper's Table 2 divided by that of uniform sampling; `None` where the table lacks it.
 fn paper_quotient(sampler: Sampler, noise: f64, ratio: f64, column: usize) -> Option<f64> {
     let [of_noise, at] =
         [PRINTED_NOISE.iter().position(|&own| own == noise)?, RATIOS.iter().position(|&own| own == ratio)?];
@@ -270,7 +270,7 @@ mod tests {
     #[test]
     fn draws_with_replacement_repeat_a_share() {
         let drawn = with_replacement(10_000, 10_000);
-        // A share of 1 - 1 / e is drawn.
+        // Of 10 000 vertices drawn with replacement, a share of 1 - 1 / e is distinct.
         assert!((6_200..=6_450).contains(&drawn.len()), "{}", drawn.len());
     }
 

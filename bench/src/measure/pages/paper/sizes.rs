@@ -19,9 +19,10 @@ use crate::measure::pages::RATIOS;
 use crate::measure::root;
 use crate::measure::workbench::Bench;
 
-/// Settings of all trainings but for the sizes.
+/// Settings of all trainings, except for the sizes.
 const SETTINGS: &str = "weights/paper-open.toml";
-/// Width of all layers, TriConv layers, nearest triangles joined with each; none joins those across edges.
+/// Width of all layers, number of TriConv layers, number of nearest triangles joined with each; 0 joins edge
+/// neighbours.
 const SIZES: [[usize; 3]; 7] = [[16, 3, 0], [32, 3, 0], [64, 3, 0], [32, 2, 0], [32, 1, 0], [32, 3, 8], [32, 3, 20]];
 const SAMPLES: usize = 20_000;
 
@@ -32,7 +33,7 @@ struct Figures {
     chamfer: f64,
     /// Mean of 1 - |n.n'|.
     normals: f64,
-    /// Edges without two faces, percent.
+    /// Share of edges without two faces, in percent.
     open: f64,
     /// Processor time on one thread.
     seconds: f64,
@@ -75,7 +76,7 @@ fn architecture([width, layers, neighbours]: [usize; 3]) -> Architecture {
     }
 }
 
-/// Trains a network of these sizes, or goes on where an earlier run stopped; returns its last weights.
+/// Trains a network of these sizes, resuming an earlier run; returns its last weights.
 fn train_sizes(bench: &Bench, key: &str, sizes: Architecture) -> Result<PathBuf> {
     let settings = std::fs::read_to_string(root().join(SETTINGS))?;
     let settings = Settings::from_toml(&settings)?.with_architecture(&sizes)?.to_toml();

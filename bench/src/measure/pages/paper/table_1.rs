@@ -38,7 +38,7 @@ pub fn format_means(summary: &Overview) -> String {
     (0..summary.ratios.len()).map(section).collect()
 }
 
-/// Formats the medians of the quotients over `qem` at one ratio.
+/// Formats the median quotients of figures over those of `qem`, at ratio number `at`.
 pub fn format_quotients(summary: &Overview, at: usize) -> String {
     let head: Vec<String> =
         [format!("method / {REFERENCE}")].into_iter().chain(COLUMNS.map(|column| short(column.0))).collect();

@@ -19,7 +19,7 @@ use crate::measure::meshes::{load, name};
 use crate::measure::quotients::{Figure, Quotients};
 use crate::measure::workbench::Bench;
 
-// The full assembly, by which the others are divided.
+// Name of the full assembly; figures of the others are divided by its figures.
 const WHOLE: &str = "whole";
 const SAMPLES: usize = 50_000;
 const FIGURES: [&str; 3] = ["distance_mean", "distance_max", "normal_error_signed"];

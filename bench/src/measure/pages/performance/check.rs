@@ -16,12 +16,12 @@ use crate::measure::workbench::Bench;
 
 const RATIOS: [f64; 2] = [0.1, 0.5];
 const SAMPLES: usize = 8_000;
-// Samples per surface of the reference.
+// Samples per surface of the reference measurement.
 const MANY: usize = 300_000;
-// Means below this fraction of the diagonal are skipped as noise.
+// A result whose mean distance is below this fraction of the diagonal is skipped as noise.
 const NOISE: f64 = 1e-6;
 
-// A quotient of largest and certified distance from here on counts as correct.
+// A printed largest distance of at least this fraction of the certified one counts as correct.
 const RIGHT: f64 = 0.97;
 
 // Ratio, deviation of the mean in percent, largest distance over the certified one, nanoseconds per input face.

@@ -17,15 +17,15 @@ use crate::measure::workbench::Bench;
 
 const FACES: [usize; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 10_000_000];
 const RATIO: f64 = 0.1;
-// Faces to simplify in all rounds on one mesh.
+// Number of input faces over all timed rounds of one mesh.
 const WORK: usize = 10_000_000;
 
 #[derive(Serialize, Deserialize)]
 struct GrowthPoint {
     faces: usize,
-    // Nanoseconds per face: meshoptimizer, one thread, two threads.
+    // Nanoseconds per face: of meshoptimizer, and of neural-mesh on one and on two threads.
     times: [f64; 3],
-    // Peak of memory in bytes per face, including the mesh.
+    // Peak memory in bytes per face, including the mesh.
     memory: f64,
 }
 

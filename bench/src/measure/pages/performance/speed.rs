@@ -26,7 +26,7 @@ struct SpeedCase {
     faces: usize,
     ratio: f64,
     theirs: f64,
-    // Quotients over meshoptimizer: the default on one thread, without scores, the default on two threads.
+    // Times divided by meshoptimizer's: the default on one thread, without scores on one thread, the default on two.
     quotients: [f64; 3],
     stages: Vec<(String, f64)>,
 }
@@ -90,7 +90,7 @@ fn stage_times(mesh: &TriMesh, options: &Options) -> Result<Vec<(String, f64)>> 
     entered.push(("end", thread_time()));
     let mut stages: Vec<(String, f64)> = Vec::new();
     for pair in entered.windows(2) {
-        // On several threads any of them may report, each with its own clock.
+        // Any thread may report with its own processor time, so a later report can have a smaller time.
         let seconds = pair[1].1.saturating_sub(pair[0].1).as_secs_f64();
         // A stage reports repeatedly while it runs.
         match stages.iter_mut().find(|stage| stage.0 == pair[0].0) {
