@@ -1,4 +1,4 @@
-//! Runs of both assemblies: from options to requests, and from outcomes to results.
+//! Functions that run either assembly: they turn options into its request, and its outcome into the caller's result.
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, with_flat_normals};
@@ -20,7 +20,7 @@ use super::progress::Progress;
 pub(super) struct Task<'a> {
     pub options: &'a Options,
     pub differentiable: bool,
-    /// Reaches the size even if held vertices leave too few for the rest.
+    /// True to reach the target size even where so many vertices are held that the others cannot keep the shape.
     pub forces_size: bool,
     pub half: Option<Half<'a>>,
 }
@@ -33,7 +33,7 @@ impl<'a> Task<'a> {
 
 pub(super) struct TargetSizes<'a> {
     pub limits: &'a [Limit],
-    /// Number of leading sizes at which no further component is dropped.
+    /// Number of target sizes, counted from the first, at which no further component is dropped.
     pub n_without_dropping: usize,
 }
 
@@ -63,7 +63,8 @@ fn simplify_pruned(
     Ok(levels)
 }
 
-/// Simplifies to several sizes and drops components that cost more than a viewer would miss.
+/// Simplifies to several sizes and drops components that a viewer would hardly miss and whose vertices are better spent
+/// elsewhere.
 fn simplify_dropping(
     input: &Input,
     weights: Option<&Weights>,
@@ -86,7 +87,7 @@ fn simplify_dropping(
     Ok(results)
 }
 
-/// Returns the rules for dropping components from a level on; `None` if all must stay.
+/// Returns the rules for dropping components at level `from_level` and later ones; `None` if all components must stay.
 fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: usize) -> Option<DropRules> {
     // Constraints of the caller name vertices or faces that must remain.
     let is_constrained = options.subset || options.lock_boundaries || !input.locked.is_empty();
@@ -94,10 +95,11 @@ fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: 
     (!keeps_all).then_some(DropRules { within: options.prune_within, from_level })
 }
 
-/// Chooses the source of the scores: none without effect, the network if the caller gives weights.
+/// Chooses the source of the vertex scores: none if they would have no effect, the network if the caller gives weights.
 pub(super) fn score_source(options: &Options, settings: &StageSettings, weights: Option<&Weights>) -> ScoreSource {
     match options.scores {
-        // Poses and spectrum distribute the vertices in their own way.
+        // The purposes Poses and Spectrum distribute the vertices by terms of their own, so scores need given weights
+        // there.
         _ if settings.strength == 0.0 || options.purpose != Purpose::Shape && weights.is_none() => {
             ScoreSource::Geometry
         }
@@ -120,7 +122,7 @@ pub(super) fn choose_importance<'a>(
     }
 }
 
-/// Simplifies without dropping components; stops at the level where one should be dropped.
+/// Simplifies without dropping components; stops before the first level at which a component should be dropped.
 fn simplify_whole<'a>(
     input: &Input,
     weights: Option<&Weights>,
@@ -130,7 +132,7 @@ fn simplify_whole<'a>(
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
     let Input { mesh, attributes, .. } = *input;
-    // Normals that follow from the faces carry no information; as hard edges they would hold every edge.
+    // Stored normals that equal the face normals carry no information; they would make every edge a held hard edge.
     let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
     let mut levels = match normals.filter(|_| is_shaded_flat(mesh, attributes)) {
         None => simplify_with_given_normals(input, weights, task, sizes, saved, progress)?,
@@ -160,7 +162,7 @@ fn simplify_with_given_normals<'a>(
     let Task { options, differentiable, forces_size, half, .. } = *task;
     let Input { mesh, attributes, importance, scene, .. } = *input;
     let settings = StageSettings::new(options.optimize, options.effort);
-    // The only place where options become a request.
+    // Options, constraints and weights become one request to the closed assembly.
     let scores = score_source(options, &settings, weights);
     let requirements = Requirements {
         edges: &kept_edges(mesh, attributes, options),
@@ -195,7 +197,7 @@ pub(super) fn simplify_by_paper(
     progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
     let weights = weights.map_or_else(|| paper_weights().ok_or(SimplifyError::NoWeights), Ok)?;
-    // The network knows only vertices; a closed surface has half as many as faces.
+    // The network's target is a number of vertices; a closed surface has about half as many vertices as faces.
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
     let Options { seed, close, place, .. } = *options;
     let run = paper::PaperRun { n_target_vertices: n_target, weights, seed, close, place };

@@ -1,16 +1,16 @@
-//! Scores by a formula from the bending of the surface.
+//! Vertex scores by a formula: larger where the surface bends more.
 
 use crate::linalg::Csr;
 use glam::Vec3;
 
 const EXPONENT: f32 = 0.5;
-/// Largest ratio to the mean bending, either way.
-// Importance stays within a factor of 5.5.
+/// Largest ratio of a vertex's bending to the mean bending, or of the mean to it.
+// The exponential of a score is then between 1 / 5.5 and 5.5.
 const MOST_RATIO: f32 = 30.0;
 
-/// Computes `ln(b / mean b) / 2`; `None` where nothing bends.
+/// Computes each vertex's score `ln(b / mean b) / 2` from its bending `b`; `None` if the whole surface is flat.
 ///
-/// `b` is the largest change of the normal per length along the edges of a vertex, averaged once over its one-ring.
+/// `b` is the largest change of the unit normal per length over a vertex's edges, averaged by area over its one-ring.
 ///
 /// # Shapes
 /// - `points`: n x 3, from [`in_edge_lengths`](crate::model::in_edge_lengths); `normals`: n x 3, unit vectors
@@ -18,7 +18,7 @@ const MOST_RATIO: f32 = 30.0;
 /// - returns n scores
 ///
 /// # Panics
-/// If they differ in n.
+/// If the arguments differ in n.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, model::in_edge_lengths};

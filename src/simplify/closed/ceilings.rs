@@ -1,4 +1,4 @@
-//! Largest deformation of each component of an asset, so that panes and boxes stay recognisable.
+//! Ceilings, the largest deformation allowed to each component of an asset, so that panes and boxes stay recognisable.
 
 use glam::{DVec3, Vec3};
 
@@ -6,14 +6,14 @@ use super::dropping::vertex_components;
 use super::original::Original;
 use super::request::Requirements;
 
-/// Largest deformation, over the diagonals of the component and of the whole.
-// A corner of a cube moves 0.2 of the diagonal, a vertex of a sphere of forty 0.02.
+/// Largest deformation, over the diagonal of the component and over that of the whole scene; the smaller limit counts.
+// Merging away a corner deforms a cube by 0.2 of its diagonal; merging away one of forty vertices, a sphere by 0.02.
 const MOST_DISTANCE: [f64; 2] = [0.03, 0.01];
-/// Diagonal, over that of the whole, below which a component may deform freely.
+/// Diagonal of a component, over that of the whole scene, below which the component may deform freely.
 // Such a component covers a thousandth of the pixels.
 const LEAST_SIZE: f64 = 0.03;
 
-/// Returns the allowed deformation at each vertex, n_vertices; empty for no limit.
+/// Returns the allowed deformation at each vertex, at unit size (n_vertices); empty for no limit.
 pub fn find_ceilings(original: &Original, requirements: &Requirements) -> Vec<f32> {
     let surface = &original.surface;
     if requirements.half.is_some() || !requirements.is_asset() {

@@ -1,4 +1,4 @@
-//! Faces that come back unchanged with their corner values.
+//! Kept faces, which the result contains unchanged with their corner values.
 
 use std::collections::hash_map::Entry;
 
@@ -16,7 +16,7 @@ pub struct KeptFace {
     pub corners: [u8; 3],
 }
 
-/// Finds the kept faces in the output; `is_kept` marks mesh faces, or is empty.
+/// Finds the kept faces in the output; `is_kept` marks the input's faces, or is empty if none are kept.
 pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<KeptFace> {
     let surface = &original.surface;
     let output_corners = |face: u32| surface.faces[face as usize].map(|v| output.vertex_of[v as usize]);
@@ -27,7 +27,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
         return Vec::new();
     }
     let found = |(face, &corners): (u32, &[u32; 3])| {
-        // On a one-sided surface the face may have been reached from its other side.
+        // On a one-sided surface, such as a Möbius strip, the output may wind the face the other way.
         let [a, b, c] = corners;
         let source = source_of.get(&smallest_first([a, b, c])).or_else(|| source_of.get(&smallest_first([a, c, b])))?;
         let of_mesh = original.mesh.faces()[*source as usize];
@@ -42,7 +42,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
     (0u32..).zip(output.faces()).filter_map(found).collect()
 }
 
-/// Gives corners of kept faces their values in the mesh, `own`; splits wedges where these differ.
+/// Gives the corners of kept faces their input values, `own`, again; splits wedges whose corners then differ.
 pub fn restore_values(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
     if own.channels.is_empty() || carried.channels.is_empty() {
         return;

@@ -9,13 +9,13 @@ use crate::mesh::{Channel, Role};
 
 use super::values::{FitSystem, QUADRATURE, STEPS, ValueFit};
 
-/// Length of a blend below which its normals cancel out.
+/// Length of a vector below which its direction is noise.
 const LEAST_LENGTH: f32 = 1e-6;
 const MOST_TURNS: usize = 8;
-/// Cosine between a normal after its turn and the face.
+/// Largest cosine between a corner normal that was turned back and the normal of its face.
 const LEAST_COSINE: f32 = 0.02;
 
-/// Fits normals over the faces, from the values at the `nearest` points.
+/// Fits corner normals to the original's over all faces, starting from `nearest`, the normals at the closest points.
 pub fn fit_normals(fit: &ValueFit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
     let target = fit.target_values(original, wedges);
     if nearest.width != 3 || nearest.values.iter().chain(&target).any(|x| !x.is_finite()) {
@@ -26,7 +26,7 @@ pub fn fit_normals(fit: &ValueFit, nearest: Channel, original: &Channel, wedges:
     let mut system = FitSystem { diagonal: fit.diagonal(&representative), target: target.clone(), representative };
     let mut values = nearest.values.clone();
     for _ in 0..STEPS {
-        // The target's length follows the blend, or corners would be pulled to another length.
+        // Target normals are scaled to the blend's length, so that they pull only the direction of the corner normals.
         scale_to_blends(&mut system.target, &target, &values, fit.wedges.face_wedges);
         fit.step(&mut values, &nearest, &system);
         normalise_rows(&mut values, &nearest.values);
@@ -59,12 +59,12 @@ fn normalise_rows(values: &mut [f32], nearest: &[f32]) {
     });
 }
 
-/// Turns normals that oppose a face of their wedge back by the smallest angle.
+/// Turns each corner normal that opposes one of its faces to that face's side, by the smallest angle.
 fn turn_normals_back(values: &mut [f32], nearest: &[f32], face_wedges: &[[u32; 3]], area_normals: &[Vec3]) {
     for _ in 0..MOST_TURNS {
         let mut is_turned = false;
         for_each_opposing(values, nearest, face_wedges, area_normals, |normal, wedge, face| {
-            // Only along the face's normal, to a small angle above the face.
+            // The normal changes only along the face's normal, until it is a small angle above the face.
             let turned = normal + face * (row(nearest, wedge).dot(face).min(LEAST_COSINE) - normal.dot(face));
             is_turned = true;
             turned.try_normalize().unwrap_or(normal)
@@ -88,7 +88,8 @@ fn for_each_opposing(
         let face = face.normalize_or_zero();
         for &wedge in wedges {
             let normal = row(values, wedge);
-            // If the nearest value opposes the face as well, so does the original.
+            // If the normal at the closest point opposes the face as well, the original is shaded so, and the normal
+            // stays.
             if normal.dot(face) <= 0.0 && row(nearest, wedge).dot(face) > 0.0 {
                 values[3 * wedge as usize..][..3].copy_from_slice(&replace(normal, wedge, face).to_array());
             }

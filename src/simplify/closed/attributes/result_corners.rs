@@ -1,4 +1,4 @@
-//! Corners of the result: shared values and their origin on the original.
+//! Corners of the result: which of them share values (wedges), and the input faces from which these come.
 //!
 //! Every output face takes its group and its sides of seams from one input face. Faces around a vertex that meet at
 //! edges other than seams share a wedge.
@@ -23,7 +23,7 @@ pub struct ResultCorners {
     wedges: Vec<[u32; 3]>,
     origins: Vec<Vec<u32>>,
     vertices: Vec<u32>,
-    /// Normal of each wedge, shared by wedges that no hard edge separates.
+    /// Number of each wedge's normal; wedges of a vertex that no hard edge separates share one normal.
     normals: Vec<u32>,
 }
 
@@ -100,7 +100,7 @@ impl ResultCorners {
         [a, b].into_iter().any(|v| self.wedge_at(faces, f, v) != self.wedge_at(faces, g, v))
     }
 
-    /// Updates the wedges for a flip of `a b c` and `b a d`, before the faces change.
+    /// Updates the wedges for a flip of the edge between faces `a b c` and `b a d`; must precede the flip.
     pub fn flip(&mut self, faces: &[[u32; 3]], [f, g]: [u32; 2], [a, b, c, d]: [u32; 4]) {
         let [wa, wb, wc] = [a, b, c].map(|v| self.wedge_at(faces, f, v));
         let wd = self.wedge_at(faces, g, d);
@@ -119,7 +119,7 @@ impl ResultCorners {
         positions: &[Vec3],
         pins: &Pins,
     ) -> (Attributes, CornerMap) {
-        // Without groups none are stored.
+        // If the input has no groups, the output gets none.
         let groups = if attributes.groups.is_empty() { Vec::new() } else { self.groups(attributes) };
         let sides = original.seam_bounded_search();
         // The closest points give values for all channels, and the start of the fit.
@@ -205,7 +205,7 @@ pub struct CornerMap {
 }
 
 fn find_source_faces(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]) -> Vec<u32> {
-    // Output faces by their corners.
+    // Finds the number of an output face by its corners.
     let number: FxHashMap<[u32; 3], u32> = faces.iter().copied().zip(0..).collect();
     let mut source_faces = vec![NONE; faces.len()];
     for (face, corners) in (0u32..).zip(original.surface.faces.iter()) {
@@ -214,7 +214,7 @@ fn find_source_faces(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]])
             continue;
         }
         let [x, y, z] = smallest_first([a, b, c]);
-        // On a one-sided surface the face may have been reached from its other side.
+        // On a one-sided surface, such as a Möbius strip, the output may wind the face the other way.
         if let Some(&f) = number.get(&[x, y, z]).or_else(|| number.get(&[x, z, y])) {
             source_faces[f as usize] = face;
         }
@@ -222,7 +222,7 @@ fn find_source_faces(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]])
     source_faces
 }
 
-/// Finds the closest original point to each wedge, on its side of seams.
+/// Finds the point of the original closest to each wedge's vertex, on the wedge's side of the seams.
 fn closest_points(
     sides: &SeamBoundedSearch,
     vertices: &[u32],

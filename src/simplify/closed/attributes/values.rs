@@ -22,18 +22,18 @@ pub(super) const QUADRATURE: [([f32; 3], f32); 6] = [
     ([0.091_576, 0.816_848, 0.091_576], 0.109_952),
     ([0.091_576, 0.091_576, 0.816_848], 0.109_952),
 ];
-/// Weight of the value at the closest point.
-// Twelve textured meshes: texture coordinates are 0.6 % farther at 0.08.
+/// Weight of a corner's pull to the value at its closest point, over the weight of the quadrature points.
+// Twelve textured meshes: at 0.08 texture coordinates are 0.6 % farther from the original's.
 const NEAREST_WEIGHT: f32 = 0.02;
 // Steps toward the minimum: together they leave 0.6 % of the error. 6 steps are 0.05 % worse, 24 no better.
 pub(super) const STEPS: usize = 12;
 // Least weight of a wedge that is fitted: its inverse times any value must be finite.
 const LEAST_WEIGHT: f32 = 1e-30;
-// Damping of Jacobi's step. Eigenvalues over the diagonal are between 1/2 and 2 (Wathen 1987): at most 0.65 of an error
-// remains.
+// Damping of Jacobi's step. Eigenvalues over the diagonal are between 1/2 and 2 (Wathen 1987), so a step leaves at most
+// 0.65 of any error.
 const DAMPING: f32 = 0.7;
 
-/// Wedges of the result with their points on the original.
+/// Wedges of the result with their vertices and their closest points on the original.
 #[derive(Clone, Copy)]
 pub struct ResultWedges<'a> {
     pub face_wedges: &'a [[u32; 3]],
@@ -64,7 +64,8 @@ impl<'a> ValueFit<'a> {
         Self { wedges, points, area_normals, areas, pins }
     }
 
-    /// Fits a channel over the faces, from the values at the `nearest` points; unchanged if some value is not a number.
+    /// Fits a channel over all faces, starting from `nearest`, the values at closest points; returns these if a value
+    /// is not finite.
     pub fn values(&self, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
         let target = self.target_values(original, wedges);
         if nearest.values.iter().chain(&target).any(|x| !x.is_finite()) {
@@ -80,7 +81,7 @@ impl<'a> ValueFit<'a> {
         Channel { values, ..nearest }
     }
 
-    /// Evaluates the original at the quadrature points, n_faces x 6 x width.
+    /// Interpolates the original channel at the quadrature points; returns n_faces x 6 x width values.
     pub(super) fn target_values(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
         let mut target = vec![0.0; self.points.len() * QUADRATURE.len() * original.width];
         let surface_points = self.points.as_flattened().par_iter();
@@ -91,7 +92,7 @@ impl<'a> ValueFit<'a> {
         target
     }
 
-    /// Maps each wedge to the first one of equal values at its vertex.
+    /// Maps each wedge to the first wedge of its vertex that has equal values.
     fn shared_wedges(&self, channel: &Channel) -> Vec<u32> {
         let mut order: Vec<u32> = (0..self.wedges.vertices.len() as u32).collect();
         // Wedges are grouped by vertex; in a group the first wedge of equal values represents them.
@@ -127,7 +128,7 @@ impl<'a> ValueFit<'a> {
         FitSystem { target, representative, diagonal }: &FitSystem,
     ) {
         let width = nearest.width;
-        // The residual is the pull to the nearest values, and what every quadrature point misses.
+        // The residual sums the pull to the values at closest points, and the deviation at every quadrature point.
         let mut residual: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
         residual
             .chunks_exact_mut(width)

@@ -4,7 +4,7 @@ use glam::{DMat2, DVec2, DVec3};
 
 use super::pair::{MergedVertex, Pair, Placement};
 
-/// Least determinant over the squared trace: the rounding of single precision.
+/// Least determinant of a vertex's 2 x 2 system over its squared trace; a smaller one is rounding of single precision.
 // 1e-10 and 1e-6 change no mirrored result.
 const LEAST_DETERMINANT: f64 = 1e-8;
 

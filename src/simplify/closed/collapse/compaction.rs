@@ -1,11 +1,11 @@
-//! Parallel compaction of rows.
+//! Parallel removal of rows from arrays.
 
 use rayon::prelude::*;
 
 const CHUNK: usize = 1 << 14;
 
 pub(super) struct Compaction {
-    /// Number of remaining rows before each, n_rows + 1.
+    /// Number of remaining rows before each row, and of all; n_rows + 1 entries.
     n_before: Vec<u32>,
 }
 
@@ -32,7 +32,7 @@ impl Compaction {
         self.n_before[self.n_before.len() - 1] as usize
     }
 
-    /// Returns the new number of each row; for a removed one, that of the next.
+    /// Returns the new number of each row; for a removed row, that of the next remaining one.
     pub fn numbers(&self) -> &[u32] {
         &self.n_before
     }

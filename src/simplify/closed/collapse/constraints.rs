@@ -10,7 +10,8 @@ use crate::simplify::closed::pins::Pins;
 use super::pair::{MergedVertex, Pair, Placement};
 
 /// Factor on the price of moving a seam within its slack.
-// Five textured models: at 0.03 the mean distance is 8 % smaller and pictures lose 0.3 dB, at 0.3 it is 12 % larger.
+// Five textured models: at 0.03 the mean distance is 8 % smaller and rendered pictures lose 0.3 dB, at 0.3 it is 12 %
+// larger.
 const SEAM_PRICE: f64 = 0.1;
 
 #[derive(Clone)]
@@ -48,7 +49,7 @@ impl Constraints {
                 });
             }
         }
-        // Planes do not hold an end along its curve, so the end is also pulled to its position.
+        // Planes let the end of a curve slide along the curve, so the end is also pulled to its position.
         for v in original.features.curve_ends() {
             let place = original.surface.positions[v as usize].as_dvec3();
             curve(v, &|curve| {
@@ -85,7 +86,7 @@ impl Constraints {
         if are_held(curves) { planes(curves, origin) } else { Quadric::default() }
     }
 
-    /// Places the merged vertex relative to the first one, at `origin`; `None` if the merge is forbidden.
+    /// Places the merged vertex relative to the first end, which is at `origin`; `None` if the merge is forbidden.
     pub fn placement(&self, vertices: [u32; 2], origin: DVec3, pair: &Pair) -> Option<MergedVertex> {
         // Curves with slack never forbid a merge: they only raise its price.
         let curves = self.curves_at(vertices);
@@ -134,7 +135,7 @@ impl Constraints {
         vertices.into_iter().all(|v| curve_neighbours(self.curves.get(&v)).len() > 2 && !self.pins.is_pinned(v))
     }
 
-    /// Returns whether held curves survive a merge that removes the faces at `opposite`.
+    /// Returns whether held curves survive a merge that removes the two faces with the corners `opposite`.
     pub fn survives_merge(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
         let curves = self.curves_at([u, v]);
         let [of_u, of_v] = curves.map(curve_neighbours);

@@ -130,7 +130,7 @@ impl CornerTable {
         self.across[corner as usize]
     }
 
-    /// Returns the remaining faces in a range: first corner, vertices, corners across.
+    /// Returns the remaining faces in a range, each as first corner number, vertices, and corners across its edges.
     #[inline(always)]
     pub fn faces_in(&self, numbers: Range<usize>) -> impl Iterator<Item = (u32, [u32; 3], [u32; 3])> {
         let firsts = (4 * numbers.start as u32..).step_by(4);
@@ -140,7 +140,7 @@ impl CornerTable {
         faces.map(|(first, (&[a, b, c, _], &[d, e, f, _]))| (first, [a, b, c], [d, e, f]))
     }
 
-    /// Returns the number of the edge opposite a corner: the smaller opposite corner.
+    /// Returns the number of the edge opposite `corner`: the smaller of the two corners that face this edge.
     #[inline(always)]
     pub fn number_of_edge(&self, corner: u32) -> u32 {
         corner.min(self.corner_across(corner))
@@ -216,7 +216,7 @@ pub(super) fn renumber_corner(faces: &[u32], corner: u32) -> u32 {
     4 * faces[corner as usize / 4] + (corner & 3)
 }
 
-/// Matches a vertex's edges, pairs of other end and opposite corner; each end occurs twice.
+/// Joins the two corners opposite each edge of a vertex; `edges` lists other end and opposite corner, each end twice.
 fn match_edges(edges: &mut [(u32, u32)], across: &mut [u32]) {
     // Sorting makes partners adjacent, which keeps the search below linear at vertices of high valence.
     if edges.len() > SORTED_FROM {

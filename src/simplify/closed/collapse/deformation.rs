@@ -7,11 +7,12 @@ use crate::geometry::triangle::nearest_point;
 use super::end_ring::EndRing;
 use super::state::Collapse;
 
-/// Share of a ceiling below which distances are not measured.
+/// Share of the allowed deformation below which distances are not measured exactly.
 const NEGLIGIBLE: f32 = 0.02;
 
 impl Collapse<'_> {
-    /// Returns the deformation still allowed after the ends moved to `x`; negative if too far.
+    /// Returns the deformation that remains allowed after both ends of an edge moved to `x`; negative if it is
+    /// exceeded.
     #[inline(always)]
     pub(super) fn ceiling_after(&self, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3) -> f32 {
         if self.ceilings.is_empty() {
@@ -22,12 +23,12 @@ impl Collapse<'_> {
         if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, end_rings, x, ceiling) }
     }
 
-    /// Measures the distance between the faces before and after a merge; stops above `most`.
+    /// Measures the largest distance between the faces before and after a merge; stops once it exceeds `most`.
     #[inline(never)]
     fn distance_of_merge(&self, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3, most: f32) -> f32 {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
         let [u, v] = ends.map(|w| self.nodes[w as usize].position);
-        // Faces that stay, before and after, and the two that vanish.
+        // `before` holds the faces that stay and the two that vanish, `after` those that stay.
         let (mut before, mut after) = (Vec::with_capacity(16), Vec::with_capacity(16));
         for (here, star) in [u, v].into_iter().zip(end_rings) {
             for pair in star.ring[1..].windows(2) {
@@ -40,7 +41,7 @@ impl Collapse<'_> {
         let ring = &end_rings[0].ring;
         let opposite = [ring[1], ring[ring.len() - 1]];
         before.extend(opposite.into_iter().filter_map(|w| Some([u, v, place(w)?])));
-        // Starting above zero saves exact distances that are negligible for the ceiling.
+        // The search starts at a distance that is negligible for the ceiling: smaller ones need not be exact.
         let mut farthest = Farthest { distance2: (NEGLIGIBLE * most).powi(2), most2: most * most };
         self.measure_along_curves(&mut farthest, ends, end_rings, x);
         // The removed vertices themselves are usually farthest.
@@ -84,7 +85,8 @@ struct Farthest {
 }
 
 impl Farthest {
-    /// Measures more points; triangle `i` is probably nearest to point `i`.
+    /// Raises the largest distance by those of more points to their nearest triangles; triangle `i` is tried first for
+    /// point `i`.
     fn measure(&mut self, triangles: &[[Vec3; 3]], points: impl Iterator<Item = Vec3>) {
         for (i, point) in points.enumerate() {
             // Beyond the bound the merge is forbidden anyway.

@@ -4,7 +4,7 @@ use super::corner_table::{CornerStep, CornerTable, third_corner};
 
 #[derive(Clone, Default)]
 pub(super) struct EndRing {
-    /// Neighbours in order: the other end first, the two opposite vertices second and last.
+    /// Neighbours of one end, in order: the other end first, the two opposite vertices second and last.
     pub ring: Vec<u32>,
     pub corners: Vec<u32>,
 }

@@ -21,19 +21,20 @@ pub struct Merge {
     pub place: Placement,
 }
 
-/// Quadric recomputed over the faces around a vertex.
+/// Record that a vertex's quadric was recomputed over its present faces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Renewal {
     pub vertex: u32,
     pub ring: Vec<u32>,
     pub folds: Vec<u32>,
     pub importance: f32,
-    /// Factor of the pull that grows with the squared weight.
+    /// Factor of the pull to the vertex's position that grows with the squared trace of its planes.
     pub growing_pull: f32,
 }
 
 impl Renewal {
-    /// Records a vertex; `place` returns neighbours' positions, `None` for ghost vertices.
+    /// Records that `vertex` got a new quadric; `place(i)` returns the position of neighbour `ring[i]`, `None` for a
+    /// ghost vertex.
     pub fn new(
         vertex: u32,
         ring: Vec<u32>,

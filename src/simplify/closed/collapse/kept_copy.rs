@@ -6,7 +6,7 @@ use super::corner_table::NONE;
 use super::state::{Collapse, CopyState, REMOVED};
 
 /// Size at which the copy is made, over the target.
-// The copy is large enough where components with three quarters of the vertices are dropped.
+// So the copy is still large enough if components with three quarters of its vertices are dropped.
 const COPY_RATIO: f64 = 4.0;
 
 impl<'a> Collapse<'a> {

@@ -32,7 +32,7 @@ impl Work for PlaneSumTask<'_, '_> {
 }
 
 impl Collapse<'_> {
-    /// Recomputes the quadrics of the vertices that changed in the last pass; returns these.
+    /// Recomputes the quadrics of the vertices that changed in the last pass; returns these vertices.
     pub(super) fn renew_quadrics(&mut self) -> Vec<u32> {
         let pass = self.pass;
         // A vertex is stale if it or a neighbour was merged in the last pass.

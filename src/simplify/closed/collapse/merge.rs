@@ -1,4 +1,4 @@
-//! Merges: validity, and the update of the complex.
+//! Merges of two vertices: tests that forbid a merge, and the update of the mesh by it.
 
 use glam::{DVec3, Vec3};
 
@@ -12,7 +12,8 @@ use super::state::{Collapse, REMOVED};
 /// Least cosine between a face's normals before and after a merge.
 // Nineteen meshes, ratios 0.01 to 0.05: at 0 and at 0.4 the largest distance is 2 to 3 % larger.
 const LEAST_COSINE: f32 = 0.2;
-// Most neighbours of both ends, around which each test walks. Benchmark meshes stay below a hundredth of this.
+// Largest number of neighbours of both ends together, around which each test walks. Benchmark meshes stay below a
+// hundredth of this.
 const MOST_NEIGHBORS: u32 = 4096;
 
 #[inline(always)]
@@ -108,7 +109,7 @@ impl Collapse<'_> {
 
     #[inline(always)]
     fn merge_vertex_data(&mut self, [u, v]: [u32; 2], pair: &Pair, merged: &MergedVertex, x: Vec3, ceiling: f32) {
-        // Data by surface number are merged here, the topology in `merge`.
+        // Data of the surface vertices are merged here, the topology in `merge_topology`.
         let [kept, removed] = [u, v].map(|w| self.nodes[w as usize]);
         let (ids, place) = ([kept.id, removed.id], merged.place);
         let event = CollapseEvent::Merge(Merge { kept: kept.id, removed: removed.id, place });
@@ -158,7 +159,8 @@ impl Collapse<'_> {
             || would_turn_face_at(ends[1], &end_rings[1].ring[1..], x, place)
     }
 
-    /// Returns whether a face would turn in another pose if the first end moved by `offset` in this one.
+    /// Returns whether a face would turn in another pose if both ends merged at `offset` from the first end in the
+    /// present pose.
     #[inline(never)]
     fn would_turn_face_in_poses(&self, ends: [u32; 2], end_rings: &[EndRing; 2], pair: &Pair, offset: DVec3) -> bool {
         (0..self.poses.n_poses()).any(|k| {
@@ -171,7 +173,7 @@ impl Collapse<'_> {
 
     #[inline(always)]
     fn merge_topology(&mut self, [u, v]: [u32; 2], corner: u32, end_rings: &[EndRing; 2]) {
-        // All corners of `v` move to `u`, then the two faces of the edge close.
+        // All corners of `v` move to `u`, then the two faces at the edge are removed.
         end_rings[1].corners.iter().for_each(|&c| self.corners.set_vertex(c, u));
         for corner in [corner, self.corners.corner_across(corner)] {
             let w = self.corners.vertex(corner);

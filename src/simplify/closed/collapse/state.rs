@@ -35,7 +35,7 @@ pub struct Collapse<'a> {
     pub(super) corners: CornerTable,
     /// Surface vertex into which each one was merged; itself if it remains.
     pub(super) merged: Vec<u32>,
-    /// Number of nodes before the ghost vertices.
+    /// Number of nodes that are no ghost vertices; they come first.
     pub(super) n_inner: usize,
     pub(super) n_vertices: usize,
     pub(super) n_faces: usize,
@@ -43,11 +43,11 @@ pub struct Collapse<'a> {
     pub(super) cheapest: Vec<CheapestEdge>,
     pub(super) n_link_tests: u32,
     pub(super) end_rings: [EndRing; 2],
-    /// Deformation still allowed at each surface vertex; empty for no limit.
+    /// Deformation still allowed at each surface vertex, at unit size; empty for no limit.
     pub(super) ceilings: Vec<f32>,
     pub(super) was_ceiling_met: bool,
     pub(super) was_turn_forbidden: bool,
-    /// Number of vertices after each pass, and the pass's highest price.
+    /// Number of vertices after each pass, and the pass's highest price of a merge, at unit size.
     pub(super) pass_prices: Vec<(usize, f32)>,
     pub(super) attributes: AttributeQuadrics,
     pub(super) poses: Poses,
@@ -75,7 +75,7 @@ pub enum CollapseEnd {
     WouldTurn,
     LosesShape,
     Held,
-    /// Numbers of held and of all vertices: the others are too few for the shape.
+    /// Early end, since too few vertices are free to keep the shape; holds the numbers of held and of all vertices.
     TooFewFree(usize, usize),
 }
 
@@ -106,7 +106,7 @@ pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
 
 /// Builds the corner table of a closed surface; node `i` is vertex `order[i]`.
 fn corners_in_order(surface: &PreparedSurface, order: &[u32]) -> CornerTable {
-    // Surface vertices get their rank along the curve. Ghost vertices follow them and keep their numbers.
+    // Surface vertices get their rank along the space-filling curve. Ghost vertices follow them and keep their numbers.
     let mut rank = vec![0; order.len()];
     (0u32..).zip(order).for_each(|(i, &v)| rank[v as usize] = i);
     let n_ghosts = surface.rings.n_ghosts();
