@@ -101,7 +101,7 @@ fn diagonals(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     bounds.iter().map(|(low, high)| (*high - *low).length()).collect()
 }
 
-/// Removes faces that make up `n_dropped` components; `None` if that is 0.
+/// Removes faces that make up `n_dropped` components; `None` if `n_dropped` is 0.
 pub(super) fn remove_faces(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn(usize) -> bool) -> Option<PrunedMesh> {
     if n_dropped == 0 {
         return None;

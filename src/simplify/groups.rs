@@ -29,9 +29,9 @@ pub struct SimplifiedGroups {
     pub mesh: TriMesh,
     /// Attributes of corners and faces.
     pub attributes: Attributes,
-    /// Importance of the vertices; empty if the scores decide.
+    /// Importance of the vertices; empty if the scores determine it.
     pub importance: Vec<f32>,
-    /// Marks faces of these groups, which stay from now on.
+    /// Marks faces of the simplified groups, which the run for the rest must keep.
     pub kept: Vec<bool>,
     /// Input face beneath each face.
     pub faces: Vec<u32>,
@@ -40,14 +40,14 @@ pub struct SimplifiedGroups {
 }
 
 impl SimplifiedGroups {
-    /// Returns the input for simplifying the rest.
+    /// Returns the input of a run that simplifies the other groups.
     pub fn input<'a>(&'a self, scene: Option<&'a UnitedMesh>) -> Input<'a> {
         let Self { mesh, attributes, importance, kept, .. } = self;
         Input { scene, kept, attributes, importance, ..Input::bare(mesh) }
     }
 }
 
-/// Simplifies each group to its share, in this order, while all other faces stay.
+/// Simplifies the groups of each entry to its share, in this order; faces without a vertex of these groups stay.
 ///
 /// The target of `options` is ignored.
 ///

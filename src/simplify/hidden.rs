@@ -11,10 +11,10 @@ use super::input::Input;
 
 const AXES: usize = 8;
 const AXES_OF_COMPONENTS: usize = 3;
-/// Rays per face of a component, and the least number.
+/// Number of rays per face of a component; at least `LEAST_RAYS` in all.
 const RAYS: f64 = 0.25;
 const LEAST_RAYS: usize = 1024;
-/// Rays of all components: per face, and the least number.
+/// Largest number of rays of all hidden components: a number per face, or the second number if larger.
 const ALL_RAYS: [usize; 2] = [1, 65_536];
 /// Length that a ray skips at its start, as a share of the diagonal.
 const MARGIN: f64 = 1e-4;
@@ -23,7 +23,7 @@ const MARGIN: f64 = 1e-4;
 /// Roberts 2018, "The unreasonable effectiveness of quasirandom sequences".
 const STEPS: [f64; 4] = [0.856_674_883_854_503, 0.733_891_856_627_126, 0.628_706_721_404_131, 0.538_597_258_071_713];
 
-/// Returns whether each face and all faces at its vertices are invisible from outside.
+/// Returns for each face whether it and all faces at its vertices are invisible from outside.
 ///
 /// ```
 /// use neural_mesh::{mesh::{TriMesh, shapes}, simplify::hidden_faces};
@@ -40,7 +40,7 @@ pub fn hidden_faces(mesh: &TriMesh) -> Vec<bool> {
     mesh.faces().iter().map(|face| face.iter().all(|&v| !is_visible[v as usize])).collect()
 }
 
-/// Returns whether each vertex is on no visible face; empty if all are visible.
+/// Returns for each vertex whether all its faces are hidden; empty if every vertex has a visible face.
 pub(super) fn hidden_vertices(input: &Input) -> Vec<bool> {
     let hidden: Vec<bool> = visible_vertices(input).into_iter().map(|is_visible| !is_visible).collect();
     if hidden.contains(&true) { hidden } else { Vec::new() }
@@ -76,7 +76,7 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
     let most_rays = (ALL_RAYS[0] * triangles.len()).max(ALL_RAYS[1]) / n_hidden;
     let start = MARGIN * mesh.diagonal();
     let is_hidden = |faces: &Vec<u32>| {
-        // Rays by size, within the budget.
+        // The number of rays grows with the number of faces, up to this component's share.
         let n_rays = ((RAYS * faces.len() as f64) as usize).max(LEAST_RAYS).min(most_rays.max(64));
         let corners = |face: u32| triangles[face as usize].map(|corner| DVec3::from(corner.map(f64::from)));
         !faces.is_empty()

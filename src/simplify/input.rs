@@ -6,7 +6,7 @@ use crate::mesh::{Attributes, Channel, FeatureEdge, SceneView, TriMesh, UnitedMe
 
 use super::options::{Options, SimplifyError};
 
-/// Mesh with everything that belongs to it.
+/// Mesh with its attributes, importance, scene and constraints.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Input<'a> {
@@ -14,7 +14,7 @@ pub struct Input<'a> {
     pub mesh: &'a TriMesh,
     /// Attributes of corners and faces.
     pub attributes: &'a Attributes,
-    /// Positive factor on the area of each vertex; empty if the scores decide.
+    /// Positive factor on the area of each vertex; empty if the scores determine it.
     pub importance: &'a [f32],
     /// Placement of the mesh in a scene.
     pub scene: Option<&'a UnitedMesh>,
@@ -90,9 +90,9 @@ fn scene_view(scene: Option<&UnitedMesh>, mesh: &TriMesh, attributes: &Attribute
     }
 }
 
-/// Derives vertex importance from a channel: the mean over the corners of its values (the first three of a colour).
+/// Derives vertex importance from a channel: the mean of its first three numbers over the vertex's corners.
 ///
-/// Zeros count a thousandth of the mean. `None` for negative values, or if all are 0.
+/// The least importance is a thousandth of the mean. `None` for negative values, or if all are 0.
 ///
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Channel, Role, shapes}, simplify::importance_of_channel};
@@ -155,7 +155,7 @@ pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Opti
     kept
 }
 
-/// Marks locked vertices, and those of kept faces and locked boundaries.
+/// Marks the caller's locked vertices, those of kept faces and, with `lock_boundaries`, those of boundaries.
 pub(super) fn locked_vertices(input: &Input, options: &Options) -> Vec<bool> {
     if !options.lock_boundaries && input.kept.is_empty() {
         return input.locked.to_vec();

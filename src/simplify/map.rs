@@ -9,7 +9,7 @@ use super::options::Map;
 
 const NONE: u32 = u32::MAX;
 
-/// Finds the nearest of the input vertices merged into each output vertex, if there is one.
+/// Finds the nearest of the input vertices merged into each output vertex; `u32::MAX` if there is none.
 pub(super) fn nearest_inputs(mesh: &TriMesh, simplified: &TriMesh, outputs: &[u32]) -> Vec<u32> {
     let mut nearest = vec![(f32::INFINITY, NONE); simplified.positions().len()];
     for (v, &x) in (0u32..).zip(outputs) {
@@ -39,7 +39,7 @@ pub(super) fn renumber_pruned_map(map: &mut Map, mesh: &TriMesh, PrunedMesh { so
     map.corner_faces.iter_mut().flatten().for_each(|f| *f = faces[*f as usize]);
 }
 
-/// Extends the map to a mesh in which `sources` are its input vertices.
+/// Extends the map to a mesh of `n_vertices`; `sources` are the numbers there of the map's input vertices.
 pub(super) fn renumber_map(map: &mut Map, sources: &[u32], n_vertices: usize) {
     let mut outputs = vec![NONE; n_vertices];
     sources.iter().zip(&map.output_vertices).for_each(|(&v, &x)| outputs[v as usize] = x);

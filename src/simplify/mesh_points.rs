@@ -10,7 +10,8 @@ use crate::mesh::{TriMesh, compact, orient_outward};
 use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
 
 /// Neighbours per point: the mean valence of a triangle mesh.
-// Clouds of twelve training meshes: with 5 the result is 29 % farther from the original, with 8 37 % (nine of them).
+// Clouds of twelve training meshes: with 5 the result is 29 % farther from the original; with 8, measured on nine, 37
+// %.
 const NEIGHBOURS: usize = 6;
 
 /// Mesh over points of a cloud.
@@ -25,7 +26,7 @@ pub struct MeshedPoints {
     pub unused_points: usize,
 }
 
-/// Meshes `n_vertices` points of a cloud, or all if it has no more, at their positions.
+/// Builds a mesh over `n_vertices` points of a cloud, or over all if it has fewer; the points keep their positions.
 ///
 /// The Point Sampler's scores choose the points.
 ///
@@ -86,7 +87,7 @@ fn mesh_cloud(
     assemble_mesh(points, &samples, &orient_outward(&sampled, &chosen))
 }
 
-/// Joins each point of a cloud (n x 3) to its six nearest ones, in both directions: n x n.
+/// Builds the graph (n x n) that joins each point of a cloud (n x 3) and its six nearest points, in both directions.
 ///
 /// ```
 /// use neural_mesh::simplify::cloud_graph;
@@ -104,7 +105,7 @@ fn draw_samples(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weight
     scattered_samples(cloud, graph, &vertex_scores(weights, cloud, None, graph), n, seed)
 }
 
-/// Finds which regions of samples the edges of a graph join: A of Eq. (3) for a cloud.
+/// Builds the graph of the samples whose regions an edge of `graph` joins: A of Eq. (3) for a cloud.
 ///
 /// # Shapes
 /// - `graph`: n x n; `assignment`: n, the sample of each point, `u32::MAX` for none

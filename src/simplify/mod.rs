@@ -55,7 +55,7 @@ pub use with_importance::{WeightedResult, simplify_with_importance};
 
 /// Simplifies `mesh` to the target of `options`; `progress` receives every stage and can stop the run.
 ///
-/// Without `weights` the networks use shipped ones.
+/// Without `weights`, a network uses the weights shipped with this crate.
 ///
 /// # Errors
 /// [`SimplifyError`] for an empty mesh or bad options, or if `progress` stops the run. An unreachable target is no
@@ -114,7 +114,7 @@ pub fn simplify_input(
     run(input, weights, &task, progress).map(|(simplified, _)| simplified)
 }
 
-/// Simplifies to the size even if locked vertices leave few to the rest.
+/// Simplifies to the target size even where so many vertices are locked that the others cannot keep the shape.
 pub(crate) fn simplify_forcing_size(
     input: &Input,
     options: &Options,

@@ -36,10 +36,10 @@ impl Target {
 /// Method that builds the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Assembly {
-    /// Edge collapse, flips and fit; closed if the input is closed.
+    /// Edge collapse, flips and fit; the result is closed if the input is closed.
     #[default]
     Closed,
-    /// The paper's (Sec. 4): faces of probability above 0.5 over input vertices.
+    /// The paper's assembly (Sec. 4): faces of probability above 0.5 over input vertices.
     Paper,
 }
 
@@ -63,8 +63,8 @@ pub struct Options {
     pub seed: u64,
     /// Drops components whose vertices are better spent elsewhere.
     pub prune: bool,
-    /// Largest distance to the rest, in mesh units, at which `prune` may drop a component. A finite value also allows
-    /// deformations up to it.
+    /// Largest distance of a component to the rest, in mesh units, at which `prune` may drop it. A finite value also
+    /// allows components to be deformed so far.
     pub prune_within: f64,
     /// Diagonal of the bounding box, in mesh units, below which components are dropped. The largest component stays.
     pub prune_below: f64,
@@ -76,9 +76,10 @@ pub struct Options {
     pub subset: bool,
     /// Closes the holes that the network leaves.
     pub close: bool,
-    /// Samples again by the errors of regions, and moves vertices to the minimum of their region's quadric.
+    /// Samples again, more densely where regions have large errors, and moves vertices to the minimum of their region's
+    /// quadric.
     pub place: bool,
-    /// Distance that texture seams may move at a low price, over the texture's side; 0 holds seams.
+    /// Distance that texture seams may move at a low price, as a share of the texture's side; 0 holds seams.
     pub seam_error: f64,
     /// Use of the result.
     pub purpose: Purpose,
@@ -88,7 +89,7 @@ pub struct Options {
     pub map: bool,
     /// Makes the result its own mirror image, as the input must be.
     pub symmetric: Option<Symmetry>,
-    /// Rounding of the written coordinates, which must differ between vertices.
+    /// Origin and precision of coordinates in the written file, where no two vertices may coincide.
     pub frame: Frame,
 }
 
@@ -101,7 +102,7 @@ pub enum Purpose {
     Shape,
     /// Shape in all poses given by morph targets, or else in unknown poses.
     Poses,
-    /// Eigenfunctions of the Laplacian (metric LE): faces of similar areas.
+    /// Eigenfunctions of the Laplacian (metric LE): faces get similar areas.
     Spectrum,
 }
 
@@ -112,7 +113,7 @@ pub enum Hidden {
     /// Hidden surfaces count like visible ones.
     #[default]
     Keep,
-    /// Hidden surfaces count a thousandth, and keep about a tenth of their vertices.
+    /// Errors of hidden surfaces count a thousandth, so that these keep about a tenth of their vertices.
     Cheap,
     /// Components that are hidden as a whole are dropped.
     Drop,
@@ -182,7 +183,7 @@ impl std::fmt::Display for Axis {
 pub struct MirrorPlane {
     /// Axis perpendicular to the plane.
     pub axis: Axis,
-    /// Coordinate of the plane in the file.
+    /// Coordinate of the plane along that axis, in the file.
     pub at: f64,
 }
 
@@ -196,9 +197,9 @@ impl std::fmt::Display for MirrorPlane {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Symmetry {
-    /// Best fit among the planes across the axes, through 0 and the box's centre.
+    /// Best of six planes: across each axis, one through 0 and one through the bounding box's centre.
     Best,
-    /// Better one of the two planes across this axis.
+    /// Better of the planes across this axis, through 0 or through the bounding box's centre.
     Across(Axis),
     /// Given plane.
     Plane(MirrorPlane),
@@ -264,9 +265,9 @@ pub enum Effort {
 /// Outcome for the requested size.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Size reached, or at most one vertex or face less.
+    /// Requested size reached; the result may have one vertex or face less.
     Reached,
-    /// Result larger than the target, or beyond a search's limit; the text names the constraint.
+    /// Result larger than the target, or not proved within the requested distance; the text names the obstacle.
     Stopped(String),
 }
 
@@ -278,7 +279,7 @@ pub struct Report {
     pub outcome: Outcome,
     /// Source of the scores.
     pub scores: ScoreSource,
-    /// Components in their smallest form: tetrahedra or single triangles.
+    /// Number of components in their smallest form: tetrahedra or single triangles.
     pub components_at_minimum: usize,
     /// True if a smaller result would deform a component too far.
     pub components_keep_shape: bool,
@@ -288,17 +289,17 @@ pub struct Report {
     pub components_hidden: usize,
     /// Dropped components, ascending by their first face.
     pub dropped: Vec<DroppedComponent>,
-    /// Number of input edges that had to stay.
+    /// Number of feature edges in the input: creases, seams and edges between groups.
     pub kept_edges: usize,
-    /// Number of input vertices that had to stay.
+    /// Number of locked input vertices.
     pub locked_vertices: usize,
-    /// Number of vertices and edges split where several sheets meet.
+    /// Number of vertices added where several sheets met at a vertex or edge and were split.
     pub split_vertices: usize,
     /// Number of flipped edges.
     pub flipped_edges: usize,
     /// Number of output vertices moved because their positions coincided.
     pub separated_vertices: usize,
-    /// Mirror plane of a symmetric result; counts are those of one half.
+    /// Mirror plane of a symmetric result; most counts are those of one half.
     pub mirror: Option<MirrorPlane>,
 }
 
@@ -336,9 +337,9 @@ pub struct Map {
     pub output_vertices: Vec<u32>,
     /// Nearest input vertex merged into each output vertex.
     pub input_vertices: Vec<u32>,
-    /// Input face beneath each output corner, on its side of seams.
+    /// Input face with the point closest to each output corner, on the corner's side of seams.
     pub corner_faces: Vec<[u32; 3]>,
-    /// Barycentric weights on that face.
+    /// Barycentric weights of that closest point in its face.
     pub corner_weights: Vec<[[f32; 3]; 3]>,
 }
 
@@ -367,7 +368,7 @@ pub type Listener<'a> = dyn FnMut(Event) -> ControlFlow<()> + Send + 'a;
 pub enum SimplifyError {
     /// Mesh without faces.
     Empty,
-    /// Too few points for a surface.
+    /// Too few points for a surface; holds their number.
     TooFewPoints(usize),
     /// Target that is no size: zero, not a number, or a ratio above 1.
     BadTarget(Target),
@@ -384,7 +385,7 @@ pub enum SimplifyError {
         /// Number of faces without an image.
         faces: usize,
     },
-    /// Number of faces in the mirror plane.
+    /// Faces in the mirror plane; holds their number.
     InMirrorPlane(usize),
     /// Option that cannot be combined with symmetry.
     NotWithSymmetry(&'static str),

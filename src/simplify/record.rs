@@ -89,7 +89,8 @@ impl Record {
         }
     }
 
-    /// Converts a gradient by output vertices (n_output x 3) to one by input vertices (n_input x 3).
+    /// Converts a gradient with respect to output vertices (n_output x 3) to one with respect to input vertices
+    /// (n_input x 3).
     ///
     /// # Panics
     /// If there is not one position per input vertex and one gradient per output vertex.

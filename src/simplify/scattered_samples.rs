@@ -7,26 +7,26 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Largest distance of a score from the mean of all scores.
-// The density stays below 400 times the mean for networks in training; the shipped weights stay within 3 on twelve
-// training meshes.
+// For networks in training it keeps the density below 400 times the mean; scores of the shipped weights stay within 3
+// on twelve training meshes.
 const MOST_SCORE: f64 = 6.0;
 
-/// First reach over the distance between neighbours in the densest arrangement of k samples.
+/// Reach, the least distance between samples, in the first round, over that in the densest arrangement of k samples.
 // Above 1, so that the first round leaves some of the samples to the next.
 const FIRST_REACH: f64 = 1.2;
 
-/// Ratio of successive reaches.
+/// Ratio of the reaches of successive rounds.
 const SHRINKING: f64 = 0.92;
 
-/// Rounds after which the remaining samples are taken in order.
+/// Rounds after which the remaining samples are taken whatever their distance.
 // Only vertices at one position are that near.
 const MOST_ROUNDS: usize = 128;
 
 /// Draws k different vertices with a density proportional to `exp(score)`, kept apart from each other.
 ///
-/// Dart throwing (Cook 1986; McCool and Fiume 1992): in the order list [`gumbel_top_k`](super::gumbel_top_k), a vertex
-/// becomes a sample if no sample is within a reach, which shrinks from round to round. Distances run along the edges,
-/// stretched by `sqrt(exp(score) / area)`. Every component gets a sample if k suffices.
+/// Dart throwing (Cook 1986; McCool and Fiume 1992): in the order of [`gumbel_top_k`](super::gumbel_top_k)'s draws, a
+/// vertex becomes a sample if no sample is within a reach, which shrinks from round to round. Distances run along the
+/// edges, stretched by `sqrt(exp(score) / area)`. Every component gets a sample if k suffices.
 ///
 /// # Shapes
 /// - `points`: n x 3, `rings`: n x n, the edges
@@ -34,7 +34,7 @@ const MOST_ROUNDS: usize = 128;
 /// - returns min(k, n) vertices, ascending
 ///
 /// # Panics
-/// If the three differ in n.
+/// If `points`, `rings` and `scores` differ in n.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, simplify::scattered_samples};

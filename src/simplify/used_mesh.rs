@@ -1,4 +1,4 @@
-//! Removal of unused vertices, and results mapped back.
+//! Removal of unused vertices before a run, and renumbering of its results to the input.
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};

@@ -7,7 +7,7 @@
 /// ```
 pub const CLOSED_VERSION: u32 = 9;
 
-/// Version of constraints and attributes in the closed assembly.
+/// Version of the closed assembly with constraints or attributes.
 ///
 /// ```
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);

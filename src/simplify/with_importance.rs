@@ -20,7 +20,8 @@ pub struct WeightedResult {
 /// Simplifies `mesh` to `n_vertices` with vertices weighted by area times importance.
 ///
 /// # Errors
-/// [`SimplifyError::BadImportance`] if factors do not fit or a vertex is on no face; [`SimplifyError::Overflow`].
+/// [`SimplifyError::BadImportance`] if factors are not positive or not one per vertex, or a vertex is on no face;
+/// [`SimplifyError::Overflow`].
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, simplify::{Importance, Refinements, simplify_with_importance}};

@@ -19,14 +19,14 @@ use super::request::{DropRules, VisualProperties};
 
 const POINTS_PER_COMPONENT: usize = 64;
 const POINTS_OF_WHOLE: usize = 4096;
-/// Largest distance of a dropped component to the rest, over the mean distance.
+/// Largest distance of a dropped component to the rest, over the result's mean distance to the original.
 const MOST_DISTANCE: f64 = 8.0;
 /// Largest share of a view's pixels that one dropped component, and all, may change.
 const MOST_CHANGED: [f32; 2] = [1e-3, 1e-2];
-/// Largest share of pixels in which another material may appear.
+/// Largest share of a view's pixels that may change their material by all drops together.
 // Lettering is small, and conspicuous if it is missing.
 const MOST_RECOLOURED: f32 = 1e-3;
-/// Largest share of pixels in which a back side may appear.
+/// Largest share of a view's pixels in which one drop may show a back side.
 // Holes are conspicuous.
 const MOST_OPENED: f32 = 2.5e-4;
 
@@ -45,10 +45,10 @@ impl<'a> VertexCost<'a> {
         }
     }
 
-    /// Estimates the price of merges down to this many vertices.
+    /// Estimates the highest price of the merges down to this many vertices.
     fn price_at(&self, vertices: usize) -> f64 {
-        // Prices rise from pass to pass, with exceptions: the largest one counts. Above the recorded sizes the value of
-        // a vertex falls as n^-3.
+        // Prices rise from pass to pass, with exceptions: the largest one counts. Above the recorded sizes, prices fall
+        // with the number of vertices n as n^-3.
         let seen =
             self.pass_prices.iter().take_while(|(left, _)| *left >= vertices).map(|(_, price)| f64::from(*price));
         let first =
@@ -94,7 +94,7 @@ pub fn output_components(output: &Output) -> (Vec<u32>, usize) {
     vertex_components(output.positions.len(), output.faces())
 }
 
-/// Numbers the component of each vertex, empty for a single one; also returns their number.
+/// Returns the component number of each vertex (empty if there is one component) and the number of components.
 pub fn vertex_components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets = UnionFind::new(n_vertices);
     for &[a, b, c] in faces {
@@ -112,7 +112,7 @@ struct PlacedComponents<'a> {
     attributes: Option<&'a Attributes>,
     faces: Vec<u32>,
     ends: Vec<usize>,
-    /// Transforms of each component to the scene, largest first.
+    /// Transforms of each component from unit size to the scene, largest first.
     transforms: Vec<Vec<DMat4>>,
     component_of_face: &'a [u32],
 }
@@ -217,7 +217,7 @@ impl PlacedOutput {
 struct Component {
     n_vertices: usize,
     n_faces: usize,
-    /// Weighted area, with that of components that this one replaces.
+    /// Area weighted by importance, including the components that this one replaces.
     area: f64,
     size2: f64,
     groups: Vec<u32>,
@@ -230,7 +230,7 @@ struct Components<'a> {
     all: Vec<Component>,
     rank: Vec<usize>,
     placed: &'a PlacedComponents<'a>,
-    /// Tree over the placed output faces, and the component of each.
+    /// Search tree over the output faces, as placed in the scene.
     tree: FaceTree<'a>,
     component_of_output_face: &'a [u32],
     /// Factor from prices of the collapse to prices in the scene.
@@ -307,10 +307,11 @@ impl<'a> Components<'a> {
         Some((distance2, self.component_of_output_face[face as usize] as usize))
     }
 
-    /// Estimates a component's loss from samples, and the larger component nearest to most of them.
+    /// Estimates what dropping a component loses (area times squared distance to the rest), and the larger component
+    /// nearest to most samples.
     ///
-    /// Infinite for a component that is locked, not shown, or the largest; stops once the loss reaches `most` per
-    /// vertex.
+    /// The loss is infinite for a component that is locked, not shown, or the largest. Sampling stops at a loss of
+    /// `most` per vertex.
     fn estimate_loss(&self, component: usize, most: f64) -> (f64, usize) {
         // Locked vertices must stay, so their component does.
         if self.placed.is_locked(component) {
@@ -333,7 +334,7 @@ impl<'a> Components<'a> {
             let least = if looks_same { 0.0 } else { 0.25 * own.size2 };
             sum += area_normal_f64(corners).length() * distance2.max(least);
             nearest.push(other);
-            // Most components are so far from others that the first point settles it.
+            // Most components are so far from others that the first point gives a loss above `most`.
             let loss = own.area * sum / areas;
             if areas > 0.0 && loss / own.n_vertices.max(1) as f64 >= most {
                 return (loss, component);

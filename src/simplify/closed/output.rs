@@ -17,7 +17,8 @@ use super::prepare::surface::PreparedSurface;
 pub struct Output {
     pub positions: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
-    /// Intended unit normals of the faces; zero if unknown.
+    /// Unit normals that the collapse gave the faces, and from which later steps may turn them only so far; zero if
+    /// unknown.
     intended_normals: Vec<Vec3>,
     around: FacesAround,
     pub pins: Pins,
@@ -103,7 +104,7 @@ impl Output {
         self.intended_normals[g] = self.intended_normals[f];
     }
 
-    /// Moves a vertex of a subset to the surface vertex `origin`.
+    /// Moves a vertex to the position of the surface vertex `origin` (option `subset`).
     pub fn move_to_surface_vertex(&mut self, v: u32, origin: u32, surface: &PreparedSurface) {
         self.positions[v as usize] = surface.positions[origin as usize];
         self.pins.set_origin(v, origin);

@@ -10,7 +10,7 @@ pub struct Pins {
     locked: Vec<bool>,
     locks_edges: bool,
     subset: bool,
-    /// Surface vertex beneath each vertex; empty over the surface itself.
+    /// Surface vertex from which each vertex has its position; empty if the vertices are the surface's.
     origin: Vec<u32>,
     plane: Option<PlaneVertices>,
 }
@@ -188,7 +188,7 @@ impl PlaneVertices {
         }
     }
 
-    /// Returns whether a merge would leave a face entirely on the plane; neighbours are in order.
+    /// Returns whether a merge would leave a face entirely on the plane; `of_u` and `of_v` are neighbours in order.
     pub fn would_put_face_on_plane(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         // Consecutive neighbours form a face with the merged vertex.
         let (on_plane, ring) = match (self.contains(u), self.contains(v)) {
@@ -200,14 +200,15 @@ impl PlaneVertices {
         ring.iter().zip(ring.iter().cycle().skip(1)).any(|(w, next)| is_on_plane(w) && is_on_plane(next))
     }
 
-    /// Returns whether a merge would remove the last cut edge between two boundaries.
+    /// Returns whether a merge would remove a cut edge without another cut edge next to it.
     pub fn would_end_cut(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         // The cut continues if either end has another plane neighbour.
         let continues = |ring: &[u32], other: u32| ring.iter().any(|&w| w != other && self.contains(w));
         self.contains(u) && self.contains(v) && !continues(of_u, v) && !continues(of_v, u)
     }
 
-    /// Returns the fixed coordinate of the merged vertex, relative to `u`; `None` if it is free.
+    /// Returns the merged vertex's coordinate across the mirror plane, relative to `u`; `None` if neither end is on the
+    /// plane.
     pub fn fixed_coordinate(&self, u: u32, v: u32, other: DVec3) -> Option<f64> {
         match (self.contains(u), self.contains(v)) {
             (false, false) => None,
@@ -216,7 +217,8 @@ impl PlaneVertices {
         }
     }
 
-    /// Constrains the solutions of per-vertex systems (upper triangle and right side) to the plane.
+    /// Changes the systems of plane vertices (upper triangle, then right side) so that their solutions are along the
+    /// plane.
     pub fn confine_to_plane(&self, systems: &mut [[f32; 9]]) {
         for system in systems.iter_mut().zip(&self.is_on).filter_map(|(system, on)| on.then_some(system)) {
             // Without coupling to the axis and with a zero right side, the solution has no component along it.
@@ -226,7 +228,7 @@ impl PlaneVertices {
         }
     }
 
-    /// Returns the sum of a plane vertex's quadric and its image.
+    /// Returns the sum of a plane vertex's quadric and its mirror image.
     pub fn with_image(&self, quadric: [f32; 6]) -> [f32; 6] {
         self.without_axis_coupling(quadric.map(|x| 2.0 * x))
     }

@@ -14,9 +14,9 @@ pub struct ClosedRequest<'a> {
     pub frame: Frame,
     pub differentiable: bool,
     pub requirements: Requirements<'a>,
-    /// Reaches the size even if held vertices leave too few for the rest.
+    /// True to reach the target size even where so many vertices are held that the others cannot keep the shape.
     pub forces_size: bool,
-    /// Largest price of a merge, in mesh units; replaces the size limit.
+    /// Largest price of a merge, in mesh units to the fourth power; replaces the size limit.
     pub price: Option<f64>,
 }
 

@@ -21,7 +21,7 @@ pub struct ClosedResult {
     pub vertex_of: Vec<u32>,
     pub source_vertices: Option<Vec<u32>>,
     pub derivative: Option<Derivative>,
-    /// Number of vertices after each pass, with its price in mesh units.
+    /// Number of vertices after each pass, and the pass's highest price of a merge, in mesh units to the fourth power.
     pub pass_prices: Vec<(usize, f64)>,
     pub on_plane: Vec<bool>,
     pub kept: Vec<KeptFace>,
@@ -88,7 +88,7 @@ impl ClosedResult {
     }
 }
 
-/// Converts output positions to local coordinates; pinned vertices keep every bit.
+/// Converts output positions to local coordinates; locked vertices, and all of a subset, keep every bit.
 pub fn local_positions(original: &Original, output: &Output) -> Vec<[f32; 3]> {
     let Original { mesh, surface, .. } = original;
     let local = |p: &Vec3| surface.scale.restore(p.as_dvec3());

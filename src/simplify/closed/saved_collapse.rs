@@ -1,4 +1,4 @@
-//! Saved collapse, to continue without dropped components.
+//! Saved collapse, which continues after components are dropped.
 
 use crate::mesh::TriMesh;
 use crate::simplify::limits::Limit;
@@ -46,7 +46,8 @@ impl<'a> SavedCollapse<'a> {
         has_merges_left.then(|| Self { collapse, scale: surface.scale, corners: corners_of_faces(false).collect() })
     }
 
-    /// Attaches the collapse to the remaining mesh; `None` if non-manifold vertices split differently.
+    /// Attaches the collapse to the remaining mesh; `None` if the preparation of this mesh splits non-manifold vertices
+    /// differently.
     pub(super) fn attach<'b>(
         self,
         mesh: &'b TriMesh,

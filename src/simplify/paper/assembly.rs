@@ -1,11 +1,12 @@
-//! The paper's assembly, Sec. 4: faces above one half, of these the best two per edge, turned like the original.
+//! The paper's assembly, Sec. 4: faces of probability above one half, of these the two likeliest per edge, wound like
+//! the original.
 
 use super::Quotient;
 use crate::geometry::triangle::area_normal_f64;
 use crate::model::PredictedFaces;
 use glam::DVec3;
 
-/// Chooses the candidates with p > 0.5 that are among the best two on all three of their edges.
+/// Chooses the candidate faces of probability above 0.5 that are among the two likeliest on all three of their edges.
 ///
 /// Of equally likely candidates the first is better.
 ///
@@ -36,7 +37,7 @@ pub fn choose_faces(faces: &PredictedFaces, n_entries: usize) -> Vec<usize> {
     ranked
 }
 
-/// Turns a triangle like the faces it comes from, or else like the normals of its three regions.
+/// Winds a triangle like the mesh faces that span its three regions, or else by the normals of these regions.
 ///
 /// # Shapes
 /// - `positions`: n_samples x 3

@@ -8,14 +8,14 @@ use crate::repair::fill_some_holes;
 /// Most rounds: where loops touch, one round may leave holes for the next.
 const ROUNDS: usize = 4;
 
-/// Fills the holes of a result; corners are samples, as before.
+/// Fills the holes that the network left between `faces`; the corners of new faces are samples, too.
 ///
-/// A loop stays open if at least half of its edges join samples whose regions the boundary of the mesh crosses. A face
-/// that shares no edge is dropped.
+/// A loop stays open if at least half of its edges join samples whose regions the boundary of the mesh crosses. Faces
+/// that share no edge with another are dropped.
 ///
 /// # Shapes
 /// - `samples`: n_samples vertices of the mesh; `assignment`: n_vertices indices into them, or [`NO_SAMPLE`]
-/// - `faces`: n_faces x 3 vertices of the mesh that are samples; returns the same
+/// - `faces`: n_faces x 3 vertices of the mesh that are samples; returns faces of the same form
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, simplify::paper::close_holes};
@@ -101,7 +101,7 @@ mod tests {
         for every in [3, 5, 17] {
             let faces = close_holes(&torus, &all(&torus), &all(&torus), punched_torus(&torus, every));
             let mesh = TriMesh::new(torus.positions().to_vec(), faces).unwrap();
-            // Where holes meet all over, a few edges may wait for a face that no round finds.
+            // Where holes touch everywhere, a few edges may stay open, since no round finds a face for them.
             let open = topology(&mesh).boundary_edges;
             assert!(open <= 4, "{every}: {open}");
         }
@@ -112,7 +112,7 @@ mod tests {
         let tube = shapes::open_cylinder(24, 10);
         let faces = close_holes(&tube, &all(&tube), &all(&tube), punched_torus(&tube, 11));
         let mesh = TriMesh::new(tube.positions().to_vec(), faces).unwrap();
-        // A face that is missing at an end leaves a notch there.
+        // A face that is missing at an end of the tube leaves a notch there.
         let open = topology(&mesh).boundary_edges;
         assert!((48..72).contains(&open), "{open}");
     }

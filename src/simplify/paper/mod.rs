@@ -39,7 +39,8 @@ pub(super) struct PaperRun<'a> {
     pub seed: u64,
     /// Closes the holes that the network leaves.
     pub close: bool,
-    /// Samples again by the errors of regions, and moves vertices to the minimum of their region's quadric.
+    /// Samples again, more densely where regions have large errors, and moves vertices to the minimum of their region's
+    /// quadric.
     pub place: bool,
 }
 
@@ -52,9 +53,9 @@ pub struct PaperStages {
     pub samples: Vec<u32>,
     /// Sample of each input vertex, or [`NO_SAMPLE`].
     pub assignment: Vec<u32>,
-    /// Mesh between the regions of the samples.
+    /// Edges, triangles and normals between the regions of the samples.
     pub quotient: Quotient,
-    /// G_ext, S and A_s.
+    /// Predicted edges: the paper's G_ext, S and A_s.
     pub edges: PredictedEdges,
     /// Candidate faces with prior and probability.
     pub faces: PredictedFaces,

@@ -15,10 +15,10 @@ const PULL: f64 = 1e-3;
 /// Weight of a boundary's lines relative to the planes of faces.
 const BOUNDARY: f64 = 10.0;
 
-/// Least remaining error that counts, over the mean.
+/// Error added to that of each region, over the mean of all.
 const LEAST_ERROR: f64 = 0.1;
 
-/// Rounds in which vertices of turned faces go back.
+/// Rounds in which vertices of turned faces return to their samples.
 const ROUNDS: usize = 4;
 
 /// Quadric of each region, about its sample.
@@ -104,7 +104,8 @@ fn minimum(quadric: &Quadric) -> DVec3 {
     pulled.minimum().map_or(DVec3::ZERO, |(x, _)| x)
 }
 
-/// Returns the squared distance to the line through two points, times their squared distance and [`BOUNDARY`].
+/// Returns the squared distance to the line through two points, times [`BOUNDARY`] and the squared distance between the
+/// points.
 fn line_quadric(a: DVec3, b: DVec3) -> Quadric {
     let direction = (b - a).normalize_or_zero();
     let weight = BOUNDARY * a.distance_squared(b);

@@ -5,14 +5,14 @@ use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::Csr;
 use glam::DVec3;
 
-/// Relations between the regions of an assignment.
+/// Edges, triangles and normals between the regions of the samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quotient {
     /// Regions joined by an edge of the mesh, n_samples x n_samples.
     pub edges: Csr,
     /// Triangles that faces of the mesh span between three regions, each ascending, sorted, without repeats.
     pub triangles: Vec<[u32; 3]>,
-    /// For each triangle, number of faces that turn like its ascending corners, less those that turn against them.
+    /// Net winding of each triangle: number of faces wound like its ascending corners, less those wound against them.
     pub windings: Vec<i32>,
     /// Sum of the area normals of the faces at each sample's region, a third per corner.
     pub normals: Vec<DVec3>,
@@ -56,7 +56,7 @@ pub fn quotient(positions: &[[f32; 3]], faces: &[[u32; 3]], assignment: &[u32], 
     Quotient { edges, triangles, windings, normals }
 }
 
-/// Sorts three different corners; also returns 1 if that keeps their direction, else -1.
+/// Sorts three different corners; also returns 1 if that keeps their winding, else -1.
 fn sort_with_winding([a, b, c]: [u32; 3]) -> Option<([u32; 3], i32)> {
     if a == b || b == c || c == a {
         return None;

@@ -51,7 +51,8 @@ pub(super) fn cut(
     let mut sheet = Sheet { positions: mesh.positions().to_vec(), faces, attributes, importance: importance.to_vec() };
     sheet.refine(&crossing, &|v| sides[v as usize] != PlaneSide::Below);
     let mut on_plane: Vec<bool> = sides.iter().map(|side| *side == PlaneSide::On).collect();
-    // New vertices of the first cut are on the plane, those of split bridges are not.
+    // New vertices of the first cut are on the plane, those on split bridges (inner edges between vertices on the
+    // plane) are not.
     on_plane.resize(sheet.positions.len(), true);
     sheet.split_bridges(&on_plane)?;
     on_plane.resize(sheet.positions.len(), false);
@@ -75,7 +76,8 @@ struct Sheet {
 }
 
 impl Sheet {
-    /// Cuts edges at the share that `split` returns, from the smaller vertex, and drops corners that are not kept.
+    /// Splits edges at the share that `split` returns, from the end of smaller number, and drops corners that are not
+    /// kept.
     fn refine(&mut self, split: &dyn Fn(u32, u32) -> Option<f32>, is_kept: &dyn Fn(u32) -> bool) {
         let before = std::mem::take(&mut self.faces);
         let rows = std::mem::take(&mut self.attributes.wedges);

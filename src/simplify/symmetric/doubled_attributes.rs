@@ -1,4 +1,4 @@
-//! Attributes of both halves on the corners of one.
+//! Attributes of both halves, stored on the corners of one half.
 
 use rustc_hash::FxHashMap;
 
@@ -8,7 +8,7 @@ use super::mirror_pairs::MirrorPairs;
 
 pub(super) type GroupPairs = Vec<[u32; 2]>;
 
-/// Doubles all channels: for the corner and for its image. Groups become numbers of pairs.
+/// Doubles all channels: one has a corner's own values, one its image's. Groups become numbers of (own, image) pairs.
 pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) -> (Attributes, GroupPairs) {
     // The face at the image of a face's first corner.
     let image_face = |f: usize| pairs.corners[3 * f] / 3;

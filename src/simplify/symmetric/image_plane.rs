@@ -18,7 +18,7 @@ pub(super) struct ImagePlane {
 }
 
 impl ImagePlane {
-    /// Snaps a plane to a grid that reaches to coordinates of size `reach`.
+    /// Rounds a plane to a grid on which coordinates up to `reach` have exact images.
     fn new(axis: usize, at: f64, reach: f64) -> Self {
         // On a grid of two bits less than single precision at the farthest coordinate, images are exact.
         let step = (reach.max(at.abs()).max(f64::from(f32::MIN_POSITIVE)).log2().floor() - 21.0).exp2();
@@ -55,7 +55,7 @@ impl ImagePlane {
     }
 }
 
-/// Finds the candidate planes in which most vertices have an image.
+/// Finds the candidate planes in which the largest number of vertices have an image.
 pub(super) fn find_planes(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Vec<ImagePlane> {
     let across = |axis: Axis| candidates(mesh, axis.index(), frame);
     let mut planes: Vec<ImagePlane> = match symmetry {

@@ -13,7 +13,7 @@ pub(super) struct SimplifiedHalf<'a> {
     pub on_plane: &'a [bool],
 }
 
-/// Joins a half and its image; also returns the number of vertices separated from duplicates.
+/// Joins a half and its image; also returns the number of vertices moved off duplicates.
 pub(super) fn join_half(
     half: SimplifiedHalf,
     plane: &ImagePlane,

@@ -38,7 +38,7 @@ impl WeldedFaces {
         Self { faces, images, boundary }
     }
 
-    /// Finds the faces without an image, neither a single face nor several together.
+    /// Finds the faces whose image is neither a face nor covered by several faces together.
     fn unpaired_faces(&self) -> Vec<u32> {
         // The two sides may cut a quad or polygon differently, so faces may match only together.
         let known: FxHashSet<[u32; 3]> = self.faces.iter().copied().map(ascending).collect();

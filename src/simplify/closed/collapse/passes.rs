@@ -218,7 +218,7 @@ impl Collapse<'_> {
         let n = ((n_merges as f64 * share) as usize)
             .max(LEAST_VISITS.min(n_merges))
             .saturating_mul(VISIT_GROWTH.pow(n_idle_passes as u32));
-        // A vertex whose cheaper edges failed counts at the price of its next edge.
+        // A vertex whose cheaper edges failed counts by the price of its next edge.
         let price = |(cheapest, node): (&CheapestEdge, &CollapseVertex)| cheapest.price().max(node.wait);
         let priced = self.cheapest.par_iter().zip(&self.nodes).with_min_len(PARALLEL);
         let prices: Vec<f32> = priced.map(price).collect();

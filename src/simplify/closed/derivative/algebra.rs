@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign};
 
 use glam::{DMat3, DVec3};
 
-/// Quadratic form `x'Ax - 2 b'x`, smallest where `A x = b`; or its gradient.
+/// Quadratic form `x'Ax - 2 b'x`, smallest where `A x = b`; or a gradient with respect to A and b.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct QuadraticForm {
     pub a: DMat3,
@@ -57,7 +57,7 @@ pub(super) fn solve(a: &DMat3, b: DVec3) -> DVec3 {
     if is_definite && solution.is_finite() { solution } else { DVec3::ZERO }
 }
 
-/// Returns the gradient of `x = solve(a, b)` with respect to `(a, b)`.
+/// Converts a gradient by `x = solve(a, b)` to the gradient by `a` and `b`.
 pub(super) fn solve_backward(a: &DMat3, x: DVec3, gradient: DVec3) -> QuadraticForm {
     let to_b = solve(a, gradient);
     QuadraticForm { a: (outer(to_b, x) + outer(x, to_b)) * -0.5, b: to_b }
@@ -68,14 +68,14 @@ pub(super) fn stiffen_backward(gradient: &DMat3, weight: f64) -> DMat3 {
     stiffen(gradient, weight)
 }
 
-/// Returns the gradient of the area normal `(b - a) x (c - a)` with respect to the corners.
+/// Converts a gradient by the area normal `(b - a) x (c - a)` to gradients by the corners.
 pub(super) fn area_normal_backward([a, b, c]: [DVec3; 3], gradient: DVec3) -> [DVec3; 3] {
     let to_b = (c - a).cross(gradient);
     let to_c = gradient.cross(b - a);
     [-to_b - to_c, to_b, to_c]
 }
 
-/// Returns the gradient of `v / |v|`; zero at zero.
+/// Converts a gradient by `v / |v|` to the gradient by `v`; zero at zero.
 pub(super) fn unit_backward(v: DVec3, gradient: DVec3) -> DVec3 {
     let length = v.length();
     if length > 0.0 {

@@ -1,6 +1,7 @@
 //! One fit step as a function of input positions and output vertices, with derivative.
 //!
-//! Face and place of each point, weights of faces and the set of moved vertices are constant.
+//! The derivative treats each point's face and barycentric weights, the weights of faces and the set of moved vertices
+//! as constant.
 
 use glam::{DMat3, DVec3};
 
@@ -30,7 +31,7 @@ struct MatchRow {
 struct SolvedStep {
     systems: Vec<QuadraticForm>,
     directions: Vec<DVec3>,
-    /// Sums over the rows of `area height rise` and `area rise^2`.
+    /// Sum of `area * height * rise` over all sample points; `curvature` is that of `area * rise^2`.
     slope: f64,
     curvature: f64,
     stay: f64,
@@ -50,7 +51,8 @@ impl FitStep<'_> {
         moves.map(|((&x, &d), &moved)| if moved { x + d * length } else { x }).collect()
     }
 
-    /// Adds gradients of the input to `to_input`; returns those of the vertices before the step.
+    /// Converts the gradient by vertices after the step to that by vertices before it; adds the input's share to
+    /// `to_input`.
     pub fn backward(&self, gradient: &[DVec3], to_input: &mut [DVec3]) -> Vec<DVec3> {
         let normals = self.normals();
         let solved = self.solve(&normals);
@@ -147,7 +149,7 @@ impl FitStep<'_> {
     }
 }
 
-/// Gradient with respect to a row; that of the normal is not yet projected to unit length.
+/// Gradient by the area, height and normal of a sample point's row, without the normal's unit length.
 #[derive(Default)]
 struct RowGradient {
     area: f64,

@@ -25,7 +25,7 @@ pub(in crate::simplify) struct Derivative {
     tree: UnionTree,
     faces: Vec<[u32; 3]>,
     steps: Vec<TracedStep>,
-    /// Result minus smooth function, n_output x 3.
+    /// Offset of each output vertex: the run's result minus the smooth function at the run's input.
     offsets: Vec<DVec3>,
 }
 
@@ -223,8 +223,8 @@ mod tests {
         for (mesh, n, purpose) in cases_and_poses() {
             let (closed, derivative) = run(&mesh, n, purpose);
             let most = derivative.offsets.iter().map(|offset| offset.length()).fold(0.0, f64::max);
-            // The collapse uses single precision: on flat regions, where only a pull of a millionth places a vertex,
-            // that moves it. Spheres that touch would pass through each other, and are moved back by more.
+            // On flat regions only a pull of a millionth places a vertex, so rounding to single precision moves it.
+            // Touching spheres would pass through each other, and the repair moves their vertices farther.
             let expected = if n == 70 { 2e-2 } else { 2e-3 };
             assert!(most < expected, "{most} of the size of a mesh with {n} vertices left");
             let again = derivative.positions(&in_doubles(&mesh));

@@ -23,7 +23,7 @@ impl Planes {
     pub fn new(surface: &PreparedSurface, positions: &[DVec3]) -> Self {
         let boundaries = surface.rings.ghost_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
         let faces = surface.faces.to_vec();
-        // The weights without support decide which vertices need it.
+        // Vertices whose weight is too small without support get it.
         let bare = Self { faces, boundaries, weightless: Vec::new(), support: 0.0, importance: Vec::new() };
         let weights: Vec<f64> = bare.gather(positions).matrices.iter().map(trace).collect();
         let support = least_weight(weights.iter().sum(), weights.len());
@@ -50,7 +50,7 @@ impl Planes {
         PlaneSums { normals, matrices }
     }
 
-    /// Adds gradients with respect to positions, from those with respect to the matrices.
+    /// Converts gradients by the plane matrices to gradients by the positions, and adds them to `to_positions`.
     pub fn backward(&self, positions: &[DVec3], at: &PlaneSums, gradient: &[DMat3], to_positions: &mut [DVec3]) {
         let factor = |v: u32| self.importance.get(v as usize).copied().unwrap_or(1.0);
         let gradient = |v: u32| gradient[v as usize] * factor(v);
@@ -69,7 +69,7 @@ impl Planes {
     }
 }
 
-/// Returns a face's plane quadric per corner, `N N' / (6 |N|)` for the area normal N.
+/// Returns the plane quadric that a face adds at each corner, `N N' / (6 |N|)` for the area normal N.
 pub(super) fn plane(normal: DVec3) -> DMat3 {
     let double_area = normal.length();
     if double_area > 0.0 { outer(normal, normal) * (1.0 / (6.0 * double_area)) } else { DMat3::ZERO }

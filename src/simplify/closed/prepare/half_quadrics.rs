@@ -1,4 +1,4 @@
-//! Quadrics of a half of a symmetric mesh: as in the whole mesh.
+//! Completion of the quadrics along the cut of a half to those of the whole symmetric mesh.
 
 use crate::simplify::closed::pins::PlaneVertices;
 

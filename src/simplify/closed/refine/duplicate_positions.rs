@@ -15,10 +15,11 @@ use crate::spatial::Bounds;
 const BITS: usize = 16;
 // Vertices hashed together: their bit numbers fill 128 KiB.
 const BATCH: usize = 16_384;
-/// Largest visible step, in roundings at half the longest side; also the largest ratio between steps.
+/// Length of a visible step, in roundings at half the longest side; also the largest ratio of the steps of two axes.
 const SMALL: f32 = 64.0;
 
-/// Separates vertices with equal written positions by the smallest visible steps; returns the number moved.
+/// Separates vertices whose positions are equal in the file, by the smallest steps that change them; returns the number
+/// moved.
 pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &Frame) -> usize {
     // Without duplicates, the common case, one pass over a table of bits suffices.
     if !pins.may_separate() || are_apart(pulse, positions, frame) {
@@ -47,7 +48,8 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
     n_moved
 }
 
-/// Separates the vertices of a half from each other and from their images; `placed` corrects a position.
+/// Separates the vertices of a half from each other and from their images; `placed` snaps a vertex's position to the
+/// mirror plane or its grid.
 pub fn separate_mirrored(
     positions: &mut [[f32; 3]],
     image: &dyn Fn([f32; 3]) -> [f32; 3],
@@ -112,7 +114,7 @@ pub(super) fn written_key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
     frame.to_file(local).map(|x| (x + 0.0).to_bits())
 }
 
-/// Takes the first free position on a growing grid, skipping the first `n_tried`.
+/// Takes the first free position on a grid around `position`, from the centre outward, skipping the first `n_tried`.
 fn take_free_position(
     position: [f32; 3],
     steps: [f32; 3],
@@ -142,7 +144,8 @@ impl<'a> VisibleSteps<'a> {
         Self { frame, visible: SMALL * f32::EPSILON * (high / 2.0 - low / 2.0).max_element() }
     }
 
-    /// Returns the steps that change the written position: all as large as the largest, unless that is visible.
+    /// Returns the least steps along the axes that change the position in the file, all raised to the largest or to
+    /// `visible`.
     pub(super) fn steps_at(&self, position: [f32; 3]) -> [f32; 3] {
         let of_file = if self.frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) };
         let written = self.frame.to_file(position);
@@ -156,7 +159,7 @@ impl<'a> VisibleSteps<'a> {
     }
 }
 
-/// Returns a position of a grid, numbered such that the first n fill a cube (Morton order).
+/// Returns the offset of a point of a grid, numbered from the centre outward in cubes (Morton order).
 pub(super) fn grid_offset(number: u32, steps: [f32; 3]) -> [f32; 3] {
     let least = steps.into_iter().fold(f32::INFINITY, f32::min);
     let is_fine = steps.map(|step| step <= SMALL * least);

@@ -8,11 +8,11 @@ use crate::simplify::closed::output::Output;
 use super::facets::{Facets, Projection};
 use super::sample_points::SamplePoints;
 
-/// Distance over the root mean square height from which a point attracts.
+/// Least distance of a point to its face at which it attracts the face, over the root mean square height of all points.
 // At 5 the largest distance is 2 % larger.
 const FAR: f32 = 4.0;
-/// Distance that remains after the attraction, over that from which a point attracts.
-// Below 1, so that small changes do not bring the point back.
+/// Distance that remains after the attraction, over the least distance at which a point attracts.
+// Below 1, so that small changes do not make the point far again.
 const REMAINING: f32 = 0.9;
 
 struct FarPoint {

@@ -16,14 +16,14 @@ use super::far_points;
 use super::sample_points::{Match, SamplePoints};
 use super::strays;
 
-/// Weight of a vertex's own position, over the trace of its system.
+/// Weight of a vertex's pull to its present position, over the trace of its 3 x 3 system.
 // Points say little along the surface. Sixteen meshes: at 0.001 the largest distance is 2.5 % larger; at 0.004 the mean
 // is 0.4 % larger.
 const POSITION_WEIGHT: f32 = 0.002;
 // `POSITION_WEIGHT` with held curves, which vertices would leave along the surface. Twelve meshes with creases: at 0.002
 // the largest distance is 13 % larger, at 0.02 the mean 0.7 %.
 const POSITION_WEIGHT_BY_CURVES: f32 = 0.01;
-/// Longest step over the root of a third of the area around a vertex.
+/// Longest step of a vertex, over the square root of its third of the area of its faces.
 // Nineteen meshes: at 1.4 the largest distance is 10 % larger.
 const LONGEST_STEP: f32 = 0.7;
 /// Least cosine between a face's normals before and after a step.
@@ -44,7 +44,8 @@ pub fn fit(original: &Original, points: &mut SamplePoints, output: &mut Output, 
         }
         step(original, points, output, &start, trace.as_mut());
     }
-    // A point beyond a face, at a tip that was cut off, has hardly any height. So far points attract faces.
+    // Where a tip was cut off, points lie beside the faces, far away but at hardly any height. So far points attract
+    // faces.
     for _ in 0..points.settings().far_rounds {
         let pulse = points.pulse().counting_if(false);
         let facets = Facets::new(pulse, output);
@@ -144,7 +145,8 @@ impl FaceSums {
         self.weights.iter().sum()
     }
 
-    /// Returns the change of the squared heights for rises of `t rises`: factors of `-2 t` and `t^2`.
+    /// Returns how the summed squared heights change if the corners rise by `t * rises`: the factors of `-2 t` and
+    /// `t^2`.
     fn slope_and_curvature(&self, rises: [f32; 3]) -> [f32; 2] {
         // The rise of a point is the weighted mean of its corners' rises.
         let next = |i: usize| rises[(i + 1) % 3];
@@ -162,7 +164,7 @@ fn mean_square(sums: &[FaceSums]) -> f32 {
     (squares / area.max(f64::MIN_POSITIVE)) as f32
 }
 
-/// Returns the weight of each face's points, about the inverse of their height.
+/// Returns the weight of each face's points, about the inverse of their root mean square height.
 fn face_weights(pulse: Pulse, sums: &[FaceSums], full_weight: f32, mean: f32) -> Vec<f32> {
     let count = |sum: &FaceSums| {
         // Iteratively reweighted least squares: with weights from the last heights, heights and not their squares are
@@ -174,7 +176,7 @@ fn face_weights(pulse: Pulse, sums: &[FaceSums], full_weight: f32, mean: f32) ->
     pulse.map(sums, count)
 }
 
-/// Takes one step toward the solution of `(J'J + S) x = J'h`, preconditioned with lumped blocks of J'J.
+/// Computes one step toward the solution of `(J'J + S) x = J'h`, preconditioned with lumped blocks of J'J.
 ///
 /// J holds weights times normals, h heights, S the weights of positions.
 fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {

@@ -10,19 +10,20 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::{Original, Regions};
 use crate::simplify::closed::output::Output;
 
-// Rounds over the remaining foldovers. Of 57 results the second and third round change 13, three more one.
+// Rounds of flips over the remaining foldovers. The second and third round change 13 of 57 results, three further
+// rounds one.
 const ROUNDS: usize = 3;
-/// Largest growth of the local distance that a repair may cause.
-// Of 16 foldovers 8 remain at 1, 4 here and at 3.
+/// Largest factor by which a repair may increase the local distance to the original.
+// Of 16 foldovers 8 remain with 1, 4 with 1.5 and with 3.
 const MOST_GROWTH: f32 = 1.5;
-// `MOST_GROWTH` of a leaning face, which is no foldover: its repair must pay. The largest distance is 0.6 % larger at
-// 0.35.
+// `MOST_GROWTH` of a leaning face, which is no foldover: its repair must lower the distance. The largest distance is
+// 0.6 % larger at 0.35.
 const LEANING_GROWTH: f32 = 0.7;
 /// Cosine between a face and the original below which the face leans.
 // The largest distance is 0.9 % larger at 0.
 const LEANING: f32 = 0.3;
 /// Longest move of a corner over its shortest edge.
-// Of 57 results one differs at 0.4, four at 1.5.
+// At 0.4 one of 57 results differs, at 1.5 four do.
 const LONGEST_MOVE: f32 = 0.75;
 // Largest valence that is repaired: higher ones would dominate the time. Of 57 results two differ at 12.
 const MOST_FACES: usize = 24;
@@ -138,7 +139,7 @@ fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
     ring
 }
 
-/// Finds a position for a corner of a turned face with fewer turned faces around it.
+/// Finds a corner of a turned face, and a position for it with fewer turned faces around the corner.
 fn better_corner(view: &RepairView, f: u32) -> Option<(u32, Vec3)> {
     let RepairView { output, .. } = view;
     // Pinned vertices stay, and vertices of high valence would take too long.
@@ -225,7 +226,7 @@ fn find_opposed_faces(pulse: Pulse, output: &Output, least: f32) -> Vec<u32> {
     })
 }
 
-/// Returns which of the folded faces, and of the faces at touched vertices, are folded now.
+/// Returns which of the former foldovers, and of the faces at touched vertices, oppose the faces around a corner now.
 fn find_remaining_foldovers(
     output: &Output,
     mut foldovers: Vec<u32>,
@@ -279,7 +280,7 @@ impl RepairView<'_> {
         are_opposed(own, original, self.least).then_some(TurnedFace { near, most_growth })
     }
 
-    /// Finds the longest edge whose flip repairs a turned face; no vertex may be touched.
+    /// Finds the longest edge whose flip repairs a turned face and uses no vertex of `touched`.
     fn find_flip(&self, f: u32, touched: &FxHashSet<u32>) -> Option<Diamond> {
         let turned = self.surroundings_if_turned(f)?;
         let length = |diamond: &Diamond| {
@@ -287,7 +288,7 @@ impl RepairView<'_> {
             a.distance_squared(b)
         };
         let mut edges: Vec<Diamond> = diamonds(self.output.faces(), self.output.faces_around(), f).collect();
-        // The longest edge is the most likely one to span what the face misses.
+        // The longest edge is the most likely one to span a part of the original that the face misses.
         edges.sort_by(|x, y| length(y).total_cmp(&length(x)));
         edges.into_iter().find(|diamond| {
             let is_free = self.is_free(diamond) && !diamond.corners.iter().any(|v| touched.contains(v));
@@ -317,7 +318,8 @@ impl RepairView<'_> {
 
     /// Returns whether replacing the first patch by the second multiplies the local distance by at most `most_growth`.
     ///
-    /// `own` are the first patch's faces. Distances are to the regions of `near`, and from points in those of `about`.
+    /// `own` are the first patch's faces. Distances run from a patch to the original's regions of `near`, and from the
+    /// original's points in the regions of `about` to the patch.
     fn stays_near_original(
         &self,
         patches: &[FacePatch; 2],

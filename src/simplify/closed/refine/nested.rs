@@ -12,16 +12,17 @@ use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 use crate::spatial::{Hit, NearestOnTriangles};
 
-/// Least cosine between the direction to another component and its normal for a clear side.
+/// Least cosine between the direction from another component to a point and that component's normal, if the point's
+/// side is clear.
 const LEAST_SIDE_COSINE: f32 = 0.5;
-/// Least cosine between nested surfaces.
+/// Least absolute cosine between the normals of two nested surfaces.
 // Components that pass through each other on purpose meet at larger angles.
 const LEAST_NESTING_COSINE: f32 = 0.8;
-/// Distance at unit size up to which components touch.
+/// Distance at unit size up to which two components count as touching.
 const TOUCHING: f32 = 1e-5;
 const LONGEST_STEP: f32 = 0.1;
 const ROUNDS: usize = 20;
-/// Most face pairs tested: a base number, and one per face.
+/// Largest number of face pairs tested: a base number, plus a number per face.
 // Thousands of needles that share a corner would be tested in all pairs.
 const MOST_TESTS: [usize; 2] = [100_000, 200];
 /// Tests charged for a crossing face: five searches from seven points.
@@ -48,7 +49,7 @@ type Moves = [(u32, Vec3); 3];
 
 /// Moves crossing faces of nested components back; `piece_of` returns the scene piece of an original face.
 pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
-    // The fit sees one surface at a time: where two are closer than its error, their faces cross.
+    // The fit moves each surface by itself: where two surfaces are closer than its error, their faces cross.
     let (component_of, n_components) = output_components(output);
     if n_components < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
         return;
@@ -127,7 +128,7 @@ fn find_crossings(
     all
 }
 
-// All faces are searched: with long faces a walk can end far away.
+// Points are found by trees over all faces: with long faces a walk can end far from the closest point.
 struct OriginalComponents<'a> {
     original: &'a Original<'a>,
     trees: ComponentTrees,
@@ -164,7 +165,7 @@ impl<'a> OriginalComponents<'a> {
     }
 }
 
-// Where components overlap, one tree over all would visit all of them.
+// Each component has its own tree: one tree over all would visit every component where they overlap.
 struct ComponentTrees {
     faces: Vec<Vec<u32>>,
     trees: Vec<OnceLock<NearestOnTriangles>>,
@@ -201,13 +202,14 @@ struct NestedComponents<'a> {
 }
 
 impl NestedComponents<'_> {
-    /// Finds the move at the point of a face that is deepest on the wrong side.
+    /// Finds the corner moves that bring back a face's point deepest on the wrong side of another component.
     fn deepest_move(&self, crossing: &Crossing) -> Option<Moves> {
         let moves = POINTS.iter().filter_map(|&weights| self.moves(crossing, weights));
         moves.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, moves)| moves)
     }
 
-    /// Returns the depth of a point on the wrong side of the other component, and the move back.
+    /// Returns the depth of a face's point on the wrong side of the other component, and the corner moves that bring it
+    /// back.
     fn moves(&self, crossing: &Crossing, weights: [f32; 3]) -> Option<(f32, Moves)> {
         let output = self.output;
         let here = output.triangle(crossing.face);
@@ -232,7 +234,7 @@ impl NestedComponents<'_> {
         if step.length() > LONGEST_STEP * reach || step.length() > both_off()? {
             return None;
         }
-        // The face moves that shrinks its component, so that the visible component stays.
+        // That face moves which moves toward the middle of its component, the inner one, so that the visible one stays.
         let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.component(f) as usize] - place) > 0.0;
         let moves = if shrinks(crossing.face, step) {
             self.corner_moves(crossing.face, weights, step)
@@ -252,7 +254,8 @@ impl NestedComponents<'_> {
         self.component_of[self.output.face(f)[0] as usize]
     }
 
-    /// Returns the side, 1 or -1, on which the original has a point, and the distance; `None` if unclear.
+    /// Returns the other component's side, 1 or -1, on which the original has a point, and their distance; `None` if
+    /// unclear.
     fn side(&self, crossing: &Crossing, place: Vec3) -> Option<(f32, f32)> {
         // From the point to its own component of the original, and from there to the other component.
         let here = self.before.nearest(place, self.output.face(crossing.face)[0])?;

@@ -11,7 +11,7 @@ use crate::simplify::closed::stage_settings::StageSettings;
 
 use super::facets::{Facets, Projection};
 
-// Points assigned by one thread in a row: they fill the first cache. The number affects only where walks begin.
+// Points assigned by one thread in a row: they fill the first-level cache. The number affects only where walks begin.
 const CHUNK: usize = 512;
 // Points assigned before they are passed on: 1 MiB of positions, enough work for 64 threads.
 const BATCH: usize = 64 * CHUNK;
@@ -29,7 +29,7 @@ pub struct Match {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Density {
     One,
-    /// Points (2/3, 1/6, 1/6), exact for squares (Strang and Fix 1973).
+    /// Three points with weights 2/3, 1/6 and 1/6, exact for quadratic functions (Strang and Fix 1973).
     Three,
 }
 
@@ -72,7 +72,8 @@ impl<'a> SamplePoints<'a> {
         Self { surface, density: Density::One, most, n_steps, settings, faces: vec![NONE; most.min(n_faces)] }
     }
 
-    /// Places three points on each face, if that many are allowed, and keeps the centroids' faces.
+    /// Places three points on each face, if that many are allowed, and starts them at the output faces of the
+    /// centroids.
     pub fn use_three_per_face(&mut self) {
         // If one point a face already exceeds the limit, three would only be thinned out.
         let one = self.faces.len();
@@ -88,7 +89,7 @@ impl<'a> SamplePoints<'a> {
         self.faces = self.surface.pulse.counting_if(false).map_numbers(n_points, face);
     }
 
-    /// Assigns all points to output faces and passes them on in batches.
+    /// Assigns all points to output faces and passes the matches to `receive` in batches.
     pub fn assign(&mut self, facets: &Facets, mut receive: impl FnMut(&[Option<Match>])) {
         if facets.is_empty() {
             return;
@@ -128,7 +129,8 @@ impl<'a> SamplePoints<'a> {
         }
     }
 
-    /// Chooses start faces for unassigned points: between regions, or else the region's last one.
+    /// Chooses where the walks of unassigned points start: at the edge between two regions, or at the region's last
+    /// start face.
     fn choose_start_faces(&self, facets: &Facets, points: &[u32], faces: &mut [u32]) {
         let mut last = [(NONE, NONE); REMEMBERED];
         for (&point, face) in points.iter().zip(faces).filter(|(_, face)| **face == NONE) {
