@@ -1,4 +1,4 @@
-//! Functions that run either assembly: they turn options into its request, and its outcome into the caller's result.
+//! Functions that run either assembly, from options to results.
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, with_flat_normals};
@@ -20,7 +20,7 @@ use super::progress::Progress;
 pub(super) struct Task<'a> {
     pub options: &'a Options,
     pub differentiable: bool,
-    /// True to reach the target size even where so many vertices are held that the others cannot keep the shape.
+    /// True to reach the size even where too few vertices are free to keep the shape.
     pub forces_size: bool,
     pub half: Option<Half<'a>>,
 }
@@ -33,7 +33,7 @@ impl<'a> Task<'a> {
 
 pub(super) struct TargetSizes<'a> {
     pub limits: &'a [Limit],
-    /// Number of target sizes, counted from the first, at which no further component is dropped.
+    /// Number of sizes, from the first, at which no further component is dropped.
     pub n_without_dropping: usize,
 }
 
@@ -63,8 +63,7 @@ fn simplify_pruned(
     Ok(levels)
 }
 
-/// Simplifies to several sizes and drops components that a viewer would hardly miss and whose vertices are better spent
-/// elsewhere.
+/// Simplifies to several sizes, dropping components that a viewer would hardly miss.
 fn simplify_dropping(
     input: &Input,
     weights: Option<&Weights>,
@@ -87,7 +86,7 @@ fn simplify_dropping(
     Ok(results)
 }
 
-/// Returns the rules for dropping components at level `from_level` and later ones; `None` if all components must stay.
+/// Returns the rules for dropping components from level `from_level` on; `None` if all must stay.
 fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: usize) -> Option<DropRules> {
     // Constraints of the caller name vertices or faces that must remain.
     let is_constrained = options.subset || options.lock_boundaries || !input.locked.is_empty();
@@ -95,7 +94,7 @@ fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: 
     (!keeps_all).then_some(DropRules { within: options.prune_within, from_level })
 }
 
-/// Chooses the source of the vertex scores: none if they would have no effect, the network if the caller gives weights.
+/// Chooses the source of vertex scores: none if without effect, the network if the caller gives weights.
 pub(super) fn score_source(options: &Options, settings: &StageSettings, weights: Option<&Weights>) -> ScoreSource {
     match options.scores {
         // The purposes Poses and Spectrum distribute the vertices by terms of their own, so scores need given weights
@@ -122,7 +121,7 @@ pub(super) fn choose_importance<'a>(
     }
 }
 
-/// Simplifies without dropping components; stops before the first level at which a component should be dropped.
+/// Simplifies without dropping components; stops before the level at which one should be dropped.
 fn simplify_whole<'a>(
     input: &Input,
     weights: Option<&Weights>,

@@ -4,7 +4,7 @@ use crate::linalg::Csr;
 use glam::Vec3;
 
 const EXPONENT: f32 = 0.5;
-/// Largest ratio of a vertex's bending to the mean bending, or of the mean to it.
+/// Largest ratio between a vertex's bending and the mean, either way.
 // The exponential of a score is then between 1 / 5.5 and 5.5.
 const MOST_RATIO: f32 = 30.0;
 

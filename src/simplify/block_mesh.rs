@@ -12,11 +12,11 @@ use super::progress::Progress;
 
 pub(crate) struct SimplifiedBlock {
     pub mesh: TriMesh,
-    /// Number of vertices after each pass, and the pass's highest price of a merge, in mesh units to the fourth power.
+    /// Vertices left by each pass, and its highest price, in mesh units to the fourth power.
     pub pass_prices: Vec<(usize, f64)>,
 }
 
-/// Simplifies a block to about `n_vertices`, or by all merges up to `price` if given; locked vertices keep every bit.
+/// Simplifies a block to about `n_vertices`, or up to a `price` of merges; locked vertices keep every bit.
 pub(crate) fn simplify_block_mesh(
     mesh: &TriMesh,
     locked: &[bool],

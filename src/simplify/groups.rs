@@ -47,7 +47,7 @@ impl SimplifiedGroups {
     }
 }
 
-/// Simplifies the groups of each entry to its share, in this order; faces without a vertex of these groups stay.
+/// Simplifies each entry's groups to its share, in this order; faces without a vertex of them stay.
 ///
 /// The target of `options` is ignored.
 ///

@@ -14,7 +14,7 @@ const AXES_OF_COMPONENTS: usize = 3;
 /// Number of rays per face of a component; at least `LEAST_RAYS` in all.
 const RAYS: f64 = 0.25;
 const LEAST_RAYS: usize = 1024;
-/// Largest number of rays of all hidden components: a number per face, or the second number if larger.
+/// Rays of all hidden components: a number per face, or the second number if larger.
 const ALL_RAYS: [usize; 2] = [1, 65_536];
 /// Length that a ray skips at its start, as a share of the diagonal.
 const MARGIN: f64 = 1e-4;

@@ -39,7 +39,7 @@ pub(super) fn renumber_pruned_map(map: &mut Map, mesh: &TriMesh, PrunedMesh { so
     map.corner_faces.iter_mut().flatten().for_each(|f| *f = faces[*f as usize]);
 }
 
-/// Extends the map to a mesh of `n_vertices`; `sources` are the numbers there of the map's input vertices.
+/// Extends the map to a mesh of `n_vertices`, in which its input vertices are `sources`.
 pub(super) fn renumber_map(map: &mut Map, sources: &[u32], n_vertices: usize) {
     let mut outputs = vec![NONE; n_vertices];
     sources.iter().zip(&map.output_vertices).for_each(|(&v, &x)| outputs[v as usize] = x);

@@ -26,7 +26,7 @@ pub struct MeshedPoints {
     pub unused_points: usize,
 }
 
-/// Builds a mesh over `n_vertices` points of a cloud, or over all if it has fewer; the points keep their positions.
+/// Builds a mesh over `n_vertices` points of a cloud, which stay in place; over all if it has fewer.
 ///
 /// The Point Sampler's scores choose the points.
 ///

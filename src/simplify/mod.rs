@@ -114,7 +114,7 @@ pub fn simplify_input(
     run(input, weights, &task, progress).map(|(simplified, _)| simplified)
 }
 
-/// Simplifies to the target size even where so many vertices are locked that the others cannot keep the shape.
+/// Simplifies to the size even where too few vertices are free to keep the shape.
 pub(crate) fn simplify_forcing_size(
     input: &Input,
     options: &Options,

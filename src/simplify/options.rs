@@ -113,7 +113,7 @@ pub enum Hidden {
     /// Hidden surfaces count like visible ones.
     #[default]
     Keep,
-    /// Errors of hidden surfaces count a thousandth, so that these keep about a tenth of their vertices.
+    /// Hidden surfaces count a thousandth, so that they keep about a tenth of their vertices.
     Cheap,
     /// Components that are hidden as a whole are dropped.
     Drop,
@@ -197,9 +197,9 @@ impl std::fmt::Display for MirrorPlane {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Symmetry {
-    /// Best of six planes: across each axis, one through 0 and one through the bounding box's centre.
+    /// Best of six planes: across each axis, through 0 or the bounding box's centre.
     Best,
-    /// Better of the planes across this axis, through 0 or through the bounding box's centre.
+    /// Better of the planes across this axis through 0 or the bounding box's centre.
     Across(Axis),
     /// Given plane.
     Plane(MirrorPlane),

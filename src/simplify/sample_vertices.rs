@@ -34,7 +34,6 @@ pub(super) fn gumbel_keys(scores: &[f32], seed: u64) -> Vec<(f64, u32)> {
     scores.iter().zip(0..).map(|(&score, vertex)| (f64::from(score) + gumbel(rng.next_u64()), vertex)).collect()
 }
 
-/// Converts random bits to a sample of the standard Gumbel distribution.
 fn gumbel(bits: u64) -> f64 {
     let uniform = ((bits >> 12) as f64 + 0.5) / (1u64 << 52) as f64;
     -(-uniform.ln()).ln()

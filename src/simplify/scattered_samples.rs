@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 // on twelve training meshes.
 const MOST_SCORE: f64 = 6.0;
 
-/// Reach, the least distance between samples, in the first round, over that in the densest arrangement of k samples.
+/// First reach, the least distance of samples, over that in the densest arrangement of k samples.
 // Above 1, so that the first round leaves some of the samples to the next.
 const FIRST_REACH: f64 = 1.2;
 
@@ -24,9 +24,10 @@ const MOST_ROUNDS: usize = 128;
 
 /// Draws k different vertices with a density proportional to `exp(score)`, kept apart from each other.
 ///
-/// Dart throwing (Cook 1986; McCool and Fiume 1992): in the order of [`gumbel_top_k`](super::gumbel_top_k)'s draws, a
-/// vertex becomes a sample if no sample is within a reach, which shrinks from round to round. Distances run along the
-/// edges, stretched by `sqrt(exp(score) / area)`. Every component gets a sample if k suffices.
+/// Dart throwing (Cook 1986; McCool and Fiume 1992): vertices come in the order of
+/// [`gumbel_top_k`](super::gumbel_top_k)'s draws. One becomes a sample if no sample is within a reach, which shrinks
+/// from round to round. Distances run along the edges, stretched by `sqrt(exp(score) / area)`. Every component gets a
+/// sample if k suffices.
 ///
 /// # Shapes
 /// - `points`: n x 3, `rings`: n x n, the edges
@@ -137,7 +138,6 @@ impl<'a> DistanceField<'a> {
         Self { rings, lengths, distance: vec![f64::INFINITY; points.len()], front: BinaryHeap::new() }
     }
 
-    /// Adds a sample and updates the distances within reach.
     fn add_sample(&mut self, sample: u32, reach: f64) {
         let Self { rings, lengths, distance, front } = self;
         distance[sample as usize] = 0.0;

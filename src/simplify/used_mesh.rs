@@ -1,4 +1,4 @@
-//! Removal of unused vertices before a run, and renumbering of its results to the input.
+//! Removal of unused vertices, and renumbering of results to the input.
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};

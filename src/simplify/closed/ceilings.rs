@@ -1,4 +1,4 @@
-//! Ceilings, the largest deformation allowed to each component of an asset, so that panes and boxes stay recognisable.
+//! Ceilings: largest deformations of an asset's components, so that panes and boxes stay recognisable.
 
 use glam::{DVec3, Vec3};
 
@@ -6,10 +6,10 @@ use super::dropping::vertex_components;
 use super::original::Original;
 use super::request::Requirements;
 
-/// Largest deformation, over the diagonal of the component and over that of the whole scene; the smaller limit counts.
+/// Largest deformation, over the diagonals of the component and of the whole scene; the smaller counts.
 // Merging away a corner deforms a cube by 0.2 of its diagonal; merging away one of forty vertices, a sphere by 0.02.
 const MOST_DISTANCE: [f64; 2] = [0.03, 0.01];
-/// Diagonal of a component, over that of the whole scene, below which the component may deform freely.
+/// Diagonal, over the whole scene's, below which a component may deform freely.
 // Such a component covers a thousandth of the pixels.
 const LEAST_SIZE: f64 = 0.03;
 

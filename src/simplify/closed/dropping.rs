@@ -19,7 +19,7 @@ use super::request::{DropRules, VisualProperties};
 
 const POINTS_PER_COMPONENT: usize = 64;
 const POINTS_OF_WHOLE: usize = 4096;
-/// Largest distance of a dropped component to the rest, over the result's mean distance to the original.
+/// Largest distance of a dropped component to the rest, over the result's mean error.
 const MOST_DISTANCE: f64 = 8.0;
 /// Largest share of a view's pixels that one dropped component, and all, may change.
 const MOST_CHANGED: [f32; 2] = [1e-3, 1e-2];
@@ -94,7 +94,7 @@ pub fn output_components(output: &Output) -> (Vec<u32>, usize) {
     vertex_components(output.positions.len(), output.faces())
 }
 
-/// Returns the component number of each vertex (empty if there is one component) and the number of components.
+/// Returns each vertex's component number (empty if there is one component) and the number of components.
 pub fn vertex_components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets = UnionFind::new(n_vertices);
     for &[a, b, c] in faces {
@@ -307,8 +307,8 @@ impl<'a> Components<'a> {
         Some((distance2, self.component_of_output_face[face as usize] as usize))
     }
 
-    /// Estimates what dropping a component loses (area times squared distance to the rest), and the larger component
-    /// nearest to most samples.
+    /// Estimates a component's loss, area times squared distance to the rest, and the larger component nearest to most
+    /// samples.
     ///
     /// The loss is infinite for a component that is locked, not shown, or the largest. Sampling stops at a loss of
     /// `most` per vertex.

@@ -18,7 +18,7 @@ pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// Faces around each vertex: one array with the rows of all vertices, and a map of rows changed since.
+/// Faces around each vertex: rows in one array, and a map of changed rows.
 pub struct FacesAround {
     starts: Vec<u32>,
     rows: Vec<FaceCorner>,

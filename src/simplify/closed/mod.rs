@@ -126,7 +126,7 @@ fn with_copy_if_dropping<'a>(collapse: Collapse<'a>, request: &ClosedRequest, n_
     if may_drop && !request.differentiable { collapse.with_copy() } else { collapse }
 }
 
-/// Runs a collapse to a limit, or to an earlier end if so many vertices are held that the others would lose the shape.
+/// Runs a collapse to a limit, or to an earlier end where too few vertices are free to keep the shape.
 fn run<'a>(
     base: &CollapseBase,
     mut collapse: Collapse<'a>,

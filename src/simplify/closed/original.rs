@@ -16,7 +16,7 @@ use super::prepare::surface::PreparedSurface;
 
 // Sample points per region in foldover repair. Nineteen meshes: 4 or 16 change the largest distance by 0.7 %.
 const POINTS_PER_REGION: usize = 8;
-/// Largest squared distance of a face, over the smallest found so far, at which the search still visits its neighbours.
+/// Largest squared distance, over the smallest so far, at which the search visits a face's neighbours.
 // Texture errors are 1.3 % larger at 1, 0.2 % smaller at 3.
 const SEARCH_SLACK: f32 = 1.5;
 /// Largest number of faces whose neighbours the search visits.
@@ -95,8 +95,7 @@ impl<'a> Original<'a> {
         (0..n_faces).map(|i| [ring[i], ring[if i + 1 == ring.len() { 0 } else { i + 1 }]])
     }
 
-    /// Returns the area normal of a face; if the surface has no consistent winding, turned to the side of the normal at
-    /// `v`.
+    /// Returns the area normal of a face; without consistent winding, on the side of the normal at `v`.
     fn face_normal_at(&self, v: u32, corners: [Vec3; 3]) -> Vec3 {
         let normal = area_normal(corners);
         // Only surfaces without a consistent winding need the vertex normal.
@@ -136,7 +135,7 @@ impl<'a> Original<'a> {
         }
     }
 
-    /// Returns the mesh corner of each surface corner: they differ where the surface winds a face the other way.
+    /// Returns the mesh corner of each surface corner; their windings may differ.
     pub fn corner_orders(&self) -> Vec<[u8; 3]> {
         let order = |(corners, before): (&[u32; 3], &[u32; 3])| {
             corners.map(|v| before.iter().position(|&w| w == self.surface.source(v)).unwrap_or(0) as u8)

@@ -17,8 +17,7 @@ use super::prepare::surface::PreparedSurface;
 pub struct Output {
     pub positions: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
-    /// Unit normals that the collapse gave the faces, and from which later steps may turn them only so far; zero if
-    /// unknown.
+    /// Unit normals of the faces after the collapse, a limit for later turns; zero if unknown.
     intended_normals: Vec<Vec3>,
     around: FacesAround,
     pub pins: Pins,

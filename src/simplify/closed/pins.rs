@@ -10,7 +10,7 @@ pub struct Pins {
     locked: Vec<bool>,
     locks_edges: bool,
     subset: bool,
-    /// Surface vertex from which each vertex has its position; empty if the vertices are the surface's.
+    /// Surface vertex from which each vertex originates; empty for the surface's own vertices.
     origin: Vec<u32>,
     plane: Option<PlaneVertices>,
 }
@@ -217,8 +217,7 @@ impl PlaneVertices {
         }
     }
 
-    /// Changes the systems of plane vertices (upper triangle, then right side) so that their solutions are along the
-    /// plane.
+    /// Confines the solutions of plane vertices' systems (upper triangle, then right side) to the plane.
     pub fn confine_to_plane(&self, systems: &mut [[f32; 9]]) {
         for system in systems.iter_mut().zip(&self.is_on).filter_map(|(system, on)| on.then_some(system)) {
             // Without coupling to the axis and with a zero right side, the solution has no component along it.

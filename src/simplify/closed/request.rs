@@ -14,7 +14,6 @@ pub struct ClosedRequest<'a> {
     pub frame: Frame,
     pub differentiable: bool,
     pub requirements: Requirements<'a>,
-    /// True to reach the target size even where so many vertices are held that the others cannot keep the shape.
     pub forces_size: bool,
     /// Largest price of a merge, in mesh units to the fourth power; replaces the size limit.
     pub price: Option<f64>,
@@ -48,7 +47,6 @@ impl<'a> ClosedRequest<'a> {
 pub struct Requirements<'a> {
     pub edges: &'a [FeatureEdge],
     pub locked: &'a [bool],
-    /// Marks faces that come back unchanged; empty for none.
     pub kept: &'a [bool],
     pub subset: bool,
     pub purpose: Purpose,

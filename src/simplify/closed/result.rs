@@ -21,7 +21,6 @@ pub struct ClosedResult {
     pub vertex_of: Vec<u32>,
     pub source_vertices: Option<Vec<u32>>,
     pub derivative: Option<Derivative>,
-    /// Number of vertices after each pass, and the pass's highest price of a merge, in mesh units to the fourth power.
     pub pass_prices: Vec<(usize, f64)>,
     pub on_plane: Vec<bool>,
     pub kept: Vec<KeptFace>,

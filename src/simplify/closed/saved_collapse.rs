@@ -46,8 +46,7 @@ impl<'a> SavedCollapse<'a> {
         has_merges_left.then(|| Self { collapse, scale: surface.scale, corners: corners_of_faces(false).collect() })
     }
 
-    /// Attaches the collapse to the remaining mesh; `None` if the preparation of this mesh splits non-manifold vertices
-    /// differently.
+    /// Attaches the collapse to the remaining mesh; `None` if its non-manifold vertices are split differently.
     pub(super) fn attach<'b>(
         self,
         mesh: &'b TriMesh,

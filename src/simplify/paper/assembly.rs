@@ -6,7 +6,7 @@ use crate::geometry::triangle::area_normal_f64;
 use crate::model::PredictedFaces;
 use glam::DVec3;
 
-/// Chooses the candidate faces of probability above 0.5 that are among the two likeliest on all three of their edges.
+/// Chooses candidates of probability above 0.5 that are among the two likeliest on all three of their edges.
 ///
 /// Of equally likely candidates the first is better.
 ///

@@ -58,7 +58,6 @@ fn edge_length(positions: &[[f32; 3]], a: u32, b: u32) -> f64 {
     a.distance(b)
 }
 
-/// Distance with a total order.
 #[derive(Clone, Copy, PartialEq)]
 struct Distance(f64);
 

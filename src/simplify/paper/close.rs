@@ -8,7 +8,7 @@ use crate::repair::fill_some_holes;
 /// Most rounds: where loops touch, one round may leave holes for the next.
 const ROUNDS: usize = 4;
 
-/// Fills the holes that the network left between `faces`; the corners of new faces are samples, too.
+/// Fills the holes that the network left; corners of new faces are samples, too.
 ///
 /// A loop stays open if at least half of its edges join samples whose regions the boundary of the mesh crosses. Faces
 /// that share no edge with another are dropped.
@@ -44,7 +44,6 @@ pub fn close_holes(mesh: &TriMesh, samples: &[u32], assignment: &[u32], faces: V
     faces
 }
 
-/// Removes new faces that would be the third one at an edge.
 fn drop_third_faces(n_vertices: usize, faces: Vec<[u32; 3]>, n_before: usize) -> Vec<[u32; 3]> {
     let mut is_dropped = vec![false; faces.len()];
     for_each_edge(n_vertices, &faces, |_, half_edges| {
@@ -55,7 +54,6 @@ fn drop_third_faces(n_vertices: usize, faces: Vec<[u32; 3]>, n_before: usize) ->
     faces.into_iter().filter(|_| is_dropped.next() == Some(false)).collect()
 }
 
-/// Marks samples in whose region the mesh has a boundary, n_vertices.
 fn mark_boundary_regions(mesh: &TriMesh, samples: &[u32], assignment: &[u32]) -> Vec<bool> {
     let n = mesh.positions().len();
     let mut ends = vec![false; n];
@@ -68,7 +66,6 @@ fn mark_boundary_regions(mesh: &TriMesh, samples: &[u32], assignment: &[u32]) ->
     ends
 }
 
-/// Removes faces that share no edge with another.
 fn drop_lone_faces(n_vertices: usize, faces: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
     let mut is_joined = vec![false; faces.len()];
     for_each_edge(n_vertices, &faces, |_, half_edges| {
@@ -89,7 +86,6 @@ mod tests {
         (0..mesh.positions().len() as u32).collect()
     }
 
-    /// Lists the faces except every `every`-th.
     fn punched_torus(mesh: &TriMesh, every: usize) -> Vec<[u32; 3]> {
         let numbered = mesh.faces().iter().enumerate();
         numbered.filter(|(at, _)| at % every != 0).map(|(_, face)| *face).collect()

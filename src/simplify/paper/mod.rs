@@ -37,10 +37,7 @@ pub(super) struct PaperRun<'a> {
     pub n_target_vertices: usize,
     pub weights: &'a Weights,
     pub seed: u64,
-    /// Closes the holes that the network leaves.
     pub close: bool,
-    /// Samples again, more densely where regions have large errors, and moves vertices to the minimum of their region's
-    /// quadric.
     pub place: bool,
 }
 
@@ -161,7 +158,7 @@ fn run_stages(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<Pape
     Ok(PaperStages { scores, samples, assignment, quotient, edges, faces })
 }
 
-/// Chooses and turns faces; corners are vertices of the input.
+/// Chooses and winds faces; corners are vertices of the input.
 fn assemble(sampled: &[[f32; 3]], stages: &PaperStages) -> Vec<[u32; 3]> {
     let chosen = choose_faces(&stages.faces, stages.edges.graph.n_entries());
     let triangles = chosen.iter().map(|&at| stages.faces.candidates.triangles[at]);

@@ -123,7 +123,6 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    /// Assigns each vertex to the nearest of some samples.
     fn grid_and_regions(mesh: &TriMesh, samples: &[u32]) -> Vec<u32> {
         let distance2 = |v: u32, s: u32| point(mesh.positions(), v).distance_squared(point(mesh.positions(), s));
         let nearest =
@@ -145,7 +144,6 @@ mod tests {
         assert!(DVec3::from(placed[0].map(f64::from)).length() < 0.01, "{placed:?}");
     }
 
-    /// Sums the three planes of the corner at the origin, seen from (1, 0, 0).
     fn corner_quadrics() -> Quadric {
         [DVec3::X, DVec3::Y, DVec3::Z]
             .into_iter()

@@ -24,7 +24,6 @@ use image_plane::ImagePlane;
 use joined_halves::SimplifiedHalf;
 use mirror_pairs::MirrorPairs;
 
-/// Simplifies a symmetric mesh to several sizes with one collapse of a half.
 pub(super) fn simplify_symmetric(
     input: &Input,
     weights: Option<&Weights>,
@@ -53,7 +52,6 @@ pub(super) fn simplify_symmetric(
     halves.into_iter().map(|half| join_halves(half, &plane, &groups, task.options)).collect()
 }
 
-/// Finds the first candidate plane about which the mesh is symmetric.
 fn find_mirror_plane(
     mesh: &TriMesh,
     symmetry: Symmetry,

@@ -44,7 +44,7 @@ fn heaviest(weights: [f32; 3]) -> usize {
     (0..3).max_by(|&i, &j| weights[i].total_cmp(&weights[j])).unwrap_or(0)
 }
 
-/// Blends joint weights of a skin: sums them per joint, keeps the largest that fit, and restores their total.
+/// Sums a skin's weights per joint, keeps the largest that fit, and restores the total.
 fn blend_joints(corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     let n = out.len() / 2;
     let mut joints: Vec<(f32, f32)> = Vec::new();

@@ -16,7 +16,7 @@ pub struct KeptFace {
     pub corners: [u8; 3],
 }
 
-/// Finds the kept faces in the output; `is_kept` marks the input's faces, or is empty if none are kept.
+/// Finds the kept faces in the output; `is_kept` marks input faces, or is empty.
 pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<KeptFace> {
     let surface = &original.surface;
     let output_corners = |face: u32| surface.faces[face as usize].map(|v| output.vertex_of[v as usize]);
@@ -42,7 +42,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
     (0u32..).zip(output.faces()).filter_map(found).collect()
 }
 
-/// Gives the corners of kept faces their input values, `own`, again; splits wedges whose corners then differ.
+/// Gives corners of kept faces their input values, `own`; splits wedges where these differ.
 pub fn restore_values(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
     if own.channels.is_empty() || carried.channels.is_empty() {
         return;

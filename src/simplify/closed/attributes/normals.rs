@@ -12,10 +12,10 @@ use super::values::{FitSystem, QUADRATURE, STEPS, ValueFit};
 /// Length of a vector below which its direction is noise.
 const LEAST_LENGTH: f32 = 1e-6;
 const MOST_TURNS: usize = 8;
-/// Largest cosine between a corner normal that was turned back and the normal of its face.
+/// Largest cosine between a normal that was turned back and its face's normal.
 const LEAST_COSINE: f32 = 0.02;
 
-/// Fits corner normals to the original's over all faces, starting from `nearest`, the normals at the closest points.
+/// Fits corner normals to the original's, starting from `nearest`, those at the closest points.
 pub fn fit_normals(fit: &ValueFit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
     let target = fit.target_values(original, wedges);
     if nearest.width != 3 || nearest.values.iter().chain(&target).any(|x| !x.is_finite()) {
@@ -59,7 +59,7 @@ fn normalise_rows(values: &mut [f32], nearest: &[f32]) {
     });
 }
 
-/// Turns each corner normal that opposes one of its faces to that face's side, by the smallest angle.
+/// Turns corner normals that oppose one of their faces back, by the smallest angle.
 fn turn_normals_back(values: &mut [f32], nearest: &[f32], face_wedges: &[[u32; 3]], area_normals: &[Vec3]) {
     for _ in 0..MOST_TURNS {
         let mut is_turned = false;

@@ -1,4 +1,4 @@
-//! Corners of the result: which of them share values (wedges), and the input faces from which these come.
+//! Corners of the result, which share their values in wedges.
 //!
 //! Every output face takes its group and its sides of seams from one input face. Faces around a vertex that meet at
 //! edges other than seams share a wedge.
@@ -23,7 +23,7 @@ pub struct ResultCorners {
     wedges: Vec<[u32; 3]>,
     origins: Vec<Vec<u32>>,
     vertices: Vec<u32>,
-    /// Number of each wedge's normal; wedges of a vertex that no hard edge separates share one normal.
+    /// Number of each wedge's normal, shared by wedges that no hard edge separates.
     normals: Vec<u32>,
 }
 

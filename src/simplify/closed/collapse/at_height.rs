@@ -4,12 +4,11 @@ use glam::{DMat2, DVec2, DVec3};
 
 use super::pair::{MergedVertex, Pair, Placement};
 
-/// Least determinant of a vertex's 2 x 2 system over its squared trace; a smaller one is rounding of single precision.
+/// Least determinant over the squared trace; a smaller one is rounding of single precision.
 // 1e-10 and 1e-6 change no mirrored result.
 const LEAST_DETERMINANT: f64 = 1e-8;
 
 impl Pair {
-    /// Places the merged vertex at a fixed coordinate along an axis.
     pub fn placement_at(&self, axis: usize, height: f64) -> MergedVertex {
         match self.minimum_at(axis, height).filter(|(x, _)| self.is_within_reach(*x)) {
             Some((offset, price)) => MergedVertex { place: Placement::Minimum, offset, price },

@@ -12,16 +12,16 @@ use crate::mesh::{Attributes, Channel, Role};
 
 use crate::simplify::closed::original::Original;
 
-/// Number of values at a vertex: red, green, blue, opacity, and the three components of a normal.
+/// Number of values: red, green, blue, opacity, and three of a normal.
 const N_VALUES: usize = 7;
 const KINDS: [Range<usize>; 2] = [0..4, 4..N_VALUES];
-/// Distance, at unit size, that costs as much as a change of a colour channel from 0 to 1.
+/// Distance, at unit size, that costs as much as a colour change from 0 to 1.
 // Twelve painted meshes: at 0.005 distances are 16 % smaller and colour errors 4 % larger.
 const LENGTH: f64 = 0.01;
 /// Distance, at unit size, that costs as much as a change of a normal's component by 1.
 // Fourteen meshes: at 0.003 normal errors fall by 18 % and distances grow by 10 %, at 0.006 by 20 and 18 %.
 const NORMAL_LENGTH: f64 = 0.005;
-/// Squared sine of a corner's angle below which a face is too thin for gradients, and is left out.
+/// Squared sine of a corner angle below which a face is too thin for gradients.
 // 1e-8 or 1e-4 change nothing by 0.1 %.
 const THIN: f64 = 1e-6;
 
@@ -34,7 +34,7 @@ pub(super) struct AttributeQuadric {
 }
 
 impl AttributeQuadric {
-    /// Adds a face of this weight; `functions` are the gradient of each value on the face, and the value at the vertex.
+    /// Adds a face with its weight; `functions` are each value's gradient, and value at the vertex.
     fn add(&mut self, kind: usize, weight: f64, functions: impl Iterator<Item = (DVec3, f64)>) {
         self.weights[kind] += weight;
         for (k, (gradient, value)) in KINDS[kind].clone().zip(functions) {

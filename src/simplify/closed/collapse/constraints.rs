@@ -135,7 +135,7 @@ impl Constraints {
         vertices.into_iter().all(|v| curve_neighbours(self.curves.get(&v)).len() > 2 && !self.pins.is_pinned(v))
     }
 
-    /// Returns whether held curves survive a merge that removes the two faces with the corners `opposite`.
+    /// Returns whether held curves survive a merge that removes the faces with corners `opposite`.
     pub fn survives_merge(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
         let curves = self.curves_at([u, v]);
         let [of_u, of_v] = curves.map(curve_neighbours);

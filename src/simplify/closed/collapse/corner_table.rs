@@ -216,7 +216,7 @@ pub(super) fn renumber_corner(faces: &[u32], corner: u32) -> u32 {
     4 * faces[corner as usize / 4] + (corner & 3)
 }
 
-/// Joins the two corners opposite each edge of a vertex; `edges` lists other end and opposite corner, each end twice.
+/// Joins the two corners opposite each edge of a vertex; `edges` lists other ends with these corners.
 fn match_edges(edges: &mut [(u32, u32)], across: &mut [u32]) {
     // Sorting makes partners adjacent, which keeps the search below linear at vertices of high valence.
     if edges.len() > SORTED_FROM {

@@ -11,8 +11,7 @@ use super::state::Collapse;
 const NEGLIGIBLE: f32 = 0.02;
 
 impl Collapse<'_> {
-    /// Returns the deformation that remains allowed after both ends of an edge moved to `x`; negative if it is
-    /// exceeded.
+    /// Returns the deformation still allowed after both ends moved to `x`; negative if exceeded.
     #[inline(always)]
     pub(super) fn ceiling_after(&self, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3) -> f32 {
         if self.ceilings.is_empty() {

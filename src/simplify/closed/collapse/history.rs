@@ -28,13 +28,12 @@ pub struct Renewal {
     pub ring: Vec<u32>,
     pub folds: Vec<u32>,
     pub importance: f32,
-    /// Factor of the pull to the vertex's position that grows with the squared trace of its planes.
+    /// Factor of the pull that grows with the squared trace of the planes.
     pub growing_pull: f32,
 }
 
 impl Renewal {
-    /// Records that `vertex` got a new quadric; `place(i)` returns the position of neighbour `ring[i]`, `None` for a
-    /// ghost vertex.
+    /// Records a vertex's new quadric; `place(i)` is the position of neighbour `ring[i]`, `None` for a ghost vertex.
     pub fn new(
         vertex: u32,
         ring: Vec<u32>,

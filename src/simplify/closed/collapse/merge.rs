@@ -1,4 +1,4 @@
-//! Merges of two vertices: tests that forbid a merge, and the update of the mesh by it.
+//! Merges of two vertices: tests, and the update of the mesh.
 
 use glam::{DVec3, Vec3};
 
@@ -159,8 +159,7 @@ impl Collapse<'_> {
             || would_turn_face_at(ends[1], &end_rings[1].ring[1..], x, place)
     }
 
-    /// Returns whether a face would turn in another pose if both ends merged at `offset` from the first end in the
-    /// present pose.
+    /// Returns whether a face would turn in another pose if both ends merged at `offset` in the present one.
     #[inline(never)]
     fn would_turn_face_in_poses(&self, ends: [u32; 2], end_rings: &[EndRing; 2], pair: &Pair, offset: DVec3) -> bool {
         (0..self.poses.n_poses()).any(|k| {

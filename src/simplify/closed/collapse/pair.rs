@@ -8,14 +8,13 @@ use crate::geometry::Quadric;
 
 use super::corner_table::NONE;
 
-/// Number of edges priced at once: as many `f32` as a register of 256 bits holds.
+/// Number of edges priced at once: the `f32` in a register of 256 bits.
 pub(super) const WIDTH: usize = 8;
 
 /// Largest distance of a merged vertex from the edge's middle, in edge lengths.
 // Sixteen meshes: 1 or 4 change the largest distance by 1 %.
 const REACH: f64 = 2.0;
-/// Least pivot of a quadric's factorisation over its trace; below, the quadric determines no position in that
-/// direction.
+/// Least pivot over the trace; below, the quadric determines no position in that direction.
 // Eight roundings of single precision. At 1e-7 the largest distance is 1.4 % larger.
 const LEAST_PIVOT: f32 = 1e-6;
 
@@ -93,7 +92,7 @@ pub(super) fn add_pull(planes: [f32; 6]) -> [f32; 6] {
     add_growing_pull(planes, 0.0)
 }
 
-/// Adds two pulls to the vertex's position: one proportional to the trace of `planes`, one to its square.
+/// Adds two pulls to the position: one proportional to the trace of `planes`, one to its square.
 #[inline(always)]
 pub(super) fn add_growing_pull(mut planes: [f32; 6], growing_pull: f32) -> [f32; 6] {
     // The weight of the planes is their trace.
@@ -289,7 +288,7 @@ fn transpose(rows: [[f32; WIDTH]; WIDTH]) -> [[f32; WIDTH]; WIDTH] {
     ]
 }
 
-/// Defines shuffles of two registers; lane numbers from 8 on are lanes of the second.
+/// Shuffles of two registers; lane numbers from 8 on mean the second.
 macro_rules! shuffles {
     ($($name:ident $lanes:expr),*) => {$(
         #[inline(always)]
@@ -335,7 +334,7 @@ impl PairLanes {
         Self { a, b: there, c: dot(there, other), other }
     }
 
-    /// Computes the minima of eight edges' quadrics, relative to the first ends, and the prices there.
+    /// Computes the minima relative to the first ends, and the prices there.
     ///
     /// Solves `A x = b` with `A = L D L'`: `L y = b`, `D z = y`, `L' x = z`. Directions without a pivot stay 0.
     #[inline(always)]

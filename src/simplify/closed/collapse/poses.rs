@@ -9,10 +9,10 @@ use crate::simplify::closed::original::Original;
 use crate::simplify::closed::request::Requirements;
 use crate::simplify::options::Purpose;
 
-/// Pull to a vertex's position for unknown poses: factor on the vertex's share of the surface's total weight.
+/// Pull to a vertex's position for unknown poses, per share of the surface's weight.
 // Six bodies: half or twice as much changes the mean distance by 1 %.
 const UNKNOWN_POSE_PULL: f64 = 10.0;
-/// Pull to a vertex's position for the spectrum: factor on the vertex's share of the surface's total weight.
+/// Pull to a vertex's position for the spectrum, per share of the surface's weight.
 // Linear functions on faces of size h err by h squared. The metric LE over that of QEM, for eight meshes at ratio 0.05:
 // 0.84 with 10, 0.83 with 30, 0.85 with 100.
 const SPECTRUM_PULL: f64 = 30.0;
@@ -33,7 +33,7 @@ pub struct Poses {
     growing_pull: f32,
 }
 
-/// Builds the position and rotation of each surface vertex in every morph target; its planes stay zero.
+/// Builds each surface vertex's position and rotation in every morph target, without planes.
 fn poses_of_targets(original: &Original, attributes: &Attributes) -> Poses {
     let targets: Vec<&Channel> =
         attributes.channels.iter().filter(|channel| channel.role == Role::MorphPosition).collect();
@@ -156,7 +156,7 @@ fn mean_rotation([u, v]: [&PosedVertex; 2]) -> DQuat {
     if sum.length_squared() > 0.0 { sum.normalize() } else { u }
 }
 
-/// Finds the rotation that best maps a vertex's edges and normal from the present pose, `here`, to another, `there`.
+/// Finds the rotation that best maps a vertex's edges and normal from pose `here` to `there`.
 ///
 /// Müller et al. 2016, "A robust method to extract the rotational part of deformations".
 fn find_rotation(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {

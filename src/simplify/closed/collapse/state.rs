@@ -47,7 +47,7 @@ pub struct Collapse<'a> {
     pub(super) ceilings: Vec<f32>,
     pub(super) was_ceiling_met: bool,
     pub(super) was_turn_forbidden: bool,
-    /// Number of vertices after each pass, and the pass's highest price of a merge, at unit size.
+    /// Vertices left by each pass, and its highest price, at unit size.
     pub(super) pass_prices: Vec<(usize, f32)>,
     pub(super) attributes: AttributeQuadrics,
     pub(super) poses: Poses,
@@ -75,7 +75,7 @@ pub enum CollapseEnd {
     WouldTurn,
     LosesShape,
     Held,
-    /// Early end, since too few vertices are free to keep the shape; holds the numbers of held and of all vertices.
+    /// Too few free vertices to keep the shape; holds the numbers of held and of all vertices.
     TooFewFree(usize, usize),
 }
 

@@ -1,7 +1,6 @@
 //! One fit step as a function of input positions and output vertices, with derivative.
 //!
-//! The derivative treats each point's face and barycentric weights, the weights of faces and the set of moved vertices
-//! as constant.
+//! Each point's face and barycentric weights, the weights of faces and the set of moved vertices are constant.
 
 use glam::{DMat3, DVec3};
 
@@ -149,7 +148,7 @@ impl FitStep<'_> {
     }
 }
 
-/// Gradient by the area, height and normal of a sample point's row, without the normal's unit length.
+/// Gradient by the area, height and normal of a row.
 #[derive(Default)]
 struct RowGradient {
     area: f64,

@@ -25,7 +25,7 @@ pub(in crate::simplify) struct Derivative {
     tree: UnionTree,
     faces: Vec<[u32; 3]>,
     steps: Vec<TracedStep>,
-    /// Offset of each output vertex: the run's result minus the smooth function at the run's input.
+    /// Result minus smooth function at the run's input, n_output x 3.
     offsets: Vec<DVec3>,
 }
 

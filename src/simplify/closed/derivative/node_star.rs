@@ -1,4 +1,4 @@
-//! Quadric of the planes around a node as a function of its own and its neighbours' positions.
+//! Quadric of the planes around a node as a function of positions.
 
 use glam::{DMat3, DVec3};
 
@@ -16,7 +16,7 @@ pub(super) struct NodeStar {
 }
 
 impl NodeStar {
-    /// Builds the star of a vertex with a recomputed quadric; `node_of` maps vertices to nodes of the union tree.
+    /// Builds the star of a vertex with a recomputed quadric; `node_of` maps vertices to tree nodes.
     pub fn new(Renewal { vertex, ring, folds, importance, growing_pull }: &Renewal, node_of: &[usize]) -> Self {
         let nodes: Vec<Option<usize>> = ring.iter().map(|&w| node_of.get(w as usize).copied()).collect();
         let mut faces = Vec::with_capacity(nodes.len());

@@ -69,7 +69,7 @@ impl Planes {
     }
 }
 
-/// Returns the plane quadric that a face adds at each corner, `N N' / (6 |N|)` for the area normal N.
+/// Returns a face's plane quadric at each corner, `N N' / (6 |N|)` for the area normal N.
 pub(super) fn plane(normal: DVec3) -> DMat3 {
     let double_area = normal.length();
     if double_area > 0.0 { outer(normal, normal) * (1.0 / (6.0 * double_area)) } else { DMat3::ZERO }

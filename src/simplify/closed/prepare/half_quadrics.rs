@@ -1,4 +1,4 @@
-//! Completion of the quadrics along the cut of a half to those of the whole symmetric mesh.
+//! Quadrics along the cut of a half, completed to those of the whole mesh.
 
 use crate::simplify::closed::pins::PlaneVertices;
 

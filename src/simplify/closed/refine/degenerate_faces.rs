@@ -12,7 +12,7 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 
-/// Largest sum of the valences of the four vertices of a flip; half of it is the largest valence of a moved vertex.
+/// Largest sum of the four valences at a flip; half of it is a moved vertex's largest valence.
 // Vertices of high valence would dominate the time.
 const MOST_CORNERS: usize = 64;
 const MOST_POSITIONS: u32 = 125;
@@ -122,7 +122,7 @@ pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]
     n_moved
 }
 
-/// Free position in local coordinates; with the option `subset`, also the surface vertex there.
+/// Local position; with the option `subset`, also the surface vertex there.
 type FreePosition = ([f32; 3], Option<u32>);
 
 fn nearby_positions(here: [f32; 3], steps: [f32; 3]) -> impl Iterator<Item = FreePosition> {

@@ -15,7 +15,7 @@ use crate::spatial::Bounds;
 const BITS: usize = 16;
 // Vertices hashed together: their bit numbers fill 128 KiB.
 const BATCH: usize = 16_384;
-/// Length of a visible step, in roundings at half the longest side; also the largest ratio of the steps of two axes.
+/// Length of a visible step, in roundings at half the longest side; also the largest ratio of steps.
 const SMALL: f32 = 64.0;
 
 /// Separates vertices whose positions are equal in the file, by the smallest steps that change them; returns the number
@@ -48,8 +48,7 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
     n_moved
 }
 
-/// Separates the vertices of a half from each other and from their images; `placed` snaps a vertex's position to the
-/// mirror plane or its grid.
+/// Separates the vertices of a half from each other and their images; `placed` snaps positions to the plane's grid.
 pub fn separate_mirrored(
     positions: &mut [[f32; 3]],
     image: &dyn Fn([f32; 3]) -> [f32; 3],
@@ -114,7 +113,7 @@ pub(super) fn written_key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
     frame.to_file(local).map(|x| (x + 0.0).to_bits())
 }
 
-/// Takes the first free position on a grid around `position`, from the centre outward, skipping the first `n_tried`.
+/// Takes the first free position on a grid around `position`, skipping the first `n_tried`.
 fn take_free_position(
     position: [f32; 3],
     steps: [f32; 3],
@@ -144,8 +143,7 @@ impl<'a> VisibleSteps<'a> {
         Self { frame, visible: SMALL * f32::EPSILON * (high / 2.0 - low / 2.0).max_element() }
     }
 
-    /// Returns the least steps along the axes that change the position in the file, all raised to the largest or to
-    /// `visible`.
+    /// Returns the least step per axis that changes the position in the file, raised to the largest or to `visible`.
     pub(super) fn steps_at(&self, position: [f32; 3]) -> [f32; 3] {
         let of_file = if self.frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) };
         let written = self.frame.to_file(position);

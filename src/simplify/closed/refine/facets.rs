@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::simplify::closed::output::Output;
 
-/// Least cosine between the original's normal at a point and the normal of the point's output face.
+/// Least cosine between the original's normal at a point and the output face's.
 // Below, a walk crossed a crease. Nineteen meshes: the mean distance is 0.3 % larger at 0.6.
 const LEAST_AGREEMENT: f32 = 0.8;
 /// Largest number of edges that a walk crosses.
@@ -30,7 +30,7 @@ pub struct Facet {
 #[derive(Clone, Copy, Default)]
 pub struct Projection {
     pub face: u32,
-    /// Barycentric weights of a point on the face, nearly the closest one; at least 0, with sum 1.
+    /// Barycentric weights of nearly the closest point on the face; at least 0, with sum 1.
     pub weights: [f32; 3],
     pub height: f32,
 }
@@ -91,8 +91,7 @@ impl<'a> Facets<'a> {
         self.facets.is_empty()
     }
 
-    /// Walks across edges, from start `faces` that it updates, until each point is over its face or over the edge just
-    /// crossed.
+    /// Walks across edges from the start `faces` until each point is over its face or the edge just crossed.
     pub fn walk(&self, points: &[Vec3], faces: &mut [u32]) {
         // All points advance together, so that none waits for another's memory.
         // `from` prevents walking back and forth over one edge.

@@ -8,7 +8,7 @@ use crate::simplify::closed::output::Output;
 use super::facets::{Facets, Projection};
 use super::sample_points::SamplePoints;
 
-/// Least distance of a point to its face at which it attracts the face, over the root mean square height of all points.
+/// Least distance at which a point attracts its face, over the root mean square height of all.
 // At 5 the largest distance is 2 % larger.
 const FAR: f32 = 4.0;
 /// Distance that remains after the attraction, over the least distance at which a point attracts.

@@ -16,7 +16,7 @@ use super::far_points;
 use super::sample_points::{Match, SamplePoints};
 use super::strays;
 
-/// Weight of a vertex's pull to its present position, over the trace of its 3 x 3 system.
+/// Weight of a vertex's present position, over the trace of its 3 x 3 system.
 // Points say little along the surface. Sixteen meshes: at 0.001 the largest distance is 2.5 % larger; at 0.004 the mean
 // is 0.4 % larger.
 const POSITION_WEIGHT: f32 = 0.002;
@@ -44,8 +44,8 @@ pub fn fit(original: &Original, points: &mut SamplePoints, output: &mut Output, 
         }
         step(original, points, output, &start, trace.as_mut());
     }
-    // Where a tip was cut off, points lie beside the faces, far away but at hardly any height. So far points attract
-    // faces.
+    // Where a tip was cut off, points can be far from all faces and yet at hardly any height above their planes. So far
+    // points attract faces.
     for _ in 0..points.settings().far_rounds {
         let pulse = points.pulse().counting_if(false);
         let facets = Facets::new(pulse, output);

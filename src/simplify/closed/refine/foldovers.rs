@@ -139,7 +139,7 @@ fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
     ring
 }
 
-/// Finds a corner of a turned face, and a position for it with fewer turned faces around the corner.
+/// Finds a corner of a turned face and a position for it with fewer turned faces around.
 fn better_corner(view: &RepairView, f: u32) -> Option<(u32, Vec3)> {
     let RepairView { output, .. } = view;
     // Pinned vertices stay, and vertices of high valence would take too long.
@@ -226,7 +226,7 @@ fn find_opposed_faces(pulse: Pulse, output: &Output, least: f32) -> Vec<u32> {
     })
 }
 
-/// Returns which of the former foldovers, and of the faces at touched vertices, oppose the faces around a corner now.
+/// Returns which former foldovers and faces at touched vertices oppose the faces around a corner now.
 fn find_remaining_foldovers(
     output: &Output,
     mut foldovers: Vec<u32>,
@@ -318,8 +318,8 @@ impl RepairView<'_> {
 
     /// Returns whether replacing the first patch by the second multiplies the local distance by at most `most_growth`.
     ///
-    /// `own` are the first patch's faces. Distances run from a patch to the original's regions of `near`, and from the
-    /// original's points in the regions of `about` to the patch.
+    /// `own` are the first patch's faces. Distances are from a patch to the regions of `near`, and from points in the
+    /// regions of `about` to the patch.
     fn stays_near_original(
         &self,
         patches: &[FacePatch; 2],

@@ -12,8 +12,7 @@ use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 use crate::spatial::{Hit, NearestOnTriangles};
 
-/// Least cosine between the direction from another component to a point and that component's normal, if the point's
-/// side is clear.
+/// Least cosine between another component's normal and the direction to a point whose side is clear.
 const LEAST_SIDE_COSINE: f32 = 0.5;
 /// Least absolute cosine between the normals of two nested surfaces.
 // Components that pass through each other on purpose meet at larger angles.
@@ -208,8 +207,7 @@ impl NestedComponents<'_> {
         moves.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, moves)| moves)
     }
 
-    /// Returns the depth of a face's point on the wrong side of the other component, and the corner moves that bring it
-    /// back.
+    /// Returns a point's depth on the wrong side of the other component, and the corner moves back.
     fn moves(&self, crossing: &Crossing, weights: [f32; 3]) -> Option<(f32, Moves)> {
         let output = self.output;
         let here = output.triangle(crossing.face);

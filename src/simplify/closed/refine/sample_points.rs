@@ -72,8 +72,7 @@ impl<'a> SamplePoints<'a> {
         Self { surface, density: Density::One, most, n_steps, settings, faces: vec![NONE; most.min(n_faces)] }
     }
 
-    /// Places three points on each face, if that many are allowed, and starts them at the output faces of the
-    /// centroids.
+    /// Places three points on each face, if that many are allowed, starting at their centroid's output face.
     pub fn use_three_per_face(&mut self) {
         // If one point a face already exceeds the limit, three would only be thinned out.
         let one = self.faces.len();
@@ -129,8 +128,7 @@ impl<'a> SamplePoints<'a> {
         }
     }
 
-    /// Chooses where the walks of unassigned points start: at the edge between two regions, or at the region's last
-    /// start face.
+    /// Chooses start faces for unassigned points: at the edge between two regions, else the region's last start face.
     fn choose_start_faces(&self, facets: &Facets, points: &[u32], faces: &mut [u32]) {
         let mut last = [(NONE, NONE); REMEMBERED];
         for (&point, face) in points.iter().zip(faces).filter(|(_, face)| **face == NONE) {

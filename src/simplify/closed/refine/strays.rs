@@ -7,15 +7,14 @@ use crate::simplify::closed::original::Original;
 
 use super::facets::Facets;
 
-/// Largest distance of a vertex to the original after a step, over the root mean square height of the points.
+/// Largest distance to the original after a step, over the root mean square height.
 // Without this check the largest distance is 25 % larger.
 const FARTHEST: f32 = 5.0;
 /// Rise above an adjacent face, over the root mean square height, from which a vertex is tested.
 // At 2 the largest distance is 1 % larger.
 const LEAST_RISE: f32 = 1.5;
 
-/// Cancels steps that lead far off the original; `start` are the positions before the fit, `usual_height` is the root
-/// mean square.
+/// Cancels steps that lead far off the original; `start` are the positions before the fit.
 pub fn cancel_stray_steps(original: &Original, facets: &Facets, start: &[Vec3], steps: &mut [Vec3], usual_height: f32) {
     let pulse: Pulse = original.surface.pulse.counting_if(false);
     let output = facets.output;
