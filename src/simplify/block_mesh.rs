@@ -16,7 +16,7 @@ pub(crate) struct SimplifiedBlock {
     pub pass_prices: Vec<(usize, f64)>,
 }
 
-/// Simplifies a block to about `n_vertices`, or up to a `price` of merges; locked vertices keep every bit.
+/// Simplifies a block to about `n_vertices`, or by merges up to a `price`; locked vertices keep every bit.
 pub(crate) fn simplify_block_mesh(
     mesh: &TriMesh,
     locked: &[bool],

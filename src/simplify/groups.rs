@@ -47,7 +47,7 @@ impl SimplifiedGroups {
     }
 }
 
-/// Simplifies each entry's groups to its share, in this order; faces without a vertex of them stay.
+/// Simplifies each entry's groups to its share, in order; faces that share no vertex with these groups stay.
 ///
 /// The target of `options` is ignored.
 ///

@@ -11,7 +11,7 @@ use super::input::Input;
 
 const AXES: usize = 8;
 const AXES_OF_COMPONENTS: usize = 3;
-/// Number of rays per face of a component; at least `LEAST_RAYS` in all.
+/// Rays per face of a component; at least `LEAST_RAYS` in all.
 const RAYS: f64 = 0.25;
 const LEAST_RAYS: usize = 1024;
 /// Rays of all hidden components: a number per face, or the second number if larger.

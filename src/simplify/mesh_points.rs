@@ -10,8 +10,8 @@ use crate::mesh::{TriMesh, compact, orient_outward};
 use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
 
 /// Neighbours per point: the mean valence of a triangle mesh.
-// Clouds of twelve training meshes: with 5 the result is 29 % farther from the original; with 8, measured on nine, 37
-// %.
+// Clouds of twelve training meshes: with 5 the result is 29 % farther from the original; with 8 (measured on nine), 37
+// % farther.
 const NEIGHBOURS: usize = 6;
 
 /// Mesh over points of a cloud.

@@ -55,7 +55,7 @@ pub use with_importance::{WeightedResult, simplify_with_importance};
 
 /// Simplifies `mesh` to the target of `options`; `progress` receives every stage and can stop the run.
 ///
-/// Without `weights`, a network uses the weights shipped with this crate.
+/// Without `weights`, a network uses those shipped with this crate.
 ///
 /// # Errors
 /// [`SimplifyError`] for an empty mesh or bad options, or if `progress` stops the run. An unreachable target is no

@@ -53,18 +53,18 @@ pub struct Options {
     pub target: Target,
     /// Method that builds the surface.
     pub assembly: Assembly,
-    /// Source of the scores.
+    /// Source of the vertex scores.
     pub scores: ScoreSource,
     /// Error measure to optimise.
     pub optimize: Optimize,
-    /// Time budget.
+    /// Trade-off between time and accuracy.
     pub effort: Effort,
     /// Seed of the sampling.
     pub seed: u64,
     /// Drops components whose vertices are better spent elsewhere.
     pub prune: bool,
     /// Largest distance of a component to the rest, in mesh units, at which `prune` may drop it. A finite value also
-    /// allows components to be deformed so far.
+    /// allows components to be deformed by that distance.
     pub prune_within: f64,
     /// Diagonal of the bounding box, in mesh units, below which components are dropped. The largest component stays.
     pub prune_below: f64,
@@ -216,7 +216,6 @@ pub struct Refinements {
 }
 
 impl Default for Refinements {
-    /// Switches on all steps.
     fn default() -> Self {
         Self { flips: true, fit: true }
     }
@@ -249,7 +248,7 @@ pub enum Optimize {
     Normals,
 }
 
-/// Time budget (`docs/measured/benchmark.md`).
+/// Trade-off between time and accuracy (`docs/measured/benchmark.md`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Effort {
@@ -277,7 +276,7 @@ pub enum Outcome {
 pub struct Report {
     /// Outcome for the requested size.
     pub outcome: Outcome,
-    /// Source of the scores.
+    /// Source of the vertex scores.
     pub scores: ScoreSource,
     /// Number of components in their smallest form: tetrahedra or single triangles.
     pub components_at_minimum: usize,
@@ -339,7 +338,7 @@ pub struct Map {
     pub input_vertices: Vec<u32>,
     /// Input face with the point closest to each output corner, on the corner's side of seams.
     pub corner_faces: Vec<[u32; 3]>,
-    /// Barycentric weights of that closest point in its face.
+    /// Barycentric weights, in its face of `corner_faces`, of the point closest to each output corner.
     pub corner_weights: Vec<[[f32; 3]; 3]>,
 }
 

@@ -7,7 +7,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Largest distance of a score from the mean of all scores.
-// For networks in training it keeps the density below 400 times the mean; scores of the shipped weights stay within 3
+// This keeps the density below 400 times the mean for networks in training; scores of the shipped weights stay within 3
 // on twelve training meshes.
 const MOST_SCORE: f64 = 6.0;
 

@@ -94,7 +94,7 @@ pub fn output_components(output: &Output) -> (Vec<u32>, usize) {
     vertex_components(output.positions.len(), output.faces())
 }
 
-/// Returns each vertex's component number (empty if there is one component) and the number of components.
+/// Returns each vertex's component number (empty for a single component) and the number of components.
 pub fn vertex_components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets = UnionFind::new(n_vertices);
     for &[a, b, c] in faces {
@@ -230,7 +230,6 @@ struct Components<'a> {
     all: Vec<Component>,
     rank: Vec<usize>,
     placed: &'a PlacedComponents<'a>,
-    /// Search tree over the output faces, as placed in the scene.
     tree: FaceTree<'a>,
     component_of_output_face: &'a [u32],
     /// Factor from prices of the collapse to prices in the scene.

@@ -13,7 +13,7 @@ use crate::model::{Weights, star_scores, surface_scores};
 const MOST_SCORE: f32 = 3.5;
 // Vertices sampled for the mean edge length: 12,000 edges estimate it within 1 %.
 const MEASURED_VERTICES: usize = 2048;
-/// Bending added to that of each vertex: that of normals within two degrees.
+/// Bending added to each vertex's: the bending of normals within two degrees.
 const LEAST_BENDING: f32 = 1e-3;
 const CHUNK: usize = 1 << 14;
 
@@ -100,7 +100,7 @@ fn surface_graph(surface: &PreparedSurface) -> Csr {
     Csr::from_neighbours(surface.n_vertices(), |v| surface.neighbors(v as u32))
 }
 
-/// Converts scores to importance: the exponential of the difference to the mean score by area.
+/// Converts scores to importance: the exponential of score minus mean score, the mean weighted by area.
 ///
 /// Scores that are not finite count as 0.
 ///

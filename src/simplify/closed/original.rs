@@ -135,7 +135,7 @@ impl<'a> Original<'a> {
         }
     }
 
-    /// Returns the mesh corner of each surface corner; their windings may differ.
+    /// Returns the mesh corner at each surface corner; mesh and surface may wind a face differently.
     pub fn corner_orders(&self) -> Vec<[u8; 3]> {
         let order = |(corners, before): (&[u32; 3], &[u32; 3])| {
             corners.map(|v| before.iter().position(|&w| w == self.surface.source(v)).unwrap_or(0) as u8)

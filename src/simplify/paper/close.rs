@@ -8,7 +8,7 @@ use crate::repair::fill_some_holes;
 /// Most rounds: where loops touch, one round may leave holes for the next.
 const ROUNDS: usize = 4;
 
-/// Fills the holes that the network left; corners of new faces are samples, too.
+/// Fills the holes that the network left; corners of new faces are samples.
 ///
 /// A loop stays open if at least half of its edges join samples whose regions the boundary of the mesh crosses. Faces
 /// that share no edge with another are dropped.

@@ -158,7 +158,6 @@ fn run_stages(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<Pape
     Ok(PaperStages { scores, samples, assignment, quotient, edges, faces })
 }
 
-/// Chooses and winds faces; corners are vertices of the input.
 fn assemble(sampled: &[[f32; 3]], stages: &PaperStages) -> Vec<[u32; 3]> {
     let chosen = choose_faces(&stages.faces, stages.edges.graph.n_entries());
     let triangles = chosen.iter().map(|&at| stages.faces.candidates.triangles[at]);

@@ -23,7 +23,7 @@ const POSITION_WEIGHT: f32 = 0.002;
 // `POSITION_WEIGHT` with held curves, which vertices would leave along the surface. Twelve meshes with creases: at 0.002
 // the largest distance is 13 % larger, at 0.02 the mean 0.7 %.
 const POSITION_WEIGHT_BY_CURVES: f32 = 0.01;
-/// Longest step of a vertex, over the square root of its third of the area of its faces.
+/// Longest step of a vertex, over the square root of a third of its faces' area.
 // Nineteen meshes: at 1.4 the largest distance is 10 % larger.
 const LONGEST_STEP: f32 = 0.7;
 /// Least cosine between a face's normals before and after a step.

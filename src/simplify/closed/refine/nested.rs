@@ -207,7 +207,7 @@ impl NestedComponents<'_> {
         moves.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, moves)| moves)
     }
 
-    /// Returns a point's depth on the wrong side of the other component, and the corner moves back.
+    /// Returns a point's depth on the wrong side of the other component, and the corner moves that bring it back.
     fn moves(&self, crossing: &Crossing, weights: [f32; 3]) -> Option<(f32, Moves)> {
         let output = self.output;
         let here = output.triangle(crossing.face);
@@ -232,7 +232,8 @@ impl NestedComponents<'_> {
         if step.length() > LONGEST_STEP * reach || step.length() > both_off()? {
             return None;
         }
-        // That face moves which moves toward the middle of its component, the inner one, so that the visible one stays.
+        // The face moves whose step leads toward the middle of its component: the inner one, so that the visible one
+        // stays.
         let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.component(f) as usize] - place) > 0.0;
         let moves = if shrinks(crossing.face, step) {
             self.corner_moves(crossing.face, weights, step)
