@@ -28,7 +28,7 @@ const UNITS: f32 = 8_388_608.0;
 pub struct SearchCost {
     /// Number of triangles, or pieces of them, tested.
     pub triangles: u32,
-    /// Number of nodes whose boxes were tested.
+    /// Number of box tests; a node's packed boxes count as one.
     pub boxes: u32,
 }
 
