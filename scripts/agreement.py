@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds what `examples/measure.rs` wrote down against other tools and prints Markdown tables; see `scripts/agreement`.
+"""Compares the figures of `examples/measure.rs` with those of other tools and prints Markdown tables; see `scripts/agreement`.
 
     scripts/agreement.py FOLDER...
 
@@ -18,7 +18,7 @@ import pymeshlab
 import robust_laplacian
 import scipy.sparse.linalg
 
-# Above so many vertices a dense inverse takes too long: then eigenpairs found by scipy stand in.
+# Largest number of vertices for a dense inverse; above, eigenpairs of scipy are used, as the inverse takes too long.
 DENSE = 3000
 
 
@@ -29,7 +29,7 @@ def mesh(path):
 
 
 def distance(samples, target):
-    """Mean, root mean square and largest distance of samples to a surface, by PyMeshLab."""
+    """Returns mean, root mean square and largest distance of samples to a surface, by PyMeshLab."""
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=np.array(samples)))
     meshes.add_mesh(pymeshlab.Mesh(*target))
@@ -42,13 +42,13 @@ def distance(samples, target):
 
 
 def eigenpairs(laplacian, mass, n_pairs):
-    """The lowest eigenpairs by scipy."""
+    """Returns the lowest eigenpairs by scipy."""
     shift = -1e-2 / mass.diagonal().sum()
     return scipy.sparse.linalg.eigsh(laplacian.tocsc(), n_pairs, mass.tocsc(), sigma=shift)
 
 
 def biharmonic(laplacian, mass, values, functions):
-    """Distances from vertex 0: by a dense inverse of the squared operator, or by eigenpairs where there are many vertices."""
+    """Returns biharmonic distances from vertex 0, by a dense inverse of the squared operator, or by eigenpairs for many vertices."""
     m = mass.diagonal()
     if len(m) <= DENSE:
         inverse = np.linalg.inv(laplacian.toarray() + np.outer(m, m) / m.sum())
@@ -61,7 +61,7 @@ def biharmonic(laplacian, mass, values, functions):
 
 
 def crossing(vertices, faces):
-    """Faces that CGAL finds to intersect others."""
+    """Counts the faces that intersect others, by CGAL."""
     pairs = igl.copyleft.cgal.remesh_self_intersections(
         vertices, faces.astype(np.int64), detect_only=True, cutoff=10**9)[2]
     return set(np.unique(pairs).tolist())
@@ -72,7 +72,7 @@ def share(ours, theirs):
 
 
 def along(ours, theirs):
-    """Mean and largest difference, as a share of the largest value."""
+    """Returns the mean and largest difference, as shares of the largest value."""
     reached = np.isfinite(ours)
     difference = np.abs(ours - theirs)[reached] / theirs[reached].max()
     return f"{difference.mean():.2e} ({difference.max():.2e})"

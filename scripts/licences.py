@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Prints the licences of all that the program with all its features is made of: crates of cargo, C++ that is vendored, three.js of the
-page of `compare`, a font, and Rust's own library. Fails where a crate has no licence text and names none that another one has.
+"""Prints the licences of all components of the program with all features: crates, vendored C++, three.js, a font, Rust's library.
+
+Fails if a crate has no licence text and its licence's name has none in another crate.
 
 licences.py TARGET
 """
@@ -16,7 +17,7 @@ NOT_TEXT = {".rs", ".html", ".py", ".cpp", ".h", ".json"}
 
 
 def crates(target):
-    """The packages that are linked into the program, by the graph of cargo; those of this workspace are its own."""
+    """Lists the packages that are linked into the program, by cargo's graph, without those of this workspace."""
     command = ["cargo", "metadata", "--format-version", "1", "--all-features", "--filter-platform", target]
     graph = json.loads(subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout)
     packages = {package["id"]: package for package in graph["packages"]}
@@ -35,14 +36,14 @@ def crates(target):
 
 
 def texts(folder):
-    """The licence files of a folder and of what is vendored in it."""
+    """Lists the licence files of a folder and of its vendored code."""
     files = [path for path in sorted(folder.rglob("*")) if path.is_file() and NAMED.match(path.name)]
     folders = [path for path in sorted(folder.glob("LICENSES/*")) if path.is_file()]
     return [path.read_text(errors="replace").strip() for path in files + folders if path.suffix.lower() not in NOT_TEXT]
 
 
 def comment_at_end(header):
-    """The licence that stands in the last comment of a C++ header."""
+    """Returns the licence in the last comment of a C++ header."""
     comment = header.read_text().rsplit("/**", 1)[1].split("*/")[0]
     return "\n".join(line.strip().removeprefix("*").strip() for line in comment.strip().splitlines())
 
@@ -70,7 +71,7 @@ def main():
             bare.append((name, licence))
         for text in dict.fromkeys(found):
             by_text.setdefault(text, []).append(name)
-    # A package without a text says by name which standard text holds.
+    # A package without a licence text names the standard text that applies.
     standard = {"MIT": ROOT / "LICENSE-MIT", "Apache-2.0": ROOT / "LICENSE-APACHE"}
     for name, licence in bare:
         named = [known for known in standard if known in re.split(r"[ ()/]+", licence)]

@@ -16,7 +16,7 @@ SIZE = 1024
 
 
 def read_ply(path):
-    """Points and triangles of a binary little-endian PLY with float32 x, y, z first and triangles alone."""
+    """Reads points and triangles of a binary little-endian PLY with float32 x, y, z first and only triangles."""
     head, body = path.read_bytes().split(b"end_header\n", 1)
     words = [line.split() for line in head.decode().splitlines()]
     count = {line[1]: int(line[2]) for line in words if line[0] == "element"}
@@ -51,7 +51,7 @@ def write_obj(folder, name, points, uvs, faces, corners, texture):
 
 
 def waves(points, seed, octaves=6, frequency=1.5):
-    """A sum of plane waves at each point, about -1 to 1: noise that has a value anywhere in space."""
+    """Returns 3-D noise at each point, about -1 to 1, as a sum of plane waves."""
     random = np.random.default_rng(seed)
     value, total = np.zeros(len(points)), 0.0
     for octave in range(octaves):
@@ -64,7 +64,7 @@ def waves(points, seed, octaves=6, frequency=1.5):
 
 
 def ramp(value, stops):
-    """Colours between stops (value, red, green, blue)."""
+    """Interpolates colours between stops (value, red, green, blue)."""
     stops = np.array(stops)
     return np.stack([np.interp(value, stops[:, 0], stops[:, k]) for k in (1, 2, 3)], axis=-1)
 
@@ -81,14 +81,14 @@ def grid_faces(rows, columns, wrap):
 
 
 def lathe(points, corners):
-    """Drops the triangles of a grid that a pole has closed to nothing."""
+    """Drops the degenerate triangles of a grid at poles."""
     a, b, c = points.T
     keep = (a != b) & (b != c) & (c != a)
     return points[keep], corners[keep]
 
 
 def texels():
-    """u and v of the middles of all pixels, v upwards, SIZE x SIZE."""
+    """Returns u and v of the centers of all pixels, v upwards, SIZE x SIZE each."""
     middle = (np.arange(SIZE) + 0.5) / SIZE
     return np.meshgrid(middle, 1 - middle)
 
@@ -103,7 +103,7 @@ def planet(folder):
     height = waves(directions, 1, 5, 0.6)
     points = directions * (1 + 0.12 * np.maximum(height, -0.1))[:, None]
     faces, corners = grid_faces(rows, columns, True)
-    # All points of a pole are one.
+    # The points of a pole are merged.
     last = rows * columns
     faces[faces < columns] = 0
     faces[faces >= last] = last

@@ -1,4 +1,4 @@
-"""Verdicts on what an option asks for: positions that stay, images, sizes of parts, distances, bytes."""
+"""Verdicts on options: fixed positions, mirror images, sizes of components, distances, bytes."""
 
 from math import dist
 
@@ -15,7 +15,7 @@ def value_of(options, name):
 
 
 def asks(done, option):
-    """Whether a run has an option, with a value after `=` or without."""
+    """Returns whether a run has an option, with or without a value after `=`."""
     return any(word.split("=")[0] == option for word in done.options)
 
 
@@ -24,18 +24,18 @@ def is_mirrored(done):
 
 
 def is_repaired(done):
-    """Whether another mesh was simplified than that of the file."""
+    """Returns whether the mesh was repaired before it was simplified."""
     return asks(done, "--printable") or asks(done, "--fill-holes")
 
 
 def comparable(subject, result):
-    """How positions of both files compare: as single precision where either is in that, which text may write in fewer digits."""
+    """Returns how positions of both files are compared: in single precision if either file is, as text may have fewer digits."""
     singly = subject.is_single or result.path.suffix == ".stl"
     return lambda point: tuple((formats.single(x) if singly else x) + 0.0 for x in point)
 
 
 def keeps_positions(subject, done, result):
-    """Whether positions that stay can be told: welding moves them, a glTF holds doubles about an origin of its own."""
+    """Returns whether fixed positions can be checked: welding moves them, and a glTF stores doubles relative to its own origin."""
     return "--weld" not in done.options and (subject.is_single or result.path.suffix != ".glb")
 
 
@@ -59,7 +59,7 @@ def of_locked(subject, done, result):
 
 
 def of_mirrored(subject, done, result):
-    """Images are exact where single precision holds the file, whose text may have fewer digits."""
+    """Checks mirror images, which are exact for a file in single precision; its text may have fewer digits."""
     if not subject.plain:
         return
     in_singles = [tuple(map(formats.single, point)) for point in result.points]
@@ -73,14 +73,14 @@ def of_mirrored(subject, done, result):
 
 
 def image_about(plane):
-    """What maps a point to its image about a plane such as `x = 0`."""
+    """Returns the function that mirrors a point at a plane such as `x = 0`."""
     axis, at = plane.split(" = ")
     axis, at = "xyz".index(axis), float(at)
     return lambda point: tuple((2 * at - x if k == axis else x) + 0.0 for k, x in enumerate(point))
 
 
 def boundary_without_image(subject, plane):
-    """Edges whose middle has no image on another boundary edge, within a share of the diagonal."""
+    """Returns the boundary edges whose midpoint has no image on another boundary edge, within a share of the diagonal."""
     middles = [tuple(sum(axis) / 2 for axis in zip(*edge)) for edge in subject.boundary if len(edge) == 2]
     images = list(map(image_about(plane), middles))
     near = ALIKE * subject.diagonal
@@ -88,7 +88,7 @@ def boundary_without_image(subject, plane):
 
 
 def without_image(points, faces, plane):
-    """How many vertices have no image about a plane; if all have one, how many faces have none with opposite winding."""
+    """Counts the vertices without a mirror image; if all have one, the faces without an image of opposite winding."""
     image = image_about(plane)
     number = {tuple(x + 0.0 for x in point): i for i, point in enumerate(points)}
     images = [number.get(image(point)) for point in points]
@@ -114,7 +114,7 @@ def of_pruned(subject, done, result):
     if any(abs(size / limit - 1) < 1e-4 for size in sizes):
         return
     small = min(sum(size < limit for size in sizes), len(sizes) - 1)
-    # Others may go for their price.
+    # Other components may be dropped for their price.
     if result.said["components_pruned"] < small:
         yield "pruned", f"{result.said['components_pruned']} of {len(sizes)} components, {small} are smaller than {size}"
 
@@ -129,7 +129,7 @@ def of_error(subject, done, result):
     if not asked or "--weld" in done.options or len(subject.faces) > 3000:
         return
     asked = float(asked.rstrip("%")) / 100 * subject.diagonal
-    # With --prune the bound is that of what stays.
+    # With --prune the bound holds for the remaining components.
     if asks(done, "--prune") and result.said["components_pruned"]:
         return
     found = largest((subject.points, subject.faces), (result.points, result.faces))
@@ -156,13 +156,13 @@ def of_printable(subject, done, result):
 
 
 def of_filled(subject, done, result):
-    """Counted where the input is a manifold: elsewhere what is cut apart has boundaries of its own."""
+    """Checks filled holes of manifold inputs; others are cut apart, which adds boundaries."""
     before, loops, left = subject.figures, result.figures.loops, done.report["repaired"]["holes_left"]
     if before.manifold and loops > min(before.loops, left):
         yield "filled", f"{before.loops} boundary loops become {loops}, {left} holes are said to be left"
 
 
-# What is promised of a mesh that was repaired before; the other checks compare with the file.
+# Checks that hold for repaired meshes; the others compare with the input file.
 OF_REPAIRED = {
     "--printable": of_printable,
     "--fill-holes": of_filled,

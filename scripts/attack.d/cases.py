@@ -1,4 +1,4 @@
-"""A case is a mesh file and one run of the program on it; most are drawn from a seed, finds are read from their folders."""
+"""Cases: a mesh file and one run of the program on it, drawn from a seed or read from the folder of a find."""
 
 import json
 import shutil
@@ -20,7 +20,7 @@ class Case:
     mesh: str
     """Name of the mesh file."""
     output: str
-    """Name of the file asked for."""
+    """Name of the requested output file."""
     options: list
     plain: bool
     mirrored: bool
@@ -31,7 +31,7 @@ class Case:
 
 
 def of_seed(executable, seed, finds, keep=False):
-    """The four cases of a seed, judged; those that break a promise are kept as finds."""
+    """Runs and judges the four cases of a seed; those that break a promise are saved as finds."""
     drawn = draw.drawn(seed)
     with tempfile.TemporaryDirectory() as folder:
         path = put(Path(folder), drawn, seed)
@@ -47,7 +47,7 @@ def of_seed(executable, seed, finds, keep=False):
 
 
 def put(folder, drawn, seed):
-    """The mesh as a file; as text where single precision overflows."""
+    """Writes the mesh to a file, as text if single precision overflows."""
     ending = draw.Random(f"ending {seed}").choice(draw.ENDINGS)
     try:
         path = folder / ("in" + ending)
@@ -59,7 +59,7 @@ def put(folder, drawn, seed):
 
 
 def verdicts(executable, case, subject, twice=False):
-    """Runs a case, and again on another number of threads where `twice` says so."""
+    """Runs a case, and with `twice` again on another number of threads; returns the verdicts."""
     with tempfile.TemporaryDirectory() as folder:
         done = ran(executable, case, subject, folder)
         found = judged(subject, done)
@@ -82,7 +82,7 @@ def ran(executable, case, subject, folder, options=None):
 
 
 def kept(case, path, finds):
-    """Puts a case into a folder of its own."""
+    """Saves a case to its own folder."""
     kind = case.verdicts[0][0].replace(" ", "-") if case.verdicts else "sound"
     folder = Path(finds) / kind / case.name
     folder.mkdir(parents=True, exist_ok=True)
@@ -99,7 +99,7 @@ def loaded(folder):
 
 
 def again(executable, folder):
-    """A find, judged anew."""
+    """Repeats a find and judges it again."""
     case = loaded(folder)
     subject = Subject(Path(folder) / case.mesh, case.plain, case.mirrored)
     case.verdicts = verdicts(executable, case, subject, twice="--threads" in case.options)

@@ -1,4 +1,4 @@
-"""Is the judge awake? Results that are broken on purpose, and the promise that each breaks."""
+"""Checks the judge with results that are broken on purpose, each with the promise that it breaks."""
 
 import tempfile
 from dataclasses import replace
@@ -18,13 +18,13 @@ BALL = [tuple(map(formats.single, point)) for point in shapes.icosphere(2)[0]], 
 TWO = shapes.joined(BALL, shapes.moved(BALL, (3.0, 0, 0)))
 OPEN = BALL[0], BALL[1][1:]
 CUBE = shapes.box(2, 2, 2)
-# A face and its back side upon an edge: closed until one of them goes.
+# Two opposite faces attached to an edge: closed until one of them is removed.
 FLAP = [*BALL[0], (3.0, 0.0, 0.0)], BALL[1] + [(*BALL[1][0][:2], 162), (162, *BALL[1][0][1::-1])]
 EDGE = shapes.welded(shapes.joined(CUBE, shapes.moved(CUBE, (1, 1, 0))))
 
 
 def sound(folder, mesh, result, options, ending=".ply"):
-    """A run that wrote this result, and said the truth about it."""
+    """Returns a run that wrote this result with a correct report."""
     given, path = folder / "in.ply", folder / ("out" + ending)
     formats.write(given, *mesh, double=True)
     formats.write(path, *result, double=True)
@@ -45,7 +45,7 @@ def kinds(*of_run, **changes):
 
 
 def broken():
-    """Kind, mesh, result, options, and what else is changed about the run."""
+    """Yields kind, mesh, result, options, and other changes of the run."""
     whole, half = ["--ratio", "1"], ["--ratio", "0.5"]
     a, b, _ = BALL[1][0]
     folded = [BALL[0][b if i == a else i] for i in range(len(BALL[0]))], BALL[1]
@@ -86,7 +86,7 @@ def broken():
 
 
 def everything_is_seen():
-    """Fails where the judge says nothing of what is broken, or something of what is not."""
+    """Fails if the judge misses a broken result or rejects a sound one."""
     for mesh in (RING, BALL, TWO, OPEN):
         for options in (["--ratio", "1"], ["--ratio", "1", "--subset", "--lock-boundaries"], ["--error", "1%"]):
             assert not kinds(mesh, mesh, options), (options, kinds(mesh, mesh, options))

@@ -1,9 +1,9 @@
-"""How far points lie from a surface, exactly but for rounding, and so a lower bound of the largest distance of two surfaces."""
+"""Distances of points from a surface, exact up to rounding, which give a lower bound of the largest distance of two surfaces."""
 
 from math import dist
 from random import Random
 
-# Points of each surface that are looked at: vertices, then middles of faces.
+# Largest number of points per surface: vertices, then centers of faces.
 MOST_POINTS = 400
 
 
@@ -37,7 +37,7 @@ def to_triangle(p, a, b, c):
 
 
 def to_surface(point, triangles):
-    """The distance of a point to the nearest of the triangles, each with its centre and its reach."""
+    """Returns the distance of a point to the closest triangle; each has its center and radius."""
     bounds = [dist(point, centre) - reach for _, centre, reach in triangles]
     best = float("inf")
     for i in sorted(range(len(bounds)), key=bounds.__getitem__):
@@ -57,7 +57,7 @@ def with_reach(points, faces):
 
 
 def largest(first, second):
-    """No less than this is the largest distance between two meshes, in either direction."""
+    """Returns a lower bound of the largest distance between two meshes, in either direction."""
     farthest = 0.0
     for (points, faces), other in ((first, second), (second, first)):
         triangles, own = with_reach(*other), with_reach(points, faces)

@@ -1,4 +1,4 @@
-"""What a seed stands for: a mesh, the file that it is put into, and some runs of the program on it."""
+"""Draws from a seed: a mesh, its file format, and runs of the program on it."""
 
 from dataclasses import dataclass, field
 from math import cos, pi, sin
@@ -15,16 +15,16 @@ RATIOS = ["0.5", "0.2", "0.1", "0.05", "0.02"]
 
 @dataclass
 class Drawn:
-    """A mesh before it is a file."""
+    """A mesh before it is written to a file."""
 
     points: list
     faces: list
     recipe: list = field(default_factory=list)
-    """Names of what was done."""
+    """Names of the shape and its alterations."""
     plain: bool = True
-    """Whether single precision about one origin holds it, so that no refusal is in order."""
+    """Whether single precision about one origin can represent it, so that the program must not reject it."""
     mirrored: bool = False
-    """Whether it is its own mirror image, about a plane through 0 or through the middle."""
+    """Whether it is its own mirror image, about a plane through 0 or its center."""
     double: bool = False
 
     def then(self, name, mesh, plain=True, mirrored=False):
@@ -34,7 +34,7 @@ class Drawn:
 
 
 def base(rng):
-    """A surface to begin with: its name, mesh, and whether it is mirrored."""
+    """Draws an initial surface: its name, mesh, and whether it is mirrored."""
     n = lambda low, high: rng.randint(low, high)
     closed = {
         "icosphere": lambda: shapes.icosphere(n(0, 3)),
@@ -82,7 +82,7 @@ def soup(rng, n_points, n_faces):
 
 
 def voxels(rng):
-    """Random cells, denser or sparser, sometimes grown cell by cell across faces, edges or corners."""
+    """Draws random cells of random density, sometimes grown cell by cell across faces, edges or corners."""
     side, share = rng.randint(2, 6), rng.uniform(0.15, 0.8)
     cells = {(i, j, k) for i in range(side) for j in range(side) for k in range(side) if rng.random() < share} or {(0, 0, 0)}
     if rng.random() < 0.4:
@@ -94,7 +94,7 @@ def voxels(rng):
 
 
 def touching(rng, closed):
-    """Boxes about one edge, chains of boxes along edges or through corners, or balls through their poles; all share vertices."""
+    """Draws solids that share vertices: boxes around an edge, chains of boxes along edges or corners, or balls joined at poles."""
     n = rng.randint(1, 5)
     box, count = shapes.box(n, n, n), rng.randint(2, 6)
     how = rng.randrange(4)
@@ -110,7 +110,7 @@ def touching(rng, closed):
 
 
 def alterations(rng, mesh):
-    """What may happen to a mesh: name to (the mesh after it, whether it is plain still, whether it is mirrored still)."""
+    """Returns alterations by name: the altered mesh, whether it is still plain, and whether it is still mirrored."""
     n = lambda low, high: rng.randint(low, high)
     small = len(mesh[1]) < 400
     some = {
@@ -136,7 +136,7 @@ def alterations(rng, mesh):
 
 
 def placed(rng, drawn):
-    """Sometimes very large, very small or far from the origin."""
+    """Sometimes scales a mesh to be very large or small, or moves it far from the origin."""
     mesh = drawn.points, drawn.faces
     kind = rng.random()
     if kind < 0.06:
@@ -149,7 +149,7 @@ def placed(rng, drawn):
 
 
 def drawn(seed):
-    """The mesh of a seed."""
+    """Draws the mesh of a seed."""
     rng = Random(f"mesh {seed}")
     name, mesh, mirrored = base(rng)
     while not mesh[1]:
@@ -169,7 +169,7 @@ def drawn(seed):
 
 
 def runs(seed, drawn, ending):
-    """Four runs on the mesh of a seed, the last at another kind of target: ending of the output, options."""
+    """Draws four runs on the mesh of a seed, the last with another kind of target: extension of the output, options."""
     rng, inside = Random(f"runs {seed}"), Random(f"inside {seed}")
     for number in range(4):
         target = other_target(rng, len(drawn.faces)) if number == 3 else ["--ratio", rng.choice(RATIOS)]
@@ -195,14 +195,14 @@ def other_target(rng, n_faces):
 
 
 def what_is_inside(rng):
-    """Options by which hidden parts, holes and fins go."""
+    """Draws options that remove hidden components, holes and fins."""
     return rng.choice([
         ["--printable"], ["--printable"], ["--fill-holes"], ["--fill-holes=6"], ["--hidden", "drop"], ["--hidden", "cheap"],
     ])
 
 
 def options(rng, drawn):
-    """Options beside the target; about a third of the runs have none but the threads."""
+    """Draws options besides the target; about a third of the runs have only the number of threads."""
     some = []
     if rng.random() < (0.5 if drawn.mirrored else 0.02):
         some += [rng.choice(["--symmetric", "--symmetric=x", "--symmetric=y", "--symmetric=z"])]

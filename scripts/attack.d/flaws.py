@@ -1,4 +1,4 @@
-"""What is done to a sound surface; each function takes and gives (points, faces)."""
+"""Flaws for sound surfaces; each function takes and returns (points, faces)."""
 
 from math import cos, pi, sin
 
@@ -7,7 +7,7 @@ from surface import bounds, edges_of
 
 
 def shaken(rng, mesh, share):
-    """Each point moves by up to a share of the mean edge."""
+    """Moves each point by up to a share of the mean edge length."""
     points, faces = mesh
     edges = list(edges_of(faces))
     lengths = [sum((x - y) ** 2 for x, y in zip(points[a], points[b])) ** 0.5 for a, b in edges]
@@ -26,7 +26,7 @@ def stretched(rng, mesh):
 
 
 def unevenly_cut(rng, mesh, n_cuts):
-    """Longest edges of random faces are halved again and again, mostly where the last cut was."""
+    """Repeatedly halves the longest edges of random faces, mostly near the last cut."""
     points, faces = list(mesh[0]), list(mesh[1])
     for _ in range(n_cuts):
         face = faces[-1 - rng.randrange(min(8, len(faces)) if rng.random() < 0.8 else len(faces))]
@@ -44,24 +44,24 @@ def unevenly_cut(rng, mesh, n_cuts):
 
 
 def many(rng, mesh, count):
-    """Copies of all sizes, far enough apart not to touch."""
+    """Returns copies of all sizes that do not touch."""
     scales = [10 ** rng.uniform(-2, 0) for _ in range(count)]
     return joined(*(moved(mesh, (4.0 * (i % 10), 4.0 * (i // 10), 0), (s, s, s)) for i, s in enumerate(scales)))
 
 
 def mixed_scales(rng, mesh):
-    """Two to five copies, each far smaller or larger than the others."""
+    """Returns two to five copies of very different sizes."""
     copies = [10 ** rng.uniform(-9, 3) for _ in range(rng.randint(2, 5))]
     return joined(*(moved(mesh, (8 * i * max(copies), 0, 0), (s, s, s)) for i, s in enumerate(copies)))
 
 
 def far_apart(rng, mesh):
-    """Two copies so far apart that single precision about one origin has no room for both."""
+    """Returns two copies so far apart that single precision about one origin cannot represent both."""
     return joined(mesh, moved(mesh, [10 ** rng.uniform(3, 10), 0, 0]))
 
 
 def nested(mesh, count, inwards):
-    """Shells within each other; every other one inside out where `inwards`."""
+    """Returns nested shells; with `inwards` every other one is inside out."""
     low, high = bounds(mesh[0])
     centred = moved(mesh, [-(l + h) / 2 for l, h in zip(low, high)])
     shells = [moved(centred, scale=[0.8**k] * 3) for k in range(count)]
@@ -69,7 +69,7 @@ def nested(mesh, count, inwards):
 
 
 def without(rng, mesh, count):
-    """Some faces are missing."""
+    """Removes some faces."""
     faces = list(mesh[1])
     for _ in range(min(count, len(faces) - 1)):
         faces.pop(rng.randrange(len(faces)))
@@ -77,13 +77,13 @@ def without(rng, mesh, count):
 
 
 def repeated(rng, mesh, count):
-    """Some faces are there twice, as they are, turned round or turned over."""
+    """Repeats some faces: unchanged, rotated, or with opposite winding."""
     ways = [lambda face: face, lambda face: face[1:] + face[:1], lambda face: face[::-1]]
     return mesh[0], mesh[1] + [rng.choice(ways)(rng.choice(mesh[1])) for _ in range(count)]
 
 
 def pinched(rng, mesh, count):
-    """Some vertices become one with another, wherever that lies."""
+    """Merges some vertices with random others."""
     points, faces = list(mesh[0]), mesh[1]
     for _ in range(count):
         points[rng.randrange(len(points))] = rng.choice(points)
@@ -95,7 +95,7 @@ def turned_over(rng, mesh, share):
 
 
 def rounded(mesh, steps):
-    """Coordinates on a coarse grid: many fall together or onto one line."""
+    """Rounds coordinates to a coarse grid, so that many points coincide or are collinear."""
     low, high = bounds(mesh[0])
     step = max(h - l for l, h in zip(low, high)) / steps or 1.0
     return [tuple(round(x / step) * step for x in point) for point in mesh[0]], mesh[1]
@@ -115,7 +115,7 @@ def not_finite(rng, mesh):
 
 
 def littered(rng, mesh):
-    """Unused vertices, and faces that name a vertex twice."""
+    """Adds unused vertices, and faces that use a vertex twice."""
     points, faces = list(mesh[0]), list(mesh[1])
     for _ in range(rng.randint(1, 5)):
         points.insert(0, tuple(rng.uniform(-1, 1) for _ in range(3)))

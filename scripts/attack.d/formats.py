@@ -1,4 +1,4 @@
-"""Mesh files, written and read with the standard library alone.
+"""Writes and reads mesh files with the standard library alone.
 
 A mesh is a pair (points, faces): points n x 3 in the unit of the mesh, faces m x 3 of indices. A reader gives what the file
 holds in its own numbers: single precision comes back as the doubles equal to it, text as the nearest doubles.
@@ -10,7 +10,7 @@ from array import array
 
 
 class Unreadable(Exception):
-    """The file is none of its format."""
+    """Raised for a file that violates its format."""
 
 
 def write(path, points, faces, double=False):
@@ -62,7 +62,7 @@ def write_glb(path, points, faces, _double):
 
 
 def read(path):
-    """The mesh in a file; faces of more corners are cut into fans."""
+    """Reads the mesh of a file; polygons become fans of triangles."""
     readers = {".ply": read_ply, ".obj": read_obj, ".off": read_off, ".stl": read_stl, ".glb": read_glb}
     try:
         points, faces = readers[path.suffix](path.read_bytes())
@@ -105,7 +105,7 @@ def read_ply(data):
 
 
 def text_rows(words, elements):
-    """Each row of a text PLY by name; floats hold whole numbers exactly."""
+    """Yields each row of a text PLY by name; floats represent the integers exactly."""
     words = iter(words)
     for name, count, some in elements:
         for _ in range(count):
@@ -116,7 +116,7 @@ def text_rows(words, elements):
 
 
 def packed_rows(body, elements, order):
-    """Each row of a binary PLY by name."""
+    """Yields each row of a binary PLY by name."""
     at = 0
     for name, count, some in elements:
         for _ in range(count):
@@ -134,7 +134,7 @@ def packed_rows(body, elements, order):
 
 
 def single(x):
-    """The number as single precision holds it."""
+    """Rounds a number to single precision."""
     return struct.unpack("<f", struct.pack("<f", x))[0] if abs(x) < 3.4028235677973366e38 else x
 
 
@@ -159,7 +159,7 @@ def read_off(data):
 
 
 def read_stl(data):
-    """The corners of all facets, each a point of its own."""
+    """Reads the corners of all facets, each as a separate point."""
     if data[:6] == b"solid " and b"facet" in data[:400]:
         words = data.split()
         points = [tuple(single(float(x)) for x in words[i + 1 : i + 4]) for i, word in enumerate(words) if word == b"vertex"]
@@ -171,7 +171,7 @@ def read_stl(data):
 
 
 def read_glb(data):
-    """All triangles of the scene; the nodes that we and the program write at most translate."""
+    """Reads all triangles of the scene; nodes of this script and the program have at most a translation."""
     _, _, _, length = struct.unpack_from("<4sIII", data)
     scene, binary = json.loads(data[20 : 20 + length]), data[28 + length :]
     points, faces = [], []

@@ -1,4 +1,4 @@
-"""What the program promises, held against the files that it wrote.
+"""Judges the files that the program wrote by its promises.
 
 Each verdict is a pair: the kind of the promise that is broken, one of `promises.PROMISES`, and what was found.
 """
@@ -13,7 +13,7 @@ from subject import Result
 
 
 def judged(subject, done):
-    """All verdicts on a run."""
+    """Returns all verdicts on a run."""
     found = list(of_run(subject, done))
     if found or done.stopped or done.code not in (0, 3):
         return found
@@ -21,7 +21,7 @@ def judged(subject, done):
 
 
 def of_run(subject, done):
-    """Whether the run ended as it should, whatever it wrote."""
+    """Checks how the run ended, apart from its files."""
     if done.seconds > SECONDS:
         yield "hang", f"{done.seconds:.0f} s of the processor"
     if done.stopped:
@@ -66,7 +66,7 @@ def may_touch(subject, done, said):
 
 
 def results(subject, done, found):
-    """The results of a run; files that cannot be read are found."""
+    """Reads the results of a run, and adds a verdict for each unreadable file."""
     levels = done.report.get("levels") or [dict(done.report["output"], outcome=done.report["outcome"])]
     targets = [["--ratio", ratio] for ratio in (value_of(done.options, "--lods") or "").split(",")]
     if len(done.meshes) != len(levels):
@@ -81,19 +81,19 @@ def results(subject, done, found):
         except formats.Unreadable as error:
             found.append(("file", f"{path.name}: {error}"))
             continue
-        # An STL has no vertices that could lie at one position.
+        # An STL has no shared vertices, so positions cannot coincide.
         if path.suffix != ".stl" or not touch:
             yield result
 
 
 def of_result(subject, done, result):
-    """Everything about one mesh that was written."""
+    """Judges one written mesh."""
     apart = list(of_positions(result)) or list(of_faces(subject, result))
     yield from apart or of_report(result)
     # `input` in the report of a repair is the repaired mesh.
     misread = [] if is_repaired(done) else list(of_reading(subject, done))
     yield from misread
-    # What follows from these is not told again.
+    # Consequences of these flaws are not reported again.
     if not apart and not misread and not is_repaired(done) and subject.is_understood(done):
         yield from of_surface(subject, result)
         yield from of_size(subject, done, result)
@@ -125,7 +125,7 @@ def of_faces(subject, result):
 
 
 def of_surface(subject, result):
-    """Topology; counted after welding, as any reader does."""
+    """Judges the topology, counted after welding, as any reader does."""
     before, after = subject.figures, result.figures
     dropped = result.said["components_pruned"]
     if not after.manifold:
@@ -140,7 +140,7 @@ def of_surface(subject, result):
     if after.disagreeing and after.manifold and surface.orientable(result.faces):
         yield "winding", f"{after.disagreeing} edges"
     left = before.components - dropped
-    # What is cut apart at a non-manifold edge may be more pieces than before.
+    # Cutting at non-manifold edges may increase the number of components.
     if after.components < left or before.edge_manifold and after.components > left:
         yield "pieces", f"{before.components} become {after.components}, {dropped} reported dropped"
     elif before.edge_manifold and after.manifold and not dropped:
@@ -151,7 +151,7 @@ def of_surface(subject, result):
 
 
 def of_size(subject, done, result):
-    """Sizes count a vertex once that had to be split; how many were is in the report."""
+    """Judges the size; split vertices count once, and the report has their number."""
     name, asked = result.target
     if name not in ("--ratio", "--vertices", "--faces"):
         return
@@ -163,7 +163,7 @@ def of_size(subject, done, result):
         yield from of_unchanged(subject, done, result)
         return
     split = result.said["split_vertices"] + max(before.fans - before.vertices, 0)
-    # What one merge takes; a mirrored mesh loses what a pair of merges takes.
+    # Faces removed by one merge, or by a pair of merges for a mirrored mesh.
     step = (2 if key == "faces" else 1) * (2 if is_mirrored(done) else 1)
     text = f"{size} {key}, {asked} asked for of {whole}, {split} split: {result.outcome}"
     least = 0 if result.said["components_pruned"] else asked - step
@@ -175,7 +175,7 @@ def of_size(subject, done, result):
 
 def of_unchanged(subject, done, result):
     before, after = subject.figures, result.figures
-    # Edges across the plane of a mirrored result are split, and pruned parts are gone.
+    # Edges across the plane of a mirrored result are split, and pruned components are dropped.
     if is_mirrored(done) or result.said["components_pruned"]:
         return
     if before.odd_edges == 0 and after.faces != before.faces:

@@ -1,21 +1,21 @@
-"""Promises that are known to be broken, as few and as narrow as can be. A line goes when its promise holds; at last all do."""
+"""Promises that are known to be broken, each for cases as narrow as possible. Remove a line when its promise holds."""
 
 from dataclasses import dataclass
 from typing import Callable
 
 
 def extreme(case):
-    """Where the mesh was drawn far apart, of mixed scales, far from the origin or denormal: `Mesh.plain` says no."""
+    """Returns whether the mesh is far apart, of mixed scales, far from the origin or denormal: `Mesh.plain` is false."""
     return not case.plain
 
 
 def held(case):
-    """Where vertices may not move, or only to others of a flat mesh."""
+    """Returns whether vertices may not move, or only to others of a flat mesh."""
     return "--lock-boundaries" in case.options or "--subset" in case.options and "flat" in case.recipe
 
 
 def denormal_solid(case):
-    """A solid of a mesh whose coordinates are denormal."""
+    """Returns whether a solid is made of a mesh with denormal coordinates."""
     return extreme(case) and "denormal" in case.recipe and "--printable" in case.options
 
 

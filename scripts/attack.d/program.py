@@ -6,36 +6,36 @@ import subprocess
 import time
 from dataclasses import dataclass
 
-# A run may take so many seconds, by the clock and of the processor's time: a busy machine is no fault of the program.
+# Seconds that a run may take, by both wall clock and processor time, so that a busy machine is no failure.
 SECONDS = 20
-# It is stopped after so many by the clock; if it has hardly used the processor until then, it waits for itself.
+# Wall-clock seconds after which a run is stopped; with little processor time it is deadlocked.
 STOPPED_AFTER, IDLE = 120, 1
 MEMORY = 4 << 30
 
 
 @dataclass
 class Done:
-    """A run that has ended."""
+    """A finished run."""
 
     options: list
     code: int
-    """The exit code; below zero the signal."""
+    """Exit code, or the negative number of the signal."""
     out: str
     words: str
-    """What it said on standard error."""
+    """Text on standard error."""
     seconds: float
     meshes: list
-    """The mesh files that it wrote: one, or one for each level of detail."""
+    """Written mesh files: one, or one for each level of detail."""
     stopped: bool
-    """Whether it took too long by the clock."""
+    """Whether it exceeded the wall-clock limit."""
     report: dict
-    """What `--report` holds; None if it is not there."""
+    """Content of the `--report` file; None if it is missing."""
     stray: list
-    """Other files that it left."""
+    """Other files in the output folder."""
 
 
 def run(program, mesh, output, options):
-    """Simplifies a mesh into a folder of its own, which holds nothing yet."""
+    """Simplifies a mesh into an empty folder."""
     report, folder = output.with_suffix(".json"), output.parent
     command = [program, "simplify", mesh, "-o", output, "--report", report, "--quiet", *options]
     before, began = processor_seconds(), time.monotonic()

@@ -1,4 +1,4 @@
-"""What the program promises, in its pages and its help, by kind: that which a verdict names when it is broken."""
+"""Promises of the program's pages and help by kind, the name in verdicts."""
 
 from program import SECONDS
 

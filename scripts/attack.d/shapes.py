@@ -1,10 +1,10 @@
-"""Surfaces with a known construction; each function gives (points, faces), wound outwards where there is an outside."""
+"""Generates surfaces; each function returns (points, faces), with outward winding if there is an outside."""
 
 from math import cos, pi, sin
 
 
 def joined(*meshes):
-    """Several meshes as one, side by side."""
+    """Joins several meshes into one."""
     points, faces = [], []
     for some_points, some_faces in meshes:
         faces += [tuple(v + len(points) for v in face) for face in some_faces]
@@ -18,7 +18,7 @@ def moved(mesh, shift=(0, 0, 0), scale=(1, 1, 1)):
 
 
 def welded(mesh):
-    """Equal positions become one vertex."""
+    """Merges vertices at equal positions."""
     points, faces = mesh
     number = {}
     for point in points:
@@ -27,12 +27,12 @@ def welded(mesh):
 
 
 def turned(mesh):
-    """Inside out."""
+    """Reverses the winding of all faces."""
     return mesh[0], [face[::-1] for face in mesh[1]]
 
 
 def grid(columns, rows, place, wraps=(False, False), flips=False):
-    """A sheet of columns x rows quads; `wraps` closes it, `flips` turns the seam across the columns over."""
+    """Returns a sheet of columns x rows quads; `wraps` closes it, `flips` twists the joint of the columns."""
     nu, nv = columns + (not wraps[0]), rows + (not wraps[1])
     points = [place(i, j) for i in range(nu) for j in range(nv)]
 
@@ -65,14 +65,14 @@ def icosahedron():
 
 
 def outward(points, face):
-    """The face as it looks away from the origin."""
+    """Returns the face with winding away from the origin."""
     a, b, c = (points[v] for v in face)
     volume = sum(a[i] * (b[i - 2] * c[i - 1] - b[i - 1] * c[i - 2]) for i in range(3))
     return face if volume > 0 else face[::-1]
 
 
 def quartered(mesh, push=lambda point: point):
-    """Each face cut in four; new points are pushed."""
+    """Cuts each face into four, and applies `push` to new points."""
     points, middles, cut = list(mesh[0]), {}, []
 
     def middle(a, b):
@@ -102,7 +102,7 @@ def icosphere(level):
 
 
 def uv_sphere(around, rings):
-    """A ball of rings; mirrored about the planes of the axes where `around` is a multiple of four and `rings` is even."""
+    """Returns a sphere of rings, symmetric about the coordinate planes if `around` is a multiple of four and `rings` is even."""
     points = [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]
     for ring in range(1, rings):
         wide, high = sin(pi * ring / rings), cos(pi * ring / rings)
@@ -130,7 +130,7 @@ def torus(around, through, thickness):
 
 
 def klein(around, through):
-    """A Klein bottle (as a figure of eight, which crosses itself): closed, and one-sided."""
+    """Returns a Klein bottle (figure-eight immersion): closed, one-sided, self-intersecting."""
     def place(i, j):
         u, v = 2 * pi * i / around, 2 * pi * j / through
         r = 2 + cos(u / 2) * sin(v) - sin(u / 2) * sin(2 * v)
@@ -140,7 +140,7 @@ def klein(around, through):
 
 
 def moebius(around, across):
-    """A band with one side and one boundary."""
+    """Returns a Moebius band: one side, one boundary."""
     def place(i, j):
         u, w = 2 * pi * i / around, j / across - 0.5
         return ((1 + w * cos(u / 2)) * cos(u), (1 + w * cos(u / 2)) * sin(u), w * sin(u / 2))
@@ -149,7 +149,7 @@ def moebius(around, across):
 
 
 def box(nx, ny, nz):
-    """The unit cube with its sides cut into quads."""
+    """Returns the unit cube with sides cut into quads."""
     counts = nx, ny, nz
     sides = []
     for axis in range(3):
@@ -166,7 +166,7 @@ def box(nx, ny, nz):
 
 
 def tube(around, rows, closed):
-    """An open cylinder, or one with fans as caps."""
+    """Returns a cylinder, open or with fans as caps."""
     turns = [2 * pi * i / around for i in range(around)]
     points, faces = grid(around, rows, lambda i, j: (cos(turns[i]), sin(turns[i]), j / rows), (True, False))
     if closed:
@@ -179,7 +179,7 @@ def tube(around, rows, closed):
 
 
 def voxels(cells):
-    """The sides between filled and empty cells: each edge has an even number of faces, two or four."""
+    """Returns the sides between filled and empty cells; each edge has two or four faces."""
     faces, corners = [], ((0, 0), (1, 0), (1, 1), (0, 1))
     number = {}
     for cell in sorted(cells):
@@ -200,7 +200,7 @@ def voxels(cells):
 
 
 def leaves(n_leaves, length):
-    """Sheets that meet in one straight edge chain, like a book."""
+    """Returns sheets that meet in one straight chain of edges, like a book."""
     points = [(0.0, 0.0, float(k)) for k in range(length + 1)]
     faces = []
     for leaf in range(n_leaves):

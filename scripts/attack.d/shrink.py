@@ -1,6 +1,6 @@
-"""Makes finds smaller: fewer faces, shorter coordinates, fewer options, as long as the same promise breaks.
+"""Reduces finds: fewer faces, shorter coordinates, fewer options, as long as a run breaks its promise.
 
-What is closed or manifold stays so: the same promise broken for an open mesh may be another fault.
+Closed and manifold meshes stay so, as an open mesh may break the promise by another fault.
 """
 
 import dataclasses
@@ -16,14 +16,14 @@ from subject import Subject
 
 
 def smaller(executable, folder, seconds):
-    """Shrinks a find in its folder for so many seconds (60), and gives it as it is then."""
+    """Reduces a find in its folder for a number of seconds (60), and returns the reduced case."""
     folder, end = Path(folder), time.monotonic() + min(seconds, 60)
     case = cases.loaded(folder)
     kind, path = case.verdicts[0][0], folder / case.mesh
     sound = soundness(Subject(path))
 
     def breaks(mesh, case):
-        """Whether the promise is still broken; the case with its verdicts then."""
+        """Returns the case with its verdicts if the promise is still broken."""
         if time.monotonic() > end or not mesh[1]:
             return None
         with tempfile.TemporaryDirectory() as work:
@@ -54,7 +54,7 @@ def soundness(subject):
 
 
 def fewer_options(mesh, case, breaks):
-    """Without each option and its value behind the target; as OBJ, which people read."""
+    """Removes each option after the target if possible, and writes readable OBJ."""
     at = 2
     while at < len(case.options):
         end = at + 1
@@ -68,7 +68,7 @@ def fewer_options(mesh, case, breaks):
 
 
 def fewer_faces(mesh, case, breaks):
-    """Without whole components, then without runs of faces, shorter and shorter."""
+    """Removes whole components, then ever shorter runs of faces."""
     points, faces = mesh
     sets = surface.Sets()
     for face in faces:
@@ -95,7 +95,7 @@ def used(points, faces):
 
 
 def contracted(mesh, case, breaks):
-    """Edges become points, as many at once as works: what is closed stays so."""
+    """Contracts edges, as many at once as possible; closed meshes stay closed."""
     rng = Random(0)
     for share in (0.3, 0.1, 0.03, 0.0):
         failed = 0
@@ -107,7 +107,7 @@ def contracted(mesh, case, breaks):
 
 
 def contracted_once(rng, mesh, share):
-    """A share of the edges, at least one, becomes points: edges far from each other whose ends have two neighbours in common."""
+    """Contracts a share of the edges, at least one: distant edges whose ends have two common neighbours."""
     points, faces = mesh
     near = {}
     for face in faces:

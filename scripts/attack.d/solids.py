@@ -1,6 +1,6 @@
-"""Random solids, put together of balls, boxes, rods and rings, cut out of a grid by marching tetrahedra.
+"""Generates random solids from balls, boxes, rods and rings by marching tetrahedra.
 
-Tetrahedra and not cubes: their table has three lines, and no case of it leaves a hole. Surfaces are closed and manifold as
+Tetrahedra need a table of only three lines, without ambiguous cases. Surfaces are closed and manifold as
 long as no two crossings round to one position.
 """
 
@@ -41,7 +41,7 @@ def random_part(rng):
 
 
 def random_field(rng):
-    """Unions, intersections and differences of up to eight parts; negative inside."""
+    """Returns unions, intersections and differences of up to eight primitives; negative inside."""
     field = random_part(rng)
     for _ in range(rng.randrange(8)):
         part, how = random_part(rng), rng.random()
@@ -55,7 +55,7 @@ def random_field(rng):
 
 
 def tetrahedra():
-    """The six tetrahedra of a cube along its diagonal, as steps from its first corner."""
+    """Returns the six tetrahedra of a cube along its diagonal, as offsets from its first corner."""
     for order in permutations(range(3)):
         at, corners = [0, 0, 0], [(0, 0, 0)]
         for axis in order:
@@ -65,7 +65,7 @@ def tetrahedra():
 
 
 def surface(field, n, nearest):
-    """The zero surface over n x n x n cells of the cube from -1 to 1; crossings stay `nearest` of an edge away from its ends."""
+    """Returns the zero surface over n x n x n cells of the cube from -1 to 1; crossings keep a share `nearest` from edge ends."""
     at = lambda cell: tuple(2 * x / n - 1 for x in cell)
     value = lambda cell: 1.0 if {*cell} & {0, n} else field(at(cell))
     values = {cell: value(cell) for cell in product(range(n + 1), repeat=3)}
@@ -94,7 +94,7 @@ def surface(field, n, nearest):
 
 
 def faces_between(inside, outside):
-    """The faces of one tetrahedron, their corners as the edges that are crossed; they look outwards."""
+    """Returns the faces in one tetrahedron with outward winding; corners are the crossed edges."""
     if len(inside) == 2 and len(outside) == 2:
         (a, b), (c, d) = inside, outside
         found = [((a, c), (a, d), (b, d)), ((a, c), (b, d), (b, c))]

@@ -1,16 +1,16 @@
-"""What is judged: the mesh that a run was given, and those that it wrote."""
+"""Inputs and outputs to judge: the mesh of a run, and the meshes that it wrote."""
 
 from functools import cached_property
 
 import formats
 import surface
 
-# Boundary edges that the removal of repeated faces may open, and their share of the faces, for the holes to be closed again.
+# Limits of the boundary edges opened by removing repeated faces, and of their share of the faces, up to which holes must be closed.
 SMALL_HOLES, FEW = 6, 0.05
 
 
 class Subject:
-    """The input, as the judge understands its file."""
+    """The input as the judge reads its file."""
 
     def __init__(self, path, plain=True, mirrored=False):
         self.path, self.plain, self.mirrored = path, plain, mirrored
@@ -37,26 +37,26 @@ class Subject:
         return all(formats.single(x) == x for point in self.points for x in point)
 
     def is_understood(self, done):
-        """Whether the program has seen the same mesh: it may weld what single precision cannot tell apart."""
+        """Returns whether the program read an equal mesh; it may weld positions that are equal in single precision."""
         said = done.report["input"]
         return "--weld" not in done.options and all(said[key] == getattr(self.figures, key) for key in said)
 
     @cached_property
     def boundary(self):
-        """Boundary edges as pairs of points."""
+        """Returns the boundary edges as pairs of points."""
         edges = surface.edges_of(self.faces)
         return {frozenset(self.points[v] for v in edge) for edge, around in edges.items() if len(around) == 1}
 
     @cached_property
     def opened_by_cleaning(self):
-        """Whether it is closed, with small holes where repeated faces went."""
-        # A face that was stated twice and nothing else has no inside.
+        """Returns whether it is closed, apart from small holes from removed repeated faces."""
+        # A mesh of one repeated face has no inside.
         are_few = len(self.faces) > 1 and 0 < len(self.named) - len(self.faces) <= max(FEW * len(self.faces), 1)
         return are_few and self.figures.boundary_edges <= SMALL_HOLES and surface.odd_edges(self.named) == 0
 
 
 class Result:
-    """A mesh file that was written, and what the report says of it."""
+    """A written mesh file with its part of the report."""
 
     def __init__(self, path, said, outcome, target, weld):
         self.path, self.said, self.outcome, self.target, self.weld = path, said, outcome, target, weld

@@ -1,4 +1,4 @@
-"""What a mesh is as a surface, counted from its points and faces alone; no code of the library and no tolerance."""
+"""Counts the topology of a mesh from its points and faces, without code of the library and without tolerances."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -76,12 +76,12 @@ class Figures:
 
     @property
     def split_euler(self):
-        """The Euler characteristic once fans that only touch are apart."""
+        """Returns the Euler characteristic after separating fans that only touch."""
         return self.euler - self.vertices + self.fans
 
 
 def edges_of(faces):
-    """The half-edges at each edge, as (face, corner where it starts)."""
+    """Returns the half-edges of each edge, as (face, starting corner)."""
     edges = {}
     for number, face in enumerate(faces):
         for corner in range(3):
@@ -95,7 +95,7 @@ def corner_at(faces, face, vertex):
 
 
 def figures(points, faces):
-    """Counts the figures of a mesh as `cleaned` gives it."""
+    """Computes the figures of a mesh from `cleaned`."""
     edges, pieces, fans, disagreeing = edges_of(faces), Sets(), Sets(), 0
     for (a, b), around in edges.items():
         first, first_corner = around[0]
@@ -127,7 +127,7 @@ def figures(points, faces):
 
 
 def loops(faces, edges, fans):
-    """Boundary loops; a boundary goes on within a fan, not across a vertex where fans only touch."""
+    """Counts boundary loops; a boundary continues within a fan, not across a vertex where fans only touch."""
     rim = Sets()
     boundary = [(edge, around[0][0]) for edge, around in edges.items() if len(around) == 1]
     for edge, face in boundary:
@@ -137,7 +137,7 @@ def loops(faces, edges, fans):
 
 
 def orientable(faces):
-    """Whether turning faces over can make the winding agree across all edges with two faces."""
+    """Returns whether turning faces can make the winding consistent across all edges with two faces."""
     sides = Sets()
     for around in edges_of(faces).values():
         if len(around) == 2:
@@ -149,12 +149,12 @@ def orientable(faces):
 
 
 def odd_edges(faces):
-    """Edges with an odd number of faces, repeated faces counted."""
+    """Returns the edges with an odd number of faces, including repeated faces."""
     return sum(len(around) % 2 for around in edges_of(faces).values())
 
 
 def has_no_area(a, b, c):
-    """Whether three points lie on a line, decided exactly."""
+    """Returns whether three points are collinear, decided exactly."""
     u, v = [q - p for p, q in zip(a, b)], [q - p for p, q in zip(a, c)]
     cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
     reach = max(map(abs, (*a, *b, *c)))
@@ -168,7 +168,7 @@ def has_no_area(a, b, c):
 
 
 def degenerate(points, faces):
-    """Faces without area, those with two corners at one position among them."""
+    """Returns the faces without area, including those with two corners at one position."""
     return sum(has_no_area(*(points[v] for v in face)) for face in faces)
 
 
