@@ -12,7 +12,7 @@ use super::progress::Progress;
 
 pub(crate) struct SimplifiedBlock {
     pub mesh: TriMesh,
-    /// Vertices left by each pass, and its highest price, in mesh units to the fourth power.
+    /// Vertices left by each pass that merged some, and its highest price, in mesh units to the fourth power.
     pub pass_prices: Vec<(usize, f64)>,
 }
 

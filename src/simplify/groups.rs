@@ -49,7 +49,7 @@ impl SimplifiedGroups {
 
 /// Simplifies each entry's groups to its share, in order; faces that share no vertex with these groups stay.
 ///
-/// The target of `options` is ignored.
+/// The target of `options` is ignored, and no component is dropped.
 ///
 /// # Errors
 /// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] for a share out of range.

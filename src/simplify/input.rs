@@ -92,7 +92,8 @@ fn scene_view(scene: Option<&UnitedMesh>, mesh: &TriMesh, attributes: &Attribute
 
 /// Derives vertex importance from a channel: the mean of its first three numbers over the vertex's corners.
 ///
-/// The least importance is a thousandth of the mean. `None` for negative values, or if all are 0.
+/// The least importance is a thousandth of the mean. `None` if a value is negative or not finite, or if
+/// all are 0.
 ///
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Channel, Role, shapes}, simplify::importance_of_channel};

@@ -45,7 +45,8 @@ pub enum Assembly {
 
 /// Settings of one simplification; [`Options::new`] sets the defaults.
 ///
-/// The paper's assembly uses only `target`, `seed`, `close` and `place`; the closed assembly ignores the last three.
+/// The paper's assembly uses only `target`, `seed`, `close` and `place`, and rejects `symmetric`; the closed assembly
+/// ignores `seed`, `close` and `place`.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Options {
@@ -61,12 +62,14 @@ pub struct Options {
     pub effort: Effort,
     /// Seed of the sampling.
     pub seed: u64,
-    /// Drops components whose vertices are better spent elsewhere.
+    /// Drops components whose vertices are better spent elsewhere; no effect with `lock_boundaries`, `subset` or
+    /// `symmetric`.
     pub prune: bool,
     /// Largest distance of a component to the rest, in mesh units, at which `prune` may drop it. A finite value also
     /// allows components to be deformed by that distance.
     pub prune_within: f64,
-    /// Diagonal of the bounding box, in mesh units, below which components are dropped. The largest component stays.
+    /// Diagonal of the bounding box, in mesh units, below which components are dropped, except the largest by
+    /// area; 0 drops none.
     pub prune_below: f64,
     /// Treatment of surfaces that are invisible from outside.
     pub hidden: Hidden,
@@ -332,7 +335,7 @@ pub struct Simplified {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Map {
-    /// Output vertex into which each input vertex was merged; `u32::MAX` if dropped.
+    /// Output vertex into which each input vertex was merged; `u32::MAX` if dropped or on no face.
     pub output_vertices: Vec<u32>,
     /// Nearest input vertex merged into each output vertex.
     pub input_vertices: Vec<u32>,
@@ -358,7 +361,8 @@ pub struct Event {
 
 /// Progress callback; `ControlFlow::Break` stops the run.
 ///
-/// The closed assembly stops within about a tenth of a second, the paper's at the end of its stage.
+/// The closed assembly stops within about a tenth of a second, the paper's (and any with `panic = "abort"`) at the end
+/// of its stage.
 pub type Listener<'a> = dyn FnMut(Event) -> ControlFlow<()> + Send + 'a;
 
 /// Reason why there is no result.
@@ -381,7 +385,7 @@ pub enum SimplifyError {
         plane: MirrorPlane,
         /// Number of vertices without an image.
         vertices: usize,
-        /// Number of faces without an image.
+        /// Number of faces without an image, counted if all vertices have one.
         faces: usize,
     },
     /// Faces in the mirror plane; holds their number.

@@ -7,7 +7,7 @@
 /// ```
 pub const CLOSED_VERSION: u32 = 9;
 
-/// Version of the closed assembly with constraints or attributes.
+/// Version of the closed assembly with constraints or attributes; changes whenever such a result has other bits.
 ///
 /// ```
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);

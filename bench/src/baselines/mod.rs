@@ -88,7 +88,7 @@ pub struct Size {
 
 /// Simplifies a mesh by one of the methods, some of which draw points by `seed`.
 ///
-/// Results may miss the target size where a method gets stuck.
+/// Results miss the target size where a method gets stuck; clustering comes as near as a grid does.
 ///
 /// # Errors
 /// [`BaselineError::Empty`] for an input without faces, [`BaselineError::NothingLeft`] for such a result.

@@ -26,7 +26,8 @@ impl FolderState {
     }
 }
 
-/// Reads a folder and checks that it is new or empty, or that `resume` is set and all settings agree.
+/// Reads a folder and checks that it is new or empty, or that `resume` is set and all settings agree, except commands
+/// of tools without a result.
 pub(super) fn inspect_folder(folder: &Path, origin: &Origin, resume: bool) -> Result<FolderState, EvaluateError> {
     let settings = folder.join(SETTINGS);
     let mut found = FolderState { table: Table::default(), holds_evaluation: settings.exists(), corrected: Vec::new() };

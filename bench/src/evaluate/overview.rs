@@ -63,9 +63,9 @@ pub struct MethodSummary {
 /// A figure of a method at a ratio.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FigureSummary {
-    /// Mean of the figure over the cases.
+    /// Mean of the figure over the cases with a value.
     pub mean: Option<f64>,
-    /// Median of the figure over the cases.
+    /// Median of the figure over the cases with a value.
     pub median: Option<f64>,
     /// Number of cases with a value.
     pub n: usize,
@@ -88,7 +88,7 @@ pub struct Failures {
     pub why: String,
 }
 
-/// Summarises a table; the reference method is `relative_to`, by default `qem`.
+/// Summarises a table; the reference method is `relative_to`, by default `qem` if evaluated.
 ///
 /// ```
 /// use neural_mesh_bench::evaluate::{ResultRow, Table, overview};

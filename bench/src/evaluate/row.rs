@@ -46,9 +46,9 @@ pub struct Conditions {
     pub time_limit: f64,
     /// Number of sample points per surface.
     pub samples: usize,
-    /// Largest number of eigenpairs of the Laplacian.
+    /// Largest number of eigenpairs of the Laplacian; 0 if the spectrum is not measured.
     pub eigenpairs: usize,
-    /// First digits of the weights' SHA-256.
+    /// First digits of the weights' SHA-256; empty for methods without weights.
     pub weights: String,
     /// Version of this program.
     pub version: String,

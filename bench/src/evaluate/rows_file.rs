@@ -18,7 +18,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Returns a figure of a row by name.
+    /// Returns a figure of a row by name; `None` if the row has no value or the table no such figure.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::{ResultRow, Table};

@@ -40,7 +40,7 @@ pub struct Request {
     pub learned_weights: Vec<PathBuf>,
     /// True to continue with the present rows.
     pub resume: bool,
-    /// Worker process; without it our methods have no time limit.
+    /// Worker process; without it our methods have no time limit, and a crash ends the evaluation.
     pub worker: Option<Worker>,
 }
 
@@ -99,7 +99,7 @@ pub enum Ending {
     Finished,
     /// The caller stopped it; finished rows are saved.
     Stopped,
-    /// The caller stopped it while tools were tried.
+    /// The caller stopped it while tools were tried; the folder is unchanged.
     NotBegun,
 }
 
@@ -404,7 +404,7 @@ impl EvaluationRun<'_> {
     }
 }
 
-/// Returns the median; for an even number the mean of the middle two.
+/// Returns the median, for an even number the mean of the middle two; `None` for no values.
 ///
 /// ```
 /// assert_eq!(neural_mesh_bench::evaluate::median(vec![3.0, 1.0, 2.0, 9.0]), Some(2.5));

@@ -24,7 +24,7 @@ pub struct Settings {
     pub ratios: Vec<f64>,
     /// Random seeds.
     pub seeds: Vec<u64>,
-    /// Timed runs per case, at least 1.
+    /// Timed runs of each method per case, at least 1; the median counts.
     pub repeats: usize,
     /// Time limit of a run in seconds.
     pub time_limit: f64,
@@ -90,7 +90,8 @@ impl Settings {
     }
 }
 
-// All that determines the figures in the rows; a resumed run must have it unchanged.
+// All that determines the figures in the rows; a resumed run must have it unchanged, except commands of tools without
+// a result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Origin {
     pub version: String,

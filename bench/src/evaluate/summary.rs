@@ -17,7 +17,7 @@ pub struct Facts {
     pub seeds: Vec<u64>,
     /// Distinct numbers of sample points per surface.
     pub samples: Vec<usize>,
-    /// Largest number of timed runs per case.
+    /// Largest number of timed runs of a method in a case.
     pub runs: usize,
     /// Versions of this program.
     pub versions: Vec<String>,

@@ -30,7 +30,7 @@ pub struct WorstCase {
     pub method: String,
     /// Mean distance in percent of the diagonal.
     pub distance: f64,
-    /// Distance divided by the smallest distance of another method in this case.
+    /// Distance divided by the smallest distance of another method in this case; `None` if no other has a result.
     pub quotient: Option<f64>,
 }
 
@@ -67,7 +67,7 @@ fn mesh_path(folder: &Path, what: &str) -> PathBuf {
     folder.join(WORST).join(format!("{}.ply.gz", &sha256(what.as_bytes())[..16]))
 }
 
-/// Returns the worst cases with saved meshes, by method.
+/// Returns the worst cases with saved meshes, grouped by method, the worst first.
 ///
 /// ```
 /// use neural_mesh_bench::evaluate::{Table, worst_cases};

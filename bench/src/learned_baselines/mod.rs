@@ -31,7 +31,7 @@ impl LearnedBaseline {
     /// All learned methods.
     pub const ALL: [Self; 3] = [Self::Dse, Self::Potamias, Self::PointTriNet];
 
-    /// Returns the name in tables and arguments.
+    /// Returns the name in tables and arguments, and of the training objective.
     ///
     /// ```
     /// assert_eq!(neural_mesh_bench::learned_baselines::LearnedBaseline::Potamias.name(), "potamias");

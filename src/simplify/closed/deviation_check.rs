@@ -9,7 +9,7 @@ use super::collapse::{Collapse, CollapseEnd};
 use super::original::Original;
 use super::output::Output;
 
-/// The check runs when at least one vertex in `CHECKED_ONE_IN` is held.
+/// The check runs when at least one output vertex in `CHECKED_ONE_IN` is held.
 // With half of the vertices held, the mean distance doubles.
 const CHECKED_ONE_IN: usize = 2;
 /// Largest mean distance after a collapse, over that with nothing held; both before refinement.
@@ -39,8 +39,8 @@ impl<'a> DeviationCheck<'a> {
         if CHECKED_ONE_IN * ended.n_held() < ended.size().0 {
             return None;
         }
-        // The surface may end up to four times as far from the original as in a collapse to the same size with nothing
-        // held.
+        // The surface may end up to `MOST_GROWTH` times as far from the original as in a collapse to the same size with
+        // nothing held.
         let mut unconstrained = self.0.clone().without_constraints();
         unconstrained.run(limit);
         // Invisible distances are acceptable whatever their ratio.

@@ -8,7 +8,7 @@ use super::factor::Factor;
 use super::lanczos;
 use crate::along_surface::laplacian::Laplacian;
 
-// Components with at most this many vertices are solved as dense matrices.
+// Components with at most this many vertices, or at most three per wanted pair, are solved as dense matrices.
 const DENSE: usize = 400;
 
 /// The lowest eigenpairs of `L u = lambda M u`.

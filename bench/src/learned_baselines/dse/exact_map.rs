@@ -90,7 +90,7 @@ impl WalkSurface {
     }
 
     /// Returns the `n` wanted vertices nearest to `source` along the surface, with their positions in its logarithmic
-    /// map.
+    /// map; fewer if its component has fewer.
     ///
     /// # Panics
     /// If `source` does not exist.

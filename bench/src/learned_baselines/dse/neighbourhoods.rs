@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3, Vec3};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::spatial::nearest_neighbours;
 
-// Sweeps of Jacobi rotations; after five, 3 x 3 matrices are diagonal up to rounding.
+// Sweeps of Jacobi rotations; after five, symmetric 3 x 3 matrices are diagonal up to rounding.
 const SWEEPS: usize = 6;
 
 /// Candidates of all points of a cloud.

@@ -30,9 +30,9 @@ pub struct PointNetwork<T> {
 /// Layers that join each point with the patch's pooled features.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JoinedLayers<T> {
-    /// Weights of a point, 4 x width.
+    /// Weights of a position and its distance from the patch's first point, 4 x width.
     pub of_point: T,
-    /// Weights and bias of pooled features, n_pooled x width.
+    /// Weights and bias of pooled features, n_pooled x width and 1 x width.
     pub of_patch: [T; 2],
     /// Hidden layer, width x width.
     pub hidden: [T; 2],

@@ -7,7 +7,8 @@ const FOLDED: f64 = 0.866;
 // Crossings nearer to an edge's ends than this fraction of its length are touches.
 const TOUCH: f64 = 1e-3;
 
-/// Returns whether triangles overlap: folded at a shared edge, or with edges that pass closer than `within`.
+/// Returns whether triangles overlap: folded at a shared edge, or with edges that pass, away from their
+/// ends, closer than `within`.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::dse::are_overlapping;

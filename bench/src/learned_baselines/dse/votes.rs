@@ -4,7 +4,8 @@ use super::{Patch, umbrella};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Returns each triangle with its votes: the corners whose umbrella contains it, 1 to 3.
+/// Returns each triangle with its votes: the corners whose umbrella contains it, 1 to 3; sorted by
+/// corners.
 ///
 /// ```
 /// use neural_mesh::mesh::shapes;

@@ -36,7 +36,7 @@ impl LocalFrame {
         Self { barycenter, per_unit, corners, axes: [x, unit(z.cross(x)), z], area }
     }
 
-    /// Returns x, y, z in the frame and the barycentric coordinates u, v, w.
+    /// Returns x, y, z in the frame and the barycentric coordinates u, v, w, the latter limited to -5..=5.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::pointtrinet::LocalFrame;

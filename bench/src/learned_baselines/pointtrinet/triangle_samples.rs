@@ -15,7 +15,7 @@ pub struct TriangleSample {
     pub point: [f32; 3],
 }
 
-/// Draws `n` points on triangles by area times weight.
+/// Draws `n` points on triangles by area times weight; none if these products sum to 0.
 ///
 /// # Shapes
 /// - `weights`: n_triangles, non-negative

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 // Neighbours of a curvature estimate, as in the measure of the paper's Table 2.
 const NEIGHBOURS: usize = 10;
 
-/// Returns the curvature of each point (surface variation, Pauly et al. 2002), averaged over its 10 neighbours.
+/// Returns the curvature of each point (surface variation, Pauly et al. 2002), averaged over it and its 10
+/// neighbours.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite

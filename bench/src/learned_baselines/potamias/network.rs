@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 const WIDTH: usize = 64;
 const LAYERS: usize = 3;
-// Full latent width; small, so that farthest points are cheap.
+// Full latent width besides the position; small, so that farthest points are cheap.
 const LATENT: usize = 16;
 
 /// The network; `T` is a shape, a matrix or a value on a tape.
@@ -28,7 +28,8 @@ pub struct ProjectionLayer<T> {
     pub theta: T,
     /// Weights of their maximum, width x width.
     pub phi: T,
-    /// Weights of input and output; none in the first layer.
+    /// Weights of the layer's input and of the maximum mapped by `phi`, (n_in + width) x width; none in the first
+    /// layer.
     pub mixed: Option<T>,
     /// Bias, 1 x width.
     pub bias: Option<T>,

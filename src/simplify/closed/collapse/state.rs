@@ -47,7 +47,7 @@ pub struct Collapse<'a> {
     pub(super) ceilings: Vec<f32>,
     pub(super) was_ceiling_met: bool,
     pub(super) was_turn_forbidden: bool,
-    /// Vertices left by each pass, and its highest price, at unit size.
+    /// Vertices left by each pass that merged some, and its highest price, at unit size.
     pub(super) pass_prices: Vec<(usize, f32)>,
     pub(super) attributes: AttributeQuadrics,
     pub(super) poses: Poses,

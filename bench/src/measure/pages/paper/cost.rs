@@ -20,7 +20,7 @@ use crate::measure::workbench::Bench;
 /// Numbers of faces of the torus; the first is that of a mesh in [`STUDY`].
 const FACES: [usize; 4] = [42_000, 200_000, 580_000, 2_000_000];
 const SAMPLES: usize = 50_000;
-/// Number of input faces over all timed rounds of one size.
+/// Number of input faces over all timed rounds of one mesh, which has one to nine rounds whatever its size.
 const WORK: usize = 600_000;
 const STUDY: &str = "https://github.com/L-Gallo/mesh-simplification-study/blob/694001820a9bc662e886e9e6034d84fa36a6b0e9/neural_methods/DEVELOPMENT_LOG.md";
 

@@ -17,7 +17,7 @@ use crate::measure::workbench::Bench;
 
 const FACES: [usize; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 10_000_000];
 const RATIO: f64 = 0.1;
-// Number of input faces over all timed rounds of one mesh.
+// Number of input faces over all timed rounds of one mesh, which has one to nine rounds whatever its size.
 const WORK: usize = 10_000_000;
 
 #[derive(Serialize, Deserialize)]
