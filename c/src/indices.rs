@@ -129,27 +129,25 @@ pub unsafe extern "C" fn nm_simplify(
     options: u32,
     result_error: *mut f32,
 ) -> usize {
-    let (attributes, weights, locks) = (null(), null(), null());
-    // SAFETY: the header requires the same of both functions; absent arrays are not read.
-    unsafe {
-        nm_simplify_with_attributes(
-            destination,
-            indices,
-            index_count,
-            vertex_positions,
-            vertex_count,
-            vertex_positions_stride,
-            attributes,
-            0,
-            weights,
-            0,
-            locks,
-            target_index_count,
-            target_error,
-            options,
-            result_error,
-        )
-    }
+    let call = Call {
+        indices,
+        index_count,
+        positions: vertex_positions,
+        vertex_count,
+        positions_stride: vertex_positions_stride,
+        attributes: null(),
+        attributes_stride: 0,
+        weights: null(),
+        attribute_count: 0,
+        locks: null(),
+        target_index_count,
+        target_error,
+        options,
+        destination,
+        moved: (null_mut(), null_mut()),
+        result_error,
+    };
+    run_guarded(NM_FAILED, || call.run())
 }
 
 /// Simplifies as `nm_simplify` does, and counts attributes in the error.

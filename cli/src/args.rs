@@ -105,7 +105,7 @@ pub struct SimplifyArgs {
     /// Exit with code 3 if the target was not reached, as --error and --size always do
     #[arg(long, hide_short_help = true)]
     pub strict: bool,
-    /// Purpose of the result
+    /// Property that the result must preserve best
     #[arg(long = "for", value_enum, value_name = "PURPOSE", default_value = "shape", hide_short_help = true)]
     pub purpose: PurposeArg,
     /// Print help for the most used options

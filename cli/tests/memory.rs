@@ -199,7 +199,7 @@ fn options_without_blocks_are_refused_in_one_line() {
     let words = ["simplify", "textured.obj", "-o", "out.obj", "--ratio", "0.01", "--memory", "0.08"];
     let refused = run(folder.path(), &words);
     assert!(
-        error_line(&refused).contains("would lose its texture coordinates, normals or materials"),
+        error_line(&refused).contains("would drop its texture coordinates, normals or materials"),
         "{}",
         refused.stderr
     );

@@ -240,10 +240,10 @@ mod tests {
         for version in ["\"1.0\"", "\"0.8\"", "1.0", "\"1\""] {
             let old = format!(r#"{{"asset": {{"version": {version}}}, "meshes": {{"a": {{"primitives": []}}}}}}"#);
             let error = parse(&old).unwrap_err().to_string();
-            assert!(error.starts_with(&format!("glTF {} is not read", version.replace('"', ""))), "{error}");
+            assert!(error.starts_with(&format!("glTF {} cannot be read", version.replace('"', ""))), "{error}");
         }
         let refused = |bytes: &[u8]| read(bytes, &|_| Err(ReadError::file("fetched", ""))).unwrap_err().to_string();
-        assert!(refused(b"glTF\x01\0\0\0\0\0\0\0").starts_with("glTF 1.0 is not read"));
+        assert!(refused(b"glTF\x01\0\0\0\0\0\0\0").starts_with("glTF 1.0 cannot be read"));
         assert!(refused(b"glTF\x07\0\0\0\0\0\0\0").contains("version 7 of glTF"));
     }
 

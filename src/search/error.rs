@@ -210,9 +210,8 @@ fn smallest_within_error(
         n_tries += results.len();
         let n_hold = count_within_error(&results, |result| {
             let distance = prover.distance(result);
-            range
-                .sizes_within_error
-                .extend(distance.map(|distance| (result.mesh.positions().len(), distance / prover.error)));
+            let size = result.mesh.positions().len();
+            range.sizes_within_error.extend(distance.map(|distance| (size, distance / prover.error)));
             distance.is_some()
         });
         range.too_few = sizes.get(n_hold).copied().unwrap_or(range.too_few);

@@ -111,7 +111,7 @@ fn weights_are_mended() {
         asset.floats(&[[0.0; 4], [0.2, 0.2, 0.0, 0.0], [2.0, 6.0, 0.0, 0.0], [f32::NAN; 4], [1.0; 4], [-1.0; 4]]);
     asset.document["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = weights.into();
     let bytes = asset.glb();
-    assert!(open(&bytes).notes()[0].contains("values: 4"));
+    assert!(open(&bytes).notes()[0].starts_with("4 values"));
     round_trip_mended("weights", &bytes);
     let asset = open(&bytes);
     let again = reopen(&asset.write(&unchanged_parts(&asset), Format::Glb, "mended.glb").unwrap());
@@ -385,7 +385,7 @@ fn values_that_are_no_numbers() {
     asset.mesh(json!([{"indices": indices, "attributes": {
         "POSITION": position, "TEXCOORD_0": uv, "TEXCOORD_1": other, "NORMAL": normal, "TANGENT": tangent, "COLOR_0": colour, "_ODD": odd}}]));
     let bytes = asset.glb();
-    assert!(open(&bytes).notes()[0].contains("values: 5"), "{:?}", open(&bytes).notes());
+    assert!(open(&bytes).notes()[0].starts_with("5 values"), "{:?}", open(&bytes).notes());
     assert_eq!(
         (channel(&open(&bytes), 0, "_ODD").role, channel(&open(&bytes), 0, "_ODD").value(2)),
         (Role::Label, &[3.0][..])
@@ -496,7 +496,7 @@ fn compressed_by_draco_is_read_from_a_plain_copy_or_refused_by_name() {
     asset.document["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
     match Asset::from_bytes(&asset.glb(), &refuse_uri) {
         Ok(asset) => assert!(cfg!(feature = "draco") && asset.parts().len() == 1),
-        Err(error) => assert!(error.to_string().contains("needs the extension KHR_draco_mesh_compression"), "{error}"),
+        Err(error) => assert!(error.to_string().contains("uses KHR_draco_mesh_compression, which this build cannot read"), "{error}"),
     }
     // The asset is also rejected if the list is wrong and nothing else holds the positions.
     let mut alone = two_materials();

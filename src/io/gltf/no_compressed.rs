@@ -17,7 +17,7 @@ pub(super) fn decompress(
     let names = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
     if let Some(name) = extensions_required.iter().find(|name| names.contains(&name.as_str())) {
         let n_views = views.iter().flatten().count();
-        let what = format!("needs the extension {name} (compressed buffer views: {n_views})");
+        let what = format!("uses {name}, which this build cannot read (compressed buffer views: {n_views})");
         return Err(ReadError::file(what, "build with `--features meshopt` or export the asset without it"));
     }
     Ok(Vec::new())

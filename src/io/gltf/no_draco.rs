@@ -15,7 +15,10 @@ pub(super) fn decompress(root: &mut Root, _: &AssetBuffers) -> Result<(), ReadEr
     }
     let n_views = alone.iter().filter(|draco| draco.buffer_view.is_some()).count();
     let remedy = "build with `--features draco`, or undo it: `npx @gltf-transform/cli copy IN.glb OUT.glb`";
-    Err(ReadError::file(format!("needs the extension {NAME} (compressed buffer views: {n_views})"), remedy))
+    Err(ReadError::file(
+        format!("uses {NAME}, which this build cannot read (compressed buffer views: {n_views})"),
+        remedy,
+    ))
 }
 
 #[cfg(test)]

@@ -56,8 +56,9 @@ pub(in crate::io) fn write_attributed(
     }
     out.extend(b"</build>\n</model>\n");
     notes.extend(paint.notes(content));
-    let packed =
-        package(&out).map_err(|error| WriteError { what: format!("cannot be packed: {error}: write ply or obj") })?;
+    let packed = package(&out).map_err(|error| WriteError {
+        what: format!("the zip archive of the 3MF cannot be made: {error}: write ply or obj"),
+    })?;
     Ok((packed, notes))
 }
 

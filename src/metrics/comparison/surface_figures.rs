@@ -13,44 +13,41 @@ pub fn figures(original: &ReferenceMesh, simplified: &TriMesh, surface: &Surface
     let largest = largest_distance(&original.mesh, simplified);
     let turned = n_turned_faces(&original.surface, simplified).map(|n| n as f64);
     let curvature = curvature_error(original.mesh.positions(), simplified.positions());
-    let unit = "% of diagonal";
-    let cd = "Chamfer distance between samples of both surfaces: mean squared distance, sum of both directions (the paper's CD)";
-    let unsigned = "mean of 1 - |n.n'| between normals at closest points (the paper's NE)";
-    let signed = "mean of 1 - n.n' between normals at closest points, which also counts turned faces";
-    [
-        Figure::new("chamfer", "diagonal^2", cd, chamfer),
-        Figure::new(
-            "distance_mean",
-            unit,
-            "mean distance between the surfaces, in both directions",
-            both.map(|d| d.mean * share),
-        ),
-        Figure::new(
-            "distance_rms",
-            unit,
-            "root mean square distance between the surfaces, in both directions",
-            both.map(|d| d.rms * share),
-        ),
-        Figure::new(
-            "distance_max",
-            unit,
-            "largest distance between the surfaces (Hausdorff): a proved upper bound, at most 1 % above the true distance",
-            largest.map(|largest| largest * share),
-        ),
-        Figure::new("normal_error", "", unsigned, both.map(|d| d.unsigned_normal_error)),
-        Figure::new("normal_error_signed", "", signed, both.map(|d| d.normal_error)),
-        Figure::new(
-            "normal_angle",
-            "degrees",
-            "mean angle between normals at closest points",
-            both.map(|d| d.normal_angle.to_degrees()),
-        ),
-        Figure::new("turned_faces", "faces", "faces whose normal opposes the original surface", turned),
-        Figure::new(
-            "curvature_error",
-            "",
-            "squared error of the curvature at vertices, sum of both directions",
-            curvature,
-        ),
-    ]
+    let percent = |distance: Option<f64>| distance.map(|distance| distance * share);
+    let values = [
+        chamfer,
+        percent(both.map(|d| d.mean)),
+        percent(both.map(|d| d.rms)),
+        percent(largest),
+        both.map(|d| d.unsigned_normal_error),
+        both.map(|d| d.normal_error),
+        both.map(|d| d.normal_angle.to_degrees()),
+        turned,
+        curvature,
+    ];
+    std::array::from_fn(|k| {
+        let (name, unit, about) = FIGURES[k];
+        Figure::new(name, unit, about, values[k])
+    })
 }
+
+/// Names, units and descriptions of the figures, in their order.
+const FIGURES: [(&str, &str, &str); 9] = [
+    (
+        "chamfer",
+        "diagonal^2",
+        "Chamfer distance between samples of both surfaces: mean squared distance, sum of both directions (the paper's CD)",
+    ),
+    ("distance_mean", "% of diagonal", "mean distance between the surfaces, in both directions"),
+    ("distance_rms", "% of diagonal", "root mean square distance between the surfaces, in both directions"),
+    (
+        "distance_max",
+        "% of diagonal",
+        "largest distance between the surfaces (Hausdorff): a proved upper bound, at most 1 % above the true distance",
+    ),
+    ("normal_error", "", "mean of 1 - |n.n'| between normals at closest points (the paper's NE)"),
+    ("normal_error_signed", "", "mean of 1 - n.n' between normals at closest points, which also counts turned faces"),
+    ("normal_angle", "degrees", "mean angle between normals at closest points"),
+    ("turned_faces", "faces", "faces whose normal opposes the original surface"),
+    ("curvature_error", "", "squared error of the curvature at vertices, sum of both directions"),
+];

@@ -60,7 +60,7 @@ pub struct Requirements<'a> {
 
 impl<'a> Requirements<'a> {
     pub fn from_options(options: &Options, kept: &'a [bool]) -> Self {
-        // An infinite limit allows components to be dropped, but not to be deformed.
+        // An infinite limit allows components to be dropped, but deformed only within the usual limits.
         let allowed_distance = if options.prune_within.is_finite() { options.prune_within } else { 0.0 };
         let Options { subset, purpose, map, .. } = *options;
         Self { kept, subset, purpose, map, allowed_distance, ..Self::default() }

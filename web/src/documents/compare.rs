@@ -6,6 +6,7 @@ use neural_mesh::io::Folder;
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{TriMesh, move_to_common_frame};
 use neural_mesh::metrics::{CompareOptions, Figure, PaintedMesh, ReferenceMesh, closest_point_tree, compare};
+use neural_mesh::spatial::NearestOnTriangles;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
@@ -48,12 +49,7 @@ pub fn compare_files(
             return Err(Refusal { what: "interrupted".into(), is_interrupted: true });
         }
         figures_of_results.push(compare(&prepared, result));
-        let painted = [
-            PaintedMesh::new(result).distances_to(&near),
-            PaintedMesh::new(original).distances_to(&closest_point_tree(result)),
-        ];
-        let [of_result, of_original] = painted.map(|values| answer.add_numbers(values, f32::to_le_bytes));
-        distances.push(json!({ "of_result": of_result, "of_original": of_original }));
+        distances.push(add_distances([original, result], &near, answer));
     }
     let _: ControlFlow<()> = listener(1.0, 3);
     let surfaces: Vec<Value> = meshes.iter().map(|mesh| add_surface(mesh, answer)).collect();
@@ -67,6 +63,16 @@ pub fn compare_files(
         "results": named.map(|((file, mesh), figures)| with_values(size_of(&file.name, mesh), figures)).collect::<Vec<_>>(),
     });
     Ok(json!({ "comparison": comparison, "surfaces": surfaces, "distances": distances }))
+}
+
+/// Adds the distances at sample points of both meshes to the other mesh; returns where they are in the answer.
+fn add_distances([original, result]: [&TriMesh; 2], near: &NearestOnTriangles, answer: &mut Answer) -> Value {
+    let painted = [
+        PaintedMesh::new(result).distances_to(near),
+        PaintedMesh::new(original).distances_to(&closest_point_tree(result)),
+    ];
+    let [of_result, of_original] = painted.map(|values| answer.add_numbers(values, f32::to_le_bytes));
+    json!({ "of_result": of_result, "of_original": of_original })
 }
 
 fn read_mesh(file: &File, bytes: &[u8], folder: &Folder) -> Result<Cleaned, Refusal> {
