@@ -159,11 +159,7 @@ fn attributes_that_a_format_cannot_hold_are_noted() {
     let folder = folder();
     write_textured_plate(folder.path());
     let run = simplify_plate(folder.path(), &["-o", "plate.stl", "--ratio", "0.5"]);
-    assert!(
-        read_stdout(&run).contains("note") && read_stdout(&run).contains("only geometry"),
-        "{}",
-        read_stdout(&run)
-    );
+    assert!(read_stdout(&run).contains("note") && read_stdout(&run).contains("only geometry"), "{}", read_stdout(&run));
 }
 
 #[test]

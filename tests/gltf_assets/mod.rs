@@ -496,7 +496,10 @@ fn compressed_by_draco_is_read_from_a_plain_copy_or_refused_by_name() {
     asset.document["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
     match Asset::from_bytes(&asset.glb(), &refuse_uri) {
         Ok(asset) => assert!(cfg!(feature = "draco") && asset.parts().len() == 1),
-        Err(error) => assert!(error.to_string().contains("uses KHR_draco_mesh_compression, which this build cannot read"), "{error}"),
+        Err(error) => assert!(
+            error.to_string().contains("uses KHR_draco_mesh_compression, which this build cannot read"),
+            "{error}"
+        ),
     }
     // The asset is also rejected if the list is wrong and nothing else holds the positions.
     let mut alone = two_materials();
