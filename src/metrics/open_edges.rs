@@ -39,8 +39,8 @@ impl OpenEdges {
 
 /// Counts the edges of `simplified` without two faces, and those away from the boundary of `original`.
 ///
-/// An edge with one face is on the boundary if its ends and midpoint are within its own length, and within the mean
-/// edge length, of the original's boundary edges. Edges with more faces never are.
+/// An edge with one face is on the boundary if its ends and midpoint are no farther from the boundary edges of
+/// `original` than its own length, nor than the mean edge length of `simplified`. Edges with more faces never are.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::open_edges};

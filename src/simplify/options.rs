@@ -15,6 +15,16 @@ pub enum Target {
     Faces(usize),
 }
 
+impl std::fmt::Display for Target {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Ratio(ratio) => write!(f, "{ratio}"),
+            Self::Vertices(n) => write!(f, "of {n} vertices"),
+            Self::Faces(n) => write!(f, "of {n} faces"),
+        }
+    }
+}
+
 impl Target {
     /// Returns about the share of the mesh that remains: of its faces for [`Target::Faces`], else of its vertices.
     ///
@@ -409,9 +419,10 @@ impl std::fmt::Display for SimplifyError {
         match self {
             Self::Empty => write!(f, "the mesh has no faces: nothing to simplify"),
             Self::TooFewPoints(n) => write!(f, "{n} points are too few for a surface: give at least 3"),
-            Self::BadTarget(target) => {
-                write!(f, "invalid size {target:?}: must be a ratio above 0 and at most 1, or a count of at least 1")
-            }
+            Self::BadTarget(target) => write!(
+                f,
+                "invalid size {target}: give a ratio above 0 and at most 1, or a count of at least 1, and levels from large to small"
+            ),
             Self::BadError(x) => write!(f, "invalid distance {x}: must be at least 0"),
             Self::BadInput => write!(
                 f,

@@ -55,7 +55,7 @@ pub struct FaceTree<'a> {
     pieces: Option<Vec<u32>>,
     /// Index of each triangle, or of its last piece, in curve order.
     places: Vec<u32>,
-    /// Oriented boxes, which replace the nodes for thin triangles.
+    /// Oriented boxes, which replace all nodes if too many triangles are thin.
     needles: Option<NeedleTree>,
     /// Nodes by level, the root last.
     levels: Vec<Vec<PackedNode>>,

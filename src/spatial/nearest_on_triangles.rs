@@ -26,7 +26,7 @@ const MOST_UNSPLIT: usize = 16;
 /// ```
 pub struct NearestOnTriangles {
     pub(super) tree: TriangleTree,
-    /// Oriented boxes, which replace the nodes for thin triangles.
+    /// Oriented boxes, which replace all nodes if too many triangles are thin.
     pub(super) needles: Option<NeedleTree>,
     /// Power of two that scales coordinates to -1..1.
     pub(super) scale: f64,
