@@ -39,7 +39,8 @@ pub fn page(bench: &Bench) -> Result<String> {
     let mut lines = Vec::new();
     for faces in FACES {
         for ratio in RATIOS {
-            let cost: Cost = bench.measure_once(&format!("paper-cost/{faces}-{ratio}"), || measure(faces, ratio))?;
+            let cost: Cost =
+                bench.measure_once(&format!("paper-cost/{faces}-{:.0}", 100.0 * ratio), || measure(faces, ratio))?;
             let [before, peak] = cost.memory.map(|megabytes| format!("{megabytes:.0}"));
             let values = cost.seconds.into_iter().chain(cost.figures).map(|value| number(Some(value)));
             let [one, two, chamfer, normals, open] = values.collect::<Vec<_>>().try_into().unwrap_or_default();
