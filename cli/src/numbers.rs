@@ -2,7 +2,7 @@
 
 use neural_mesh::job::parse_scaled;
 
-/// Upper bound on the number of threads, above any machine's number of cores.
+/// Upper bound on the number of threads, above the number of cores of common machines.
 pub const MAX_THREADS: u64 = 1024;
 /// Upper bound on the number of samples, so that they fit into memory.
 pub const MAX_SAMPLES: u64 = 10_000_000;

@@ -140,7 +140,7 @@ pub enum Repair {
     Printable(Bound),
 }
 
-/// Kind of attribute that the result does not need.
+/// Kind of attribute that is discarded, so that its seams and borders do not limit the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ignored {
     /// Texture coordinates and tangents.

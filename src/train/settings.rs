@@ -260,7 +260,9 @@ fn convert_to_kind(name: &str, value: Value, default: &Value) -> Result<Value, T
             let values = values.into_iter().map(|value| convert_to_kind(name, value, &first));
             values.collect::<Result<_, _>>().map(Value::Array)
         }
-        (Value::Integer(n), Value::Integer(_)) if n < 0 => refuse(format!("`{name}` is {n}: it must be 0 or above")),
+        (Value::Integer(n), Value::Integer(_)) if n < 0 => {
+            refuse(format!("the setting `{name}` is {n}: it must be a whole number from 0 on"))
+        }
         (value, default) if value.same_type(default) => Ok(value),
         (value, default) => refuse(format!("`{name}` is {value}: it must be a {}", default.type_str())),
     }

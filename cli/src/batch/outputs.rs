@@ -112,9 +112,10 @@ pub fn prepare_path(folder: &Path, relative_path: &Path) -> Result<PathBuf, Fail
 /// Creates a folder, unless another thread was faster.
 fn make_folder(path: &Path) -> Result<(), Failure> {
     match std::fs::create_dir(path) {
-        Err(error) if !path.is_dir() => {
-            Err(Failure::in_file(path, format!("cannot be created: {error}: check the folder and the disk")))
-        }
+        Err(error) if !path.is_dir() => Err(Failure::in_file(
+            path,
+            format!("the folder cannot be created: {error}: check the folder above it and the disk"),
+        )),
         _ => Ok(()),
     }
 }
