@@ -91,7 +91,7 @@ fn split_sheets(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &Meetin
     around.numbers.iter().zip(&around.faces).for_each(|(&f, face)| faces[f as usize] = *face);
 }
 
-/// Pairs the faces at one non-manifold edge per vertex so that those connected around the vertex become partners.
+/// Joins the faces at one non-manifold edge per vertex so that those connected around the vertex become partners.
 fn change_partners(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners) {
     let mut is_chosen = FxHashSet::default();
     for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
@@ -115,7 +115,7 @@ fn change_partners(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners
     }
 }
 
-/// Pairs the faces at edges with more than two faces: first those of one body, then the rest.
+/// Joins the faces at edges with more than two faces: first those of one body, then the rest.
 fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partners: &mut Partners) {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
     let mut bodies = UnionFind::new(around.n_clusters);

@@ -18,7 +18,7 @@ impl Rays {
 
     /// Finds the triangles that the ray toward larger coordinates of `axis` crosses; `None` if it meets an edge.
     ///
-    /// The number beside each is 1 if the ray leaves the triangle's body there, -1 if it enters.
+    /// Each comes with a number: 1 if the ray leaves the triangle's body there, -1 if it enters.
     pub fn find_crossings(&self, from: [f32; 3], axis: usize) -> Option<Vec<(u32, i32)>> {
         // The ray, as a degenerate triangle from the point to the far side of the box.
         let mut end = from;
