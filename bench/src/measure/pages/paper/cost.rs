@@ -50,8 +50,8 @@ pub fn page(bench: &Bench) -> Result<String> {
     let head = ["faces", "ratio", "s, one thread", "s, two threads", "MB before", "MB, peak", "CD", "NE", "WA, %"];
     Ok(format!(
         "`--assembly paper` with the weights that ship, on a bumpy torus. Seconds are of the processor on one thread and of the clock on \
-         two, medians; memory is that of the whole process on two threads. CD is in 1e-6 of the squared diagonal, NE the mean of \
-         1 - |n.n'|.\n\n{}\n\
+         two, medians; memory is that of the whole process on two threads. CD and NE are as in \
+         [paper.md](paper.md).\n\n{}\n\
          ## The case of 42 thousand faces\n\n\
          The authors of the paper published no code. The one study that tried a public re-implementation gave up on a character of \
          42,000 faces: [its log]({STUDY}) estimates 1,600 GB as published, 1,100 GB with a quarter of the widths, 850 GB with \

@@ -57,8 +57,8 @@ pub fn page(bench: &Bench) -> Result<String> {
     Ok(format!(
         "The paper states three TriConv layers, 20 nearest triangles, and no widths. Each line is a training by \
          `{SETTINGS}` with these sizes alone changed, judged on the families of `train` that it holds out: means at {}. \
-         The network that ships has the second line's sizes. CD is in 1e-6 of the squared diagonal, NE the mean of 1 - |n.n'|, ms are \
-         of the processor on one thread for a mesh.\n\n{}",
+         The network that ships has the second line's sizes. CD and NE are as in \
+         [paper.md](paper.md); ms: processor time per mesh, one thread.\n\n{}",
         RATIOS.map(|ratio| ratio.to_string()).join(" / "),
         table(&head, &lines)
     ))
