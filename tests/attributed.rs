@@ -540,7 +540,7 @@ fn faces_of_different_numbers_are_groups_and_too_many_are_none() {
     assert_eq!(few.notes, ["the property area of the faces is dropped"]);
     let many = with_ids(&|i| i);
     assert!(many.extra.groups.is_empty() && many.cleaned.attributes.groups.is_empty());
-    assert!(many.notes[1].contains("too many faces"), "{:?}", many.notes);
+    assert!(many.notes[1].contains("too many different values"), "{:?}", many.notes);
 }
 
 #[test]
