@@ -80,15 +80,7 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
         notes.push(format!("hidden    {n} components dropped: they are invisible from outside"));
     }
     if output.components_pruned > output.components_hidden {
-        // Separated sheets count as components of the output but not of the input; the input's total is then left out.
-        let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
-        let all = shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
-        let how = ". --keep-components keeps them, except those smaller than --prune=SIZE";
-        let n = output.components_pruned - output.components_hidden;
-        notes.push(format!(
-            "dropped   {n}{all} components, too small to matter: {}{how}",
-            list_names(&output.dropped, MAX_LISTED_NAMES)
-        ));
+        notes.push(dropped_line(report));
     }
     if output.components_at_minimum > 0 {
         notes.push(match output.components_at_minimum {
@@ -109,6 +101,16 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
     }
     notes.extend(report.mirror.iter().map(|plane| format!("mirrored  about {plane}, exactly")));
     notes
+}
+
+fn dropped_line(JobReport { input, output, .. }: &JobReport) -> String {
+    // Separated sheets count as components of the output but not of the input; the input's total is then left out.
+    let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
+    let all = shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
+    let n = output.components_pruned - output.components_hidden;
+    let names = list_names(&output.dropped, MAX_LISTED_NAMES);
+    let how = "--keep-components keeps them, except those smaller than --prune=SIZE";
+    format!("dropped   {n}{all} components, too small to matter: {names}. {how}")
 }
 
 /// Lists the names of dropped components, each once with its count; after `most` names, only counts the rest.

@@ -436,16 +436,12 @@ impl std::fmt::Display for SimplifyError {
                 f,
                 "not symmetric about {plane}: {vertices} vertices have no mirror image: choose another plane or turn symmetry off"
             ),
-            Self::InMirrorPlane(n) => {
-                write!(f, "{n} faces lie in the mirror plane: remove them or turn symmetry off")
-            }
+            Self::InMirrorPlane(n) => write!(f, "{n} faces lie in the mirror plane: remove them, or turn symmetry off"),
             Self::NotWithSymmetry(what) => write!(f, "{what} and symmetry cannot be combined: leave one out"),
-            Self::BadImportance => {
-                write!(
-                    f,
-                    "invalid importance: must be one positive number per vertex, and every vertex must be on a face"
-                )
-            }
+            Self::BadImportance => write!(
+                f,
+                "invalid importance: must be one positive number per vertex, and every vertex must be on a face"
+            ),
             Self::NoWeights => write!(
                 f,
                 "the paper's assembly needs weights, and this build has none: give weights or use the closed assembly"

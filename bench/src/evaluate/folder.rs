@@ -26,8 +26,9 @@ impl FolderState {
     }
 }
 
-/// Reads a folder and checks that it is new or empty, or that `resume` is set and all settings agree, except commands
-/// of tools without a result.
+/// Reads a folder and checks that it is empty, or that `resume` is set and all settings agree.
+///
+/// Commands of tools without a result may differ.
 pub(super) fn inspect_folder(folder: &Path, origin: &Origin, resume: bool) -> Result<FolderState, EvaluateError> {
     let settings = folder.join(SETTINGS);
     let mut found = FolderState { table: Table::default(), holds_evaluation: settings.exists(), corrected: Vec::new() };

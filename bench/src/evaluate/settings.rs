@@ -213,7 +213,7 @@ mod tests {
         assert_eq!(origin.difference(&origin), None);
         let mut other = origin.clone();
         other.settings.time_limit = 0.1 + 0.2;
-        assert!(origin.difference(&other).unwrap().contains("`time-limit` was 600.0, is 0.30000000000000004"));
+        assert!(origin.difference(&other).unwrap().contains("`time-limit` was 600.0 and is 0.30000000000000004 now"));
         let read: Origin = serde_json::from_str(&serde_json::to_string(&other).unwrap()).unwrap();
         assert_eq!(read.difference(&other), None);
         other = origin.clone();

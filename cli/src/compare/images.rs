@@ -152,7 +152,7 @@ mod tests {
         assert_eq!(within[2].as_ref().unwrap().bytes[..], images[2][..]);
         assert!(notes[0].contains("pixels a side"), "{notes:?}");
         let (none, notes) = fit_images_within(&images, 100);
-        assert!(none.iter().all(Option::is_none) && notes.last().unwrap().contains("too many"));
+        assert!(none.iter().all(Option::is_none) && notes.last().unwrap().contains("too large"));
     }
 
     #[test]
