@@ -49,7 +49,8 @@ pub fn compare(
         quiet: true,
         force,
     };
-    let compared =
-        run_in_background(py, threads, None, move |channel| embedded::compare(&args, given, writes, &|| channel.check_cancelled()))?;
+    let compared = run_in_background(py, threads, None, move |channel| {
+        embedded::compare(&args, given, writes, &|| channel.check_cancelled())
+    })?;
     Ok((compared.figures, compared.page))
 }

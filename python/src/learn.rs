@@ -88,7 +88,8 @@ impl Judge {
         let faces = |mesh: &TriMesh| triples(py, mesh.faces().to_vec());
         let vertex_of = indices(py, result.vertex_of.clone())?;
         let mesh = &result.mesh;
-        let arguments = (name, ratio, positions(original)?, faces(original)?, positions(mesh)?, faces(mesh)?, vertex_of);
+        let arguments =
+            (name, ratio, positions(original)?, faces(original)?, positions(mesh)?, faces(mesh)?, vertex_of);
         let values = self.function.call1(py, arguments)?;
         let values: PyReadonlyArray1<f64> = values.extract(py)?;
         Ok(numbers(&values, "errors")?.to_vec())
@@ -117,8 +118,12 @@ pub fn train(
     let done = run_in_background(py, threads, None, move |channel| {
         // The sender is dropped when the work ends, with or without an error.
         let _alive = alive;
-        let judge =
-            judge.map(|function| Judge { function, raised: raised_in_work.clone(), channel: channel.clone(), origin: [0.0; 3] });
+        let judge = judge.map(|function| Judge {
+            function,
+            raised: raised_in_work.clone(),
+            channel: channel.clone(),
+            origin: [0.0; 3],
+        });
         let on_event = |event: TrainEvent| next_wish(&event, progress.as_ref(), &raised_in_work, channel);
         run_request(&arguments, judge, init, on_event)
     });
@@ -198,7 +203,12 @@ fn to_tuple(event: &TrainEvent) -> Option<EventTuple> {
     }
 }
 
-fn next_wish(event: &TrainEvent, progress: Option<&Py<PyAny>>, raised: &RaisedError, channel: &ProgressChannel) -> Wish {
+fn next_wish(
+    event: &TrainEvent,
+    progress: Option<&Py<PyAny>>,
+    raised: &RaisedError,
+    channel: &ProgressChannel,
+) -> Wish {
     let (tuple, is_step) = (to_tuple(event), matches!(event, TrainEvent::Step { .. }));
     if let (Some(tuple), Some(progress)) = (tuple, progress) {
         let called = Python::try_attach(|py| progress.call1(py, tuple));
@@ -242,7 +252,8 @@ pub fn estimate(
     let done = run_in_background(py, threads, None, move |channel| {
         let failed = |what: String| Failure::Failed(what);
         let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| failed(error.to_string()))?;
-        let judge = Judge { function: judge, raised: raised_in_work, channel: channel.clone(), origin: cleaned.frame.origin };
+        let judge =
+            Judge { function: judge, raised: raised_in_work, channel: channel.clone(), origin: cleaned.frame.origin };
         let own = CustomObjective(|mesh: &TriMesh, result: &WeightedResult| judge.errors("mesh", ratio, mesh, result));
         let scores: Vec<f32> = cleaned.source.iter().map(|&v| scores[v as usize]).collect();
         let n_output = (cleaned.mesh.positions().len() as f64 * ratio).round().max(1.0) as usize;

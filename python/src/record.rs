@@ -37,8 +37,9 @@ pub fn record(
     let (options, files): (Arguments, Files) = (parse_options(options)?, parse_options(files)?);
     let raw = mesh.read()?.mesh;
     let n_given = raw.positions.len();
-    let recorded =
-        run_in_background(py, threads, progress, move |channel| embedded::record(options, &files, raw, channel.listener()))?;
+    let recorded = run_in_background(py, threads, progress, move |channel| {
+        embedded::record(options, &files, raw, channel.listener())
+    })?;
     let embedded::RecordedResult { record, origin, sources, faces } = recorded;
     Ok(Record { record, origin, sources, n_given, faces: triples(py, faces)? })
 }
