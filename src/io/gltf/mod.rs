@@ -9,14 +9,14 @@ mod buffers;
 #[cfg(feature = "meshopt")]
 mod compressed;
 #[cfg(not(feature = "meshopt"))]
-#[path = "gltf/no_compressed.rs"]
+#[path = "no_compressed.rs"]
 mod compressed;
 mod container;
 mod contents;
 #[cfg(feature = "draco")]
 mod draco;
 #[cfg(not(feature = "draco"))]
-#[path = "gltf/no_draco.rs"]
+#[path = "no_draco.rs"]
 mod draco;
 mod draft;
 mod empty_nodes;

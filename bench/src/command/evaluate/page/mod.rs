@@ -13,7 +13,7 @@ use neural_mesh_cli::shared::page::{data_script, fill_page, json_script};
 use worst::WorstCases;
 
 // A page without data, made by `scripts/viewer`.
-const REPORT: &str = include_str!("../../../../cli/viewer/dist/report.html");
+const REPORT: &str = include_str!("../../../../../cli/viewer/dist/report.html");
 
 const MOST_BYTES: usize = 29_000_000;
 
