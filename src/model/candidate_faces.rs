@@ -67,26 +67,7 @@ impl CandidateFaces {
     /// assert_eq!(strip.across_edges(14), Csr::from_edges(3, [[0, 1], [1, 2]]));
     /// ```
     pub fn across_edges(&self, n_entries: usize) -> Csr {
-        // A counting sort lists the candidates at each edge, one edge after the other.
-        let mut ends = vec![0u32; n_entries + 1];
-        self.entries.as_flattened().iter().for_each(|&entry| ends[entry as usize + 1] += 1);
-        (0..n_entries).for_each(|entry| ends[entry + 1] += ends[entry]);
-        let mut at_edges = vec![0u32; self.entries.len() * 3];
-        for (at, entries) in (0..).zip(self.entries.iter()) {
-            for &entry in entries {
-                at_edges[ends[entry as usize] as usize] = at;
-                ends[entry as usize] += 1;
-            }
-        }
-        let at_edge = |entry: u32| {
-            let start = if entry == 0 { 0 } else { ends[entry as usize - 1] };
-            &at_edges[start as usize..ends[entry as usize] as usize]
-        };
-        // Two triangles share at most one edge, so no neighbour occurs twice.
-        Csr::from_rows(self.entries.len(), self.entries.len(), |at, neighbours| {
-            let others = self.entries[at].into_iter().flat_map(at_edge);
-            neighbours.extend(others.filter(|&&other| other != at as u32));
-        })
+        join_across_edges(&self.entries, n_entries)
     }
 
     fn select(&self, at: impl Iterator<Item = usize> + Clone) -> Self {
@@ -110,6 +91,33 @@ impl CandidateFaces {
         let order = coherent_order(points);
         self.select(order.iter().flat_map(|&corner| start(corner as usize)..ends[corner as usize]))
     }
+}
+
+/// Joins triangles that share an edge, by the number of each of their edges.
+///
+/// # Shapes
+/// - `edges`: n_triangles x 3, below `n_edges`
+/// - returns n_triangles x n_triangles, symmetric, without loops
+pub(super) fn join_across_edges(edges: &[[u32; 3]], n_edges: usize) -> Csr {
+    // A counting sort lists the triangles at each edge, one edge after the other.
+    let mut ends = vec![0u32; n_edges + 1];
+    edges.as_flattened().iter().for_each(|&edge| ends[edge as usize + 1] += 1);
+    (0..n_edges).for_each(|edge| ends[edge + 1] += ends[edge]);
+    let mut at_edges = vec![0u32; edges.len() * 3];
+    for (at, edges) in (0..).zip(edges.iter()) {
+        for &edge in edges {
+            at_edges[ends[edge as usize] as usize] = at;
+            ends[edge as usize] += 1;
+        }
+    }
+    let at_edge = |edge: u32| {
+        let start = if edge == 0 { 0 } else { ends[edge as usize - 1] };
+        &at_edges[start as usize..ends[edge as usize] as usize]
+    };
+    Csr::from_rows(edges.len(), edges.len(), |at, neighbours| {
+        let others = edges[at].into_iter().flat_map(at_edge);
+        neighbours.extend(others.filter(|&&other| other != at as u32));
+    })
 }
 
 /// Returns the barycenter of each triangle.
@@ -258,8 +266,16 @@ mod tests {
         let graph = dense_graph();
         let candidates = candidate_faces(&graph, &vec![1.0; graph.n_entries()], &[]);
         assert!(candidates.triangles.len() > 30);
-        let expected = triangle_graph(&[[0.0; 3]; 30], &candidates.triangles, 0);
+        let triangles = &candidates.triangles;
+        let share_an_edge = |a: u32, b: u32| {
+            let [a, b] = [a, b].map(|at| triangles[at as usize]);
+            a.iter().filter(|corner| b.contains(corner)).count() == 2
+        };
+        let n = triangles.len() as u32;
+        let pairs: Vec<[u32; 2]> = (0..n).flat_map(|a| (0..a).map(move |b| [a, b])).collect();
+        let expected = Csr::from_edges(triangles.len(), pairs.iter().copied().filter(|&[a, b]| share_an_edge(a, b)));
         assert_eq!(candidates.across_edges(graph.n_entries()), expected);
+        assert_eq!(triangle_graph(&[[0.0; 3]; 30], triangles, 0), expected);
     }
 
     #[test]

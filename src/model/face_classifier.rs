@@ -1,6 +1,6 @@
 //! Face Classifier, Sec. 3.3.
 
-use super::candidate_faces::barycenters;
+use super::candidate_faces::{barycenters, join_across_edges};
 use super::tri_conv::{Layers, tri_convs};
 use super::{Affine, TriConv, triangle_positions};
 use crate::autodiff::{Tape, Value};
@@ -39,15 +39,13 @@ pub fn triangle_graph(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usize) -> 
 }
 
 fn across_edges(triangles: &[[u32; 3]]) -> Csr {
-    let edges = |(at, &[i, j, k]): (u32, &[u32; 3])| [[i, j], [i, k], [j, k]].map(|[a, b]| ([a.min(b), a.max(b)], at));
-    let mut edges: Vec<([u32; 2], u32)> = (0..).zip(triangles).flat_map(edges).collect();
+    let ends = |&[i, j, k]: &[u32; 3]| [[i, j], [i, k], [j, k]].map(|[a, b]| [a.min(b), a.max(b)]);
+    let mut edges: Vec<[u32; 2]> = triangles.iter().flat_map(ends).collect();
     edges.par_sort_unstable();
-    let pairs_of = |at_edge: &[([u32; 2], u32)]| {
-        let all: Vec<u32> = at_edge.iter().map(|edge| edge.1).collect();
-        all.iter().flat_map(|&a| all.iter().map(move |&b| [a, b])).collect::<Vec<_>>()
-    };
-    let pairs: Vec<[u32; 2]> = edges.chunk_by(|a, b| a.0 == b.0).flat_map(pairs_of).collect();
-    Csr::from_edges(triangles.len(), pairs)
+    edges.dedup();
+    let number = |edge: [u32; 2]| edges.partition_point(|other| *other < edge) as u32;
+    let numbered: Vec<[u32; 3]> = triangles.par_iter().map(|triangle| ends(triangle).map(number)).collect();
+    join_across_edges(&numbered, edges.len())
 }
 
 /// Computes the probability of each candidate face: TriConv layers over its prior, then a sigmoid.
