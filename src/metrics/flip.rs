@@ -1,5 +1,6 @@
 //! FLIP: the difference that a viewer sees on flipping between two pictures (Andersson et al. 2020).
 
+use crate::mesh::linear_light;
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 
@@ -83,7 +84,9 @@ impl Picture {
             sum.into_iter().map(|value| value / weights).collect()
         });
         let [y, cx, cz] = channels;
-        y.into_iter().zip(cx).zip(cz).map(|((y, cx), cz)| to_hunt_lab(opponent_to_linear([y, cx, cz]))).collect()
+        let to_linear = DMat3::from_cols_array_2d(&XYZ).transpose().inverse();
+        let lab = |((y, cx), cz)| to_hunt_lab(opponent_to_linear(&to_linear, [y, cx, cz]));
+        y.into_iter().zip(cx).zip(cz).map(lab).collect()
     }
 
     /// Returns the strength of edges and of points at each pixel.
@@ -137,20 +140,16 @@ fn convolve(values: &[f64], width: usize, along: &[f64], across: &[f64]) -> Vec<
 }
 
 fn to_opponent(pixel: [u8; 3]) -> [f64; 3] {
-    let linear = pixel.map(|value| {
-        let value = f64::from(value) / 255.0;
-        if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-    });
-    let [x, y, z] = to_relative_xyz(linear);
+    let [x, y, z] = to_relative_xyz(pixel.map(|value| f64::from(linear_light(f32::from(value) / 255.0))));
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-fn opponent_to_linear([y, cx, cz]: [f64; 3]) -> [f64; 3] {
+/// Converts YCxCz to linear sRGB, clamped to 0..=1; `to_linear` is the inverse of [`XYZ`].
+fn opponent_to_linear(to_linear: &DMat3, [y, cx, cz]: [f64; 3]) -> [f64; 3] {
     let y = (y + 16.0) / 116.0;
     let relative = [y + cx / 500.0, y, y - cz / 200.0];
     let xyz = DVec3::from_array([0, 1, 2].map(|k| relative[k] * XYZ[k].iter().sum::<f64>()));
-    let linear = DMat3::from_cols_array_2d(&XYZ).transpose().inverse() * xyz;
-    linear.to_array().map(|value| value.clamp(0.0, 1.0))
+    (*to_linear * xyz).to_array().map(|value| value.clamp(0.0, 1.0))
 }
 
 /// Converts linear sRGB to XYZ, divided by the XYZ of white.
