@@ -14,6 +14,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use neural_mesh::io::write_path;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::measure::markdown::csv;
 use crate::measure::root;
@@ -31,6 +32,10 @@ struct Page {
     // The figures depend on these parts of the library.
     subsystems: &'static [Subsystem],
     make: fn(&Bench) -> Result<String>,
+}
+
+fn thread_pool(n: usize) -> Result<ThreadPool> {
+    Ok(ThreadPoolBuilder::new().num_threads(n).build()?)
 }
 
 fn build_program() -> Result<PathBuf> {

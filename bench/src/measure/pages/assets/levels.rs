@@ -15,6 +15,7 @@ use super::spread_rows;
 use crate::measure::clock::measure_time;
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
+use crate::measure::pages::thread_pool;
 use crate::measure::workbench::Bench;
 
 const LEVELS: [f64; 4] = [0.5, 0.25, 0.1, 0.05];
@@ -64,7 +65,7 @@ fn measure(path: &Path) -> Result<Option<LevelsCase>> {
     if mesh.faces().len() <= ABOVE {
         return Ok(None);
     }
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let one = thread_pool(1)?;
     let (mut alone, mut quotients) = (Vec::new(), Vec::new());
     let (mut chain, mut single) = (Vec::new(), Vec::new());
     for _ in 0..ROUNDS {

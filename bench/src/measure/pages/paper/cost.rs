@@ -1,20 +1,16 @@
 //! Time and memory of the paper's assembly, also at the 42 thousand faces where a study of another implementation gave
 //! up.
 
-use std::ops::ControlFlow;
-
-use anyhow::{Context, Result};
-use neural_mesh::mesh::TriMesh;
-use neural_mesh::metrics::{Surface, chamfer, open_edges, surface_distance};
-use neural_mesh::simplify::{Assembly, Options, Target, simplify};
-use rayon::ThreadPoolBuilder;
+use anyhow::Result;
+use neural_mesh::metrics::Surface;
 use serde::{Deserialize, Serialize};
 
+use super::{measure_result, simplify_by_paper};
 use crate::evaluate::median;
 use crate::measure::clock::{measure_time, peak_bytes, reset_peak};
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::bumpy_torus;
-use crate::measure::pages::RATIOS;
+use crate::measure::pages::{RATIOS, thread_pool};
 use crate::measure::workbench::Bench;
 
 /// Numbers of faces of the torus; the first is that of a mesh in [`STUDY`].
@@ -63,31 +59,22 @@ pub fn page(bench: &Bench) -> Result<String> {
 
 fn measure(n_faces: usize, ratio: f64) -> Result<Cost> {
     let mesh = bumpy_torus(n_faces);
-    let mut options = Options::new(Target::Ratio(ratio));
-    options.assembly = Assembly::Paper;
-    let ours = |mesh: &TriMesh| Ok(simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(()))?.mesh);
-    let [one, two] = [1, 2].map(|n| ThreadPoolBuilder::new().num_threads(n).build());
-    let (one, two) = (one?, two?);
+    let ours = || simplify_by_paper(&mesh, None, ratio);
+    let [one, two] = [thread_pool(1)?, thread_pool(2)?];
     reset_peak()?;
     let before = peak_bytes()?;
-    let lighter = two.install(|| ours(&mesh))?;
+    let lighter = two.install(ours)?;
     let memory = [before, peak_bytes()?].map(|bytes| bytes as f64 / 1e6);
     let mut seconds = [const { Vec::new() }; 2];
     for _ in 0..(WORK / mesh.faces().len()).clamp(1, 9) {
-        seconds[0].push(one.install(|| measure_time(|| ours(&mesh)))?.1.thread);
-        seconds[1].push(two.install(|| measure_time(|| ours(&mesh)))?.1.wall);
+        seconds[0].push(one.install(|| measure_time(ours))?.1.thread);
+        seconds[1].push(two.install(|| measure_time(ours))?.1.wall);
     }
-    let [original, result] = [(&mesh, 0), (&lighter, 1)].map(|(mesh, seed)| Surface::new(mesh, SAMPLES, seed));
-    let distance = surface_distance(&original, &result).context("the result is empty")?.both;
-    let chamfer = chamfer(&original.samples, &result.samples).context("the result is empty")?.sum();
+    let original = Surface::new(&mesh, SAMPLES, 0);
     Ok(Cost {
         faces: mesh.faces().len(),
         seconds: seconds.map(|all| median(all).unwrap_or_default()),
         memory,
-        figures: [
-            1e6 * chamfer / original.diagonal.powi(2),
-            distance.unsigned_normal_error,
-            open_edges(&mesh, &lighter).wa_percent(),
-        ],
+        figures: measure_result(&mesh, &original, &lighter)?,
     })
 }

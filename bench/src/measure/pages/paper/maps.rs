@@ -12,6 +12,7 @@ use super::{CLASSES, RATIOS};
 use crate::measure::clock::measure_time;
 use crate::measure::markdown::{number, table};
 use crate::measure::meshes::{load, name};
+use crate::measure::pages::thread_pool;
 use crate::measure::workbench::Bench;
 
 // Samples per surface for the distances.
@@ -53,7 +54,7 @@ pub fn section(bench: &Bench) -> Result<String> {
 fn measure_maps(path: &Path, ratio: f64) -> Result<MapFigures> {
     let mesh = load(path)?;
     let n = (mesh.positions().len() as f64 * ratio) as usize;
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let one = thread_pool(1)?;
     let weights = LearnedWeights::load_shipped(LearnedBaseline::Dse);
     let remesh_with = |maps| -> Result<(f64, f64, f64)> {
         let (result, time) = one.install(|| measure_time(|| Ok(remesh(&mesh, n, 0, maps)?)))?;

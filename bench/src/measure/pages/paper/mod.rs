@@ -7,10 +7,15 @@ mod samplers;
 pub mod sizes;
 mod table_1;
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use crate::evaluate::{Facts, Overview, Settings, Table, overview};
-use anyhow::Result;
+use anyhow::{Context, Result};
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::metrics::{Surface, chamfer, open_edges, surface_distance};
+use neural_mesh::model::Weights;
+use neural_mesh::simplify::{Assembly, Options, Target, simplify};
 
 use super::{RATIOS, write_csv};
 use crate::measure::root;
@@ -142,4 +147,20 @@ fn evaluate_test(bench: &Bench) -> Result<Table> {
     let mut settings = with_spectrum();
     settings.only = OF_TEST.map(String::from).into();
     bench.evaluate_set("paper-test", "test", settings, None)
+}
+
+/// Simplifies by the paper's assembly, without weights by those that ship.
+fn simplify_by_paper(mesh: &TriMesh, weights: Option<&Weights>, ratio: f64) -> Result<TriMesh> {
+    let mut options = Options::new(Target::Ratio(ratio));
+    options.assembly = Assembly::Paper;
+    Ok(simplify(mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?.mesh)
+}
+
+/// Returns CD in 1e-6 of the squared diagonal, NE, and WA in percent, with as many samples as the original has.
+fn measure_result(mesh: &TriMesh, original: &Surface, simplified: &TriMesh) -> Result<[f64; 3]> {
+    let surface = Surface::new(simplified, original.samples.len(), 1);
+    let cd = chamfer(&original.samples, &surface.samples).context("the result is empty")?.sum();
+    let distance = surface_distance(original, &surface).context("the result is empty")?;
+    let open = open_edges(mesh, simplified).wa_percent();
+    Ok([1e6 * cd / original.diagonal.powi(2), distance.both.unsigned_normal_error, open])
 }

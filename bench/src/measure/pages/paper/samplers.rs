@@ -19,6 +19,7 @@ use super::{CLASSES, weights};
 use crate::measure::clock::measure_time;
 use crate::measure::markdown::{number, table};
 use crate::measure::meshes::{load, name};
+use crate::measure::pages::thread_pool;
 use crate::measure::pages::write_csv;
 use crate::measure::workbench::Bench;
 
@@ -136,7 +137,7 @@ pub fn table_2(bench: &Bench) -> Result<String> {
 fn measure_mesh(path: &Path) -> Result<Vec<SampleFigures>> {
     let mesh = load(path)?;
     let weights = Weights::from_bytes(&std::fs::read(weights())?)?;
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let one = thread_pool(1)?;
     let mut all = Vec::new();
     for noise in NOISE {
         let noisy = with_noise(&mesh, 0.01 * noise);

@@ -1,21 +1,18 @@
 //! Widths, layers and neighbours of the paper's network, each trained again and judged on families held out.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use neural_mesh::mesh::TriMesh;
-use neural_mesh::metrics::{Surface, chamfer, open_edges, surface_distance};
+use neural_mesh::metrics::Surface;
 use neural_mesh::model::{Architecture, Weights};
-use neural_mesh::simplify::{Assembly, Options, Target, simplify};
 use neural_mesh::train::{Settings, TrainRequest, Wish, open, step_function, train};
-use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
 
+use super::{measure_result, simplify_by_paper};
 use crate::measure::clock::measure_time;
 use crate::measure::markdown::{number, table};
 use crate::measure::meshes::{load, name};
-use crate::measure::pages::RATIOS;
+use crate::measure::pages::{RATIOS, thread_pool};
 use crate::measure::root;
 use crate::measure::workbench::Bench;
 
@@ -96,28 +93,21 @@ fn judge(bench: &Bench, weights: &Path) -> Result<Vec<Figures>> {
     let families = Settings::from_toml("")?.validation;
     let is_held_out = |path: &Path| families.iter().any(|family| name(path).starts_with(family));
     let paths: Vec<PathBuf> = bench.meshes("train")?.into_iter().filter(|path| is_held_out(path)).collect();
-    let one = ThreadPoolBuilder::new().num_threads(1).build()?;
+    let one = thread_pool(1)?;
     let mut means = vec![Figures::default(); RATIOS.len()];
     for path in &paths {
         let mesh = load(path)?;
         let original = Surface::new(&mesh, SAMPLES, 0);
         for (mean, ratio) in means.iter_mut().zip(RATIOS) {
-            let (lighter, seconds) = one.install(|| measure_time(|| simplify_by_paper(&mesh, &weights, ratio)))?;
-            let result = Surface::new(&lighter, SAMPLES, 1);
+            let (lighter, seconds) =
+                one.install(|| measure_time(|| simplify_by_paper(&mesh, Some(&weights), ratio)))?;
+            let [chamfer, normals, open] = measure_result(&mesh, &original, &lighter)?;
             let n = paths.len() as f64;
-            let chamfer = chamfer(&original.samples, &result.samples).context("the result is empty")?.sum();
-            mean.chamfer += 1e6 * chamfer / original.diagonal.powi(2) / n;
-            let distance = surface_distance(&original, &result).context("the result is empty")?;
-            mean.normals += distance.both.unsigned_normal_error / n;
-            mean.open += open_edges(&mesh, &lighter).wa_percent() / n;
+            mean.chamfer += chamfer / n;
+            mean.normals += normals / n;
+            mean.open += open / n;
             mean.seconds += seconds.thread / n;
         }
     }
     Ok(means)
-}
-
-fn simplify_by_paper(mesh: &TriMesh, weights: &Weights, ratio: f64) -> Result<TriMesh> {
-    let mut options = Options::new(Target::Ratio(ratio));
-    options.assembly = Assembly::Paper;
-    Ok(simplify(mesh, Some(weights), &options, &mut |_| ControlFlow::Continue(()))?.mesh)
 }

@@ -16,6 +16,7 @@ use crate::measure::clock::measure_time;
 use crate::measure::hausdorff::hausdorff_distance;
 use crate::measure::markdown::{number, table};
 use crate::measure::meshes::{load, name};
+use crate::measure::pages::thread_pool;
 use crate::measure::quotients::{Figure, Quotients};
 use crate::measure::workbench::Bench;
 
@@ -81,7 +82,7 @@ fn measure(path: &Path) -> Result<Vec<AblationResult>> {
         ("fit", Importance::Bending, unfitted),
     ];
     let original = Surface::new(&mesh, SAMPLES, 0);
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let one = thread_pool(1)?;
     let mut measured = Vec::new();
     for ratio in RATIOS {
         let n = ((mesh.positions().len() as f64 * ratio) as usize).max(1);

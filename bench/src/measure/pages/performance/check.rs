@@ -7,11 +7,11 @@ use anyhow::{Context, Result};
 use neural_mesh::metrics::{Surface, quick_distance, surface_distance};
 use neural_mesh::simplify::{Options, Target, simplify};
 
-use super::threads;
 use crate::measure::clock::measure_time;
 use crate::measure::hausdorff::hausdorff_distance;
 use crate::measure::markdown::{count, table};
 use crate::measure::meshes::{load, name};
+use crate::measure::pages::thread_pool;
 use crate::measure::workbench::Bench;
 
 const RATIOS: [f64; 2] = [0.1, 0.5];
@@ -60,7 +60,8 @@ fn measure(path: &std::path::Path) -> Result<Vec<CheckCase>> {
         let result =
             simplify(&mesh, None, &Options::new(Target::Ratio(ratio)), &mut |_| ControlFlow::Continue(()))?.mesh;
         let many = surface_distance(&original, &Surface::new(&result, MANY, 78)).context("nothing to measure")?;
-        let (quick, time) = threads(1)?.install(|| measure_time(|| Ok(quick_distance(&mesh, &result, SAMPLES, 0))))?;
+        let (quick, time) =
+            thread_pool(1)?.install(|| measure_time(|| Ok(quick_distance(&mesh, &result, SAMPLES, 0))))?;
         let quick = quick.context("nothing to measure")?;
         if many.both.mean > NOISE * many.diagonal {
             let off = 100.0 * (quick.mean / many.both.mean - 1.0).abs();

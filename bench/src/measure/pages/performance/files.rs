@@ -7,10 +7,10 @@ use neural_mesh::mesh::Frame;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use serde::{Deserialize, Serialize};
 
-use super::threads;
 use crate::measure::clock::measure_time;
 use crate::measure::markdown::{count, table};
 use crate::measure::meshes::bumpy_torus;
+use crate::measure::pages::thread_pool;
 use crate::measure::workbench::Bench;
 
 const FACES: usize = 1_000_000;
@@ -29,7 +29,7 @@ pub fn section(bench: &Bench) -> Result<String> {
     let rows: Vec<FormatTimes> = bench.measure_once("files", || {
         let folder = bench.scratch("files")?;
         let mesh = bumpy_torus(FACES);
-        FORMATS.iter().map(|format| threads(1)?.install(|| measure_format(format, &mesh, &folder))).collect()
+        FORMATS.iter().map(|format| thread_pool(1)?.install(|| measure_format(format, &mesh, &folder))).collect()
     })?;
     let line = |row: &FormatTimes| {
         let times = row.times.map(|time| format!("{time:.1}"));

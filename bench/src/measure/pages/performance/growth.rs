@@ -9,10 +9,10 @@ use neural_mesh::mesh::TriMesh;
 use neural_mesh::simplify::{Options, Target, simplify};
 use serde::{Deserialize, Serialize};
 
-use super::threads;
 use crate::measure::clock::{measure_time, peak_bytes, reset_peak};
 use crate::measure::markdown::{count, table};
 use crate::measure::meshes::bumpy_torus;
+use crate::measure::pages::thread_pool;
 use crate::measure::workbench::Bench;
 
 const FACES: [usize; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 10_000_000];
@@ -48,7 +48,7 @@ fn measure(n_faces: usize) -> Result<GrowthPoint> {
     let mesh = bumpy_torus(n_faces);
     let n_faces = mesh.faces().len();
     let options = Options::new(Target::Faces((RATIO * n_faces as f64).round() as usize));
-    let [one, two] = [threads(1)?, threads(2)?];
+    let [one, two] = [thread_pool(1)?, thread_pool(2)?];
     let ours = |mesh: &TriMesh| Ok(simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(()))?);
     reset_peak()?;
     two.install(|| ours(&mesh))?;

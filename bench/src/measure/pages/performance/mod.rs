@@ -8,7 +8,6 @@ mod speed;
 mod whole;
 
 use anyhow::Result;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::measure::workbench::Bench;
 
@@ -27,8 +26,4 @@ pub fn page(bench: &Bench) -> Result<String> {
         check::section(bench)?,
     ];
     Ok(INTRO.to_owned() + &sections.join("\n"))
-}
-
-fn threads(n: usize) -> Result<ThreadPool> {
-    Ok(ThreadPoolBuilder::new().num_threads(n).build()?)
 }

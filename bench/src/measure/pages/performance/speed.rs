@@ -10,11 +10,11 @@ use neural_mesh::simplify::{Options, ScoreSource, Target, simplify};
 use serde::{Deserialize, Serialize};
 
 use super::super::RATIOS;
-use super::threads;
 use crate::evaluate::thread_time;
 use crate::measure::clock::{format_spread, measure_time};
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
+use crate::measure::pages::thread_pool;
 use crate::measure::workbench::Bench;
 
 const ABOVE: usize = 50_000;
@@ -52,7 +52,7 @@ fn measure_case(name: &str, mesh: &TriMesh, ratio: f64) -> Result<SpeedCase> {
     let options = Options::new(Target::Faces(n_left));
     let mut geometry = options.clone();
     geometry.scores = ScoreSource::Geometry;
-    let [one, two] = [threads(1)?, threads(2)?];
+    let [one, two] = [thread_pool(1)?, thread_pool(2)?];
     let (mut theirs, mut quotients) = (Vec::new(), [const { Vec::new() }; 3]);
     let mut stages: Vec<Vec<(String, f64)>> = Vec::new();
     for _ in 0..ROUNDS {
