@@ -8,7 +8,7 @@ use glam::DVec3;
 
 /// Chooses candidates of probability above 0.5 that are among the two likeliest on all three of their edges.
 ///
-/// Of equally likely candidates the first is better.
+/// If two are equally likely, the first is better.
 ///
 /// # Shapes
 /// - `n_entries`: number of entries of G_ext

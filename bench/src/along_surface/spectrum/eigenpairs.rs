@@ -23,7 +23,7 @@ pub struct Eigenpairs {
 impl Eigenpairs {
     /// Computes the `n_pairs` lowest eigenpairs, at most n; `None` where the solver fails.
     ///
-    /// Of an eigenvalue of multiplicity above eight, some pairs may be missed.
+    /// Some pairs of an eigenvalue with a multiplicity above eight may be missed.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
