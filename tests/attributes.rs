@@ -10,7 +10,7 @@ use neural_mesh::mesh::{
 };
 use neural_mesh::metrics::quick_distance;
 use neural_mesh::simplify::{
-    Input, Options, Outcome, SEAM_ERROR, Simplified, Target, simplify_input, simplify_levels_of_detail,
+    ClosedOptions, Input, Options, Outcome, SEAM_ERROR, Simplified, Target, simplify_input, simplify_levels_of_detail,
 };
 
 fn simplify_with_attributes(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Simplified {
@@ -59,9 +59,8 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
         (false, 150, SEAM_ERROR),
     ] {
         attributes.groups = if with_groups { groups.clone() } else { Vec::new() };
-        let options = with_changes(Options::new(Target::Vertices(n)), |options| {
-            options.seam_error = seam_error;
-        });
+        let options =
+            Options::with_closed(Target::Vertices(n), ClosedOptions { seam_error, ..ClosedOptions::default() });
         let result = simplify_with_attributes(&mesh, &attributes, &options);
         assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
         assert!(topology(&result.mesh).is_closed_manifold());
@@ -153,8 +152,8 @@ fn held_vertices_never_spoil_the_rest() {
     let levels = simplify_levels_of_detail(
         &with_changes(Input::bare(&mesh), |input| input.attributes = &attributes),
         None,
-        &Options::new(Target::Vertices(4000)),
-        &[Target::Vertices(500)],
+        &ClosedOptions::default(),
+        &[Target::Vertices(4000), Target::Vertices(500)],
         &mut |_| ControlFlow::Continue(()),
     );
     let levels = levels.unwrap();
@@ -220,7 +219,7 @@ fn small_charts_yield_to_the_requested_size() {
     let held = simplify_with_attributes(
         &mesh,
         &attributes,
-        &with_changes(Options::new(size), |options| options.seam_error = 0.0),
+        &Options::with_closed(size, ClosedOptions { seam_error: 0.0, ..ClosedOptions::default() }),
     );
     let result = simplify_with_attributes(&mesh, &attributes, &Options::new(size));
     let bare = simplify_with_attributes(&mesh, &Attributes::default(), &Options::new(size));
@@ -247,13 +246,17 @@ fn locked_boundaries_keep_every_bit() {
         ends.into_iter().collect()
     };
     for n in [1500, 250, 150] {
-        let options = with_changes(Options::new(Target::Vertices(n)), |options| options.lock_boundaries = true);
+        let options = Options::with_closed(
+            Target::Vertices(n),
+            ClosedOptions { lock_boundaries: true, ..ClosedOptions::default() },
+        );
         let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
         assert_eq!(result.mesh.positions().len(), n);
         assert_eq!(boundary(&result.mesh), boundary(&mesh));
         assert_eq!(result.report.locked_vertices, 120);
     }
-    let options = with_changes(Options::new(Target::Vertices(50)), |options| options.lock_boundaries = true);
+    let options =
+        Options::with_closed(Target::Vertices(50), ClosedOptions { lock_boundaries: true, ..ClosedOptions::default() });
     let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
     assert!(result.mesh.positions().len() >= 120 && result.report.outcome != Outcome::Reached);
     assert_eq!(boundary(&result.mesh), boundary(&mesh));
@@ -263,7 +266,8 @@ fn locked_boundaries_keep_every_bit() {
 fn a_subset_moves_no_vertex() {
     let mesh = shapes::wavy_sphere(5, 7.0);
     for n in [2000, 300] {
-        let options = with_changes(Options::new(Target::Vertices(n)), |options| options.subset = true);
+        let options =
+            Options::with_closed(Target::Vertices(n), ClosedOptions { subset: true, ..ClosedOptions::default() });
         let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
         let sources = result.source_vertices.unwrap();
         assert_eq!(result.mesh.positions().len(), n);
@@ -277,7 +281,7 @@ fn a_subset_moves_no_vertex() {
 #[test]
 fn the_map_leads_from_every_corner_to_a_point_near_it() {
     let (mesh, attributes) = charted_sphere();
-    let options = with_changes(Options::new(Target::Vertices(700)), |options| options.map = true);
+    let options = Options::with_closed(Target::Vertices(700), ClosedOptions { map: true, ..ClosedOptions::default() });
     for attributes in [&attributes, &Attributes::default()] {
         let result = simplify_with_attributes(&mesh, attributes, &options);
         let map = result.map.unwrap();
@@ -298,7 +302,7 @@ fn the_map_leads_from_every_corner_to_a_point_near_it() {
     let whole = simplify_with_attributes(
         &mesh,
         &attributes,
-        &with_changes(Options::new(Target::Ratio(1.0)), |options| options.map = true),
+        &Options::with_closed(Target::Ratio(1.0), ClosedOptions { map: true, ..ClosedOptions::default() }),
     );
     assert_eq!(whole.map.unwrap().output_vertices, (0..mesh.positions().len() as u32).collect::<Vec<_>>());
 }
@@ -306,7 +310,10 @@ fn the_map_leads_from_every_corner_to_a_point_near_it() {
 #[test]
 fn creases_stay_edges() {
     let mesh = shapes::cuboid([1.0, 0.6, 0.3], 24);
-    let options = with_changes(Options::new(Target::Vertices(60)), |options| options.crease_angle = Some(40.0));
+    let options = Options::with_closed(
+        Target::Vertices(60),
+        ClosedOptions { crease_angle: Some(40.0), ..ClosedOptions::default() },
+    );
     let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
     let near = |x: f32, side: f32| x.abs().min((x - side).abs()) < 1e-4;
     let corner = |p: &[f32; 3]| p.iter().zip([1.0, 0.6, 0.3]).all(|(x, side)| near(*x, side));
@@ -393,7 +400,8 @@ fn values_are_fitted_over_the_faces() {
     let meant = |p: Vec3| 0.5 + 0.4 * (11.0 * p.x + 3.0 * p.y).sin();
     for (role, width) in [(Role::Colour, 3), (Role::Uv, 2)] {
         let attributes = at_vertices(&mesh, role, width, |p| vec![meant(p); width]);
-        let options = with_changes(Options::new(Target::Vertices(150)), |options| options.map = true);
+        let options =
+            Options::with_closed(Target::Vertices(150), ClosedOptions { map: true, ..ClosedOptions::default() });
         let result = simplify_with_attributes(&mesh, &attributes, &options);
         let map = result.map.unwrap();
         let nearest = |f: usize| {
@@ -414,11 +422,11 @@ fn values_of_vertices_that_stay_are_those_of_the_input() {
     let mesh = terrain(40, rough);
     let meant = |p: Vec3| 0.5 + 0.4 * (11.0 * p.x + 3.0 * p.y).sin();
     let attributes = at_vertices(&mesh, Role::Colour, 3, |p| vec![meant(p); 3]);
-    let subset = with_changes(Options::new(Target::Ratio(0.2)), |options| options.subset = true);
-    let locked = with_changes(Options::new(Target::Ratio(0.2)), |options| options.lock_boundaries = true);
-    for options in [subset, locked] {
-        let result = simplify_with_attributes(&mesh, &attributes, &options);
-        let is_inner = |p: Vec3| options.lock_boundaries && [p.x, p.y].iter().all(|x| (0.001..0.999).contains(x));
+    let subset = ClosedOptions { subset: true, ..ClosedOptions::default() };
+    let locked = ClosedOptions { lock_boundaries: true, ..ClosedOptions::default() };
+    for (options, is_locked) in [(subset, false), (locked, true)] {
+        let result = simplify_with_attributes(&mesh, &attributes, &Options::with_closed(Target::Ratio(0.2), options));
+        let is_inner = |p: Vec3| is_locked && [p.x, p.y].iter().all(|x| (0.001..0.999).contains(x));
         for (face, wedges) in result.mesh.faces().iter().zip(&result.attributes.wedges) {
             for (&v, &wedge) in face.iter().zip(wedges) {
                 let p = Vec3::from(result.mesh.positions()[v as usize]);
@@ -483,7 +491,7 @@ fn normals_are_fitted_over_the_faces() {
         Vec3::new(-slope[0], -slope[1], 1.0).normalize()
     };
     let attributes = at_vertices(&mesh, Role::Normal, 3, |p| meant(p).to_array().to_vec());
-    let options = with_changes(Options::new(Target::Vertices(150)), |options| options.map = true);
+    let options = Options::with_closed(Target::Vertices(150), ClosedOptions { map: true, ..ClosedOptions::default() });
     let result = simplify_with_attributes(&mesh, &attributes, &options);
     let map = result.map.unwrap();
     let nearest = |f: usize| {

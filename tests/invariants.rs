@@ -2,11 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{assert_closed_manifold, assert_same_topology, uneven_closed_mesh, with_changes};
+use crate::common::{assert_closed_manifold, assert_same_topology, uneven_closed_mesh};
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh, shapes, topology};
-use neural_mesh::simplify::{Options, Outcome, Simplified, SimplifyError, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, Outcome, Simplified, SimplifyError, Target, simplify};
 use proptest::prelude::*;
 
 fn simplify_to(mesh: &TriMesh, target: Target) -> Simplified {
@@ -46,11 +46,12 @@ fn corners_and_creases_of_large_parts_stay() {
 
 // Expects a closed mesh of the target size that survives welding, with all components but those reported as dropped.
 fn check(original: &TriMesh, ratio: f64) {
-    let options = Options::new(Target::Ratio(ratio));
-    let result = check_with(original, ratio, &options);
+    let target = Target::Ratio(ratio);
+    let result = check_with(original, ratio, &Options::new(target));
     let components = topology(original).components - result.report.components_pruned;
     assert_eq!(topology(&result.mesh).components, components);
-    let result = check_with(original, ratio, &with_changes(options, |options| options.prune = false));
+    let whole = ClosedOptions { prune: false, ..ClosedOptions::default() };
+    let result = check_with(original, ratio, &Options::with_closed(target, whole));
     assert_same_topology(original, &result.mesh);
 }
 

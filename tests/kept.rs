@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shapes, topology, with_flat_normals};
 use neural_mesh::simplify::{
-    Hidden, Input, Options, Outcome, Simplified, SimplifyError, Symmetry, Target, simplify_input,
+    ClosedOptions, Hidden, Input, Options, Outcome, Simplified, SimplifyError, Symmetry, Target, simplify_input,
     simplify_levels_of_detail,
 };
 
@@ -100,9 +100,8 @@ fn kept_faces_are_reported_as_the_limit() {
 fn all_levels_keep_what_is_kept() {
     let (mesh, attributes, kept) = sphere_with_kept_cap(0.9);
     let before = input(&mesh, &attributes, &kept);
-    let further = [Target::Ratio(0.3), Target::Ratio(0.2)];
-    let options = Options::new(Target::Ratio(0.5));
-    let levels = simplify_levels_of_detail(&before, None, &options, &further, &mut go_on()).unwrap();
+    let targets = [Target::Ratio(0.5), Target::Ratio(0.3), Target::Ratio(0.2)];
+    let levels = simplify_levels_of_detail(&before, None, &ClosedOptions::default(), &targets, &mut go_on()).unwrap();
     assert_eq!(levels.len(), 3);
     levels.iter().for_each(|level| assert_kept(&before, level));
 }
@@ -127,9 +126,11 @@ fn kept_components_are_dropped_for_nothing() {
     let (mesh, kept) = nested_spheres();
     let attributes = Attributes::default();
     let before = input(&mesh, &attributes, &kept);
-    let plain = Options::new(Target::Vertices(150));
-    let pruned = with_changes(plain.clone(), |options| options.prune_below = 0.1);
-    let hidden = with_changes(plain.clone(), |options| options.hidden = Hidden::Drop);
+    let plain = ClosedOptions::default();
+    let pruned = ClosedOptions { prune_below: 0.1, ..plain.clone() };
+    let hidden = ClosedOptions { hidden: Hidden::Drop, ..plain.clone() };
+    let [plain, pruned, hidden] =
+        [plain, pruned, hidden].map(|options| Options::with_closed(Target::Vertices(150), options));
     for (options, n_components) in [(&plain, None), (&pruned, Some(3)), (&hidden, Some(3))] {
         let result = simplify_input(&before, None, options, &mut go_on()).unwrap();
         assert_kept(&before, &result);
@@ -155,11 +156,12 @@ fn flags_that_do_not_fit_and_mirrored_results_are_refused() {
     let mesh = shapes::icosphere(2);
     let attributes = Attributes::default();
     let short = vec![true; 3];
-    let options = Options::new(Target::Ratio(0.5));
-    let refused = simplify_input(&input(&mesh, &attributes, &short), None, &options, &mut go_on());
+    let target = Target::Ratio(0.5);
+    let refused = simplify_input(&input(&mesh, &attributes, &short), None, &Options::new(target), &mut go_on());
     assert_eq!(refused.unwrap_err(), SimplifyError::BadInput);
     let kept = vec![true; mesh.faces().len()];
-    let mirrored = with_changes(options, |options| options.symmetric = Some(Symmetry::Best));
+    let mirrored = ClosedOptions { symmetric: Some(Symmetry::Best), ..ClosedOptions::default() };
+    let mirrored = Options::with_closed(target, mirrored);
     let refused = simplify_input(&input(&mesh, &attributes, &kept), None, &mirrored, &mut go_on());
     assert!(matches!(refused, Err(SimplifyError::NotWithSymmetry(_))));
 }
@@ -191,8 +193,8 @@ fn components_with_locked_vertices_are_dropped_for_nothing() {
     mesh.faces().iter().zip(&kept).filter(|(_, kept)| **kept).for_each(|(face, _)| locked[face[0] as usize] = true);
     let input = with_changes(Input::bare(&mesh), |input| input.locked = &locked);
     for options in [
-        with_changes(Options::new(Target::Vertices(60)), |options| options.prune_below = 10.0),
-        with_changes(Options::new(Target::Vertices(60)), |options| options.hidden = Hidden::Drop),
+        Options::with_closed(Target::Vertices(60), ClosedOptions { prune_below: 10.0, ..ClosedOptions::default() }),
+        Options::with_closed(Target::Vertices(60), ClosedOptions { hidden: Hidden::Drop, ..ClosedOptions::default() }),
     ] {
         let result = simplify_input(&input, None, &options, &mut go_on()).unwrap();
         let left: BTreeSet<[u32; 3]> = result.mesh.positions().iter().map(|p| p.map(f32::to_bits)).collect();

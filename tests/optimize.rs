@@ -3,12 +3,12 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::common::{assert_closed_manifold, assert_same_topology, with_changes};
+use crate::common::{assert_closed_manifold, assert_same_topology};
 use neural_mesh::io::read_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::metrics::{Surface, surface_distance};
-use neural_mesh::simplify::{Effort, Optimize, Options, ScoreSource, Simplified, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, ScoreSource, Simplified, Target, simplify};
 
 const NAMES: [&str; 2] = ["nefertiti.ply", "spot.ply"];
 
@@ -18,10 +18,9 @@ fn mesh(name: &str) -> TriMesh {
 }
 
 fn simplify_to_ratio(mesh: &TriMesh, ratio: f64, optimize: Optimize, effort: Effort) -> Simplified {
-    let options = with_changes(Options::new(Target::Ratio(ratio)), |options| {
-        (options.optimize, options.effort) = (optimize, effort);
-    });
-    simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    let options = ClosedOptions { optimize, effort, ..ClosedOptions::default() };
+    simplify(mesh, None, &Options::with_closed(Target::Ratio(ratio), options), &mut |_| ControlFlow::Continue(()))
+        .unwrap()
 }
 
 // Returns the logarithms of mean distance, largest distance and normal error, summed over meshes and ratios.

@@ -2,20 +2,18 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, repeated_positions, with_changes};
+use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, repeated_positions};
 use neural_mesh::mesh::{TriMesh, shapes, topology};
-use neural_mesh::simplify::{Options, Outcome, ScoreSource, Simplified, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, Outcome, ScoreSource, Simplified, Target, simplify};
 
 fn simplify_to_ratio(mesh: &TriMesh, ratio: f64) -> Simplified {
     simplify_with_scores(mesh, ratio, ScoreSource::Network)
 }
 
 fn simplify_with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
-    let options = with_changes(Options::new(Target::Ratio(ratio)), |options| {
-        options.scores = scores;
-        options.prune = false;
-    });
-    simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    let options = ClosedOptions { scores, prune: false, ..ClosedOptions::default() };
+    simplify(mesh, None, &Options::with_closed(Target::Ratio(ratio), options), &mut |_| ControlFlow::Continue(()))
+        .unwrap()
 }
 
 // Expects the target size, or a larger result with a reason.

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shapes, topology};
 use neural_mesh::metrics::quick_distance;
 use neural_mesh::simplify::{
-    Axis, Input, Options, Purpose, Simplified, SimplifyError, Symmetry, Target, simplify_input,
+    Axis, ClosedOptions, Input, Options, Purpose, Simplified, SimplifyError, Symmetry, Target, simplify_input,
 };
 
 // Bends a point of a slab into three quarters of a ring.
@@ -23,6 +23,10 @@ fn slab() -> (TriMesh, Attributes) {
     let bend = Channel { name: "TARGET_0/POSITION".into(), role: Role::MorphPosition, width: 3, values };
     let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![bend], groups: Vec::new() };
     (mesh, attributes)
+}
+
+fn for_purpose(target: Target, purpose: Purpose) -> Options {
+    Options::with_closed(target, ClosedOptions { purpose, ..ClosedOptions::default() })
 }
 
 fn simplify_with_attributes(
@@ -48,8 +52,8 @@ fn apply_pose(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {
 #[test]
 fn flat_regions_keep_vertices_that_bend_in_other_poses() {
     let (mesh, attributes) = slab();
-    let plain = Options::new(Target::Vertices(60));
-    let distances = [plain.clone(), with_changes(plain, |options| options.purpose = Purpose::Poses)].map(|options| {
+    let distances = [Purpose::Shape, Purpose::Poses].map(|purpose| {
+        let options = for_purpose(Target::Vertices(60), purpose);
         let result = simplify_with_attributes(&mesh, &attributes, &options).unwrap();
         assert_eq!(result.mesh.positions().len(), 60);
         assert!(topology(&result.mesh).is_closed_manifold());
@@ -68,14 +72,13 @@ fn unknown_poses_are_nearer_with_the_pull_for_poses() {
     };
     let limb = moved(&shapes::open_cylinder(24, 96), |[x, y, z]| [4.0 * z, 0.3 * y, 0.3 * x]);
     let ring = |mesh: &TriMesh| moved(mesh, bend_point);
-    let plain = Options::new(Target::Vertices(150));
-    let [in_pose, in_pose_bending] = [plain.clone(), with_changes(plain, |options| options.purpose = Purpose::Poses)]
-        .map(|options| {
-            let result = simplify_with_attributes(&limb, &Attributes::default(), &options).unwrap();
-            assert_eq!(result.mesh.positions().len(), 150);
-            assert!(quick_distance(&limb, &result.mesh, 20_000, 0).unwrap().mean < 0.02);
-            quick_distance(&ring(&limb), &ring(&result.mesh), 20_000, 0).unwrap().mean
-        });
+    let [in_pose, in_pose_bending] = [Purpose::Shape, Purpose::Poses].map(|purpose| {
+        let options = for_purpose(Target::Vertices(150), purpose);
+        let result = simplify_with_attributes(&limb, &Attributes::default(), &options).unwrap();
+        assert_eq!(result.mesh.positions().len(), 150);
+        assert!(quick_distance(&limb, &result.mesh, 20_000, 0).unwrap().mean < 0.02);
+        quick_distance(&ring(&limb), &ring(&result.mesh), 20_000, 0).unwrap().mean
+    });
     assert!(in_pose_bending < 0.7 * in_pose, "{in_pose_bending} {in_pose}");
 }
 
@@ -83,7 +86,7 @@ fn unknown_poses_are_nearer_with_the_pull_for_poses() {
 fn a_mesh_without_area_bends_nowhere() {
     let line =
         TriMesh::new((0..9).map(|i| [i as f32, 0.0, 0.0]).collect(), vec![[0, 3, 8], [1, 4, 7], [2, 5, 6]]).unwrap();
-    let options = with_changes(Options::new(Target::Ratio(0.5)), |options| options.purpose = Purpose::Poses);
+    let options = for_purpose(Target::Ratio(0.5), Purpose::Poses);
     let result = simplify_with_attributes(&line, &Attributes::default(), &options).unwrap();
     assert!(result.mesh.positions().iter().flatten().all(|x| x.is_finite()));
 }
@@ -93,9 +96,8 @@ fn purposes_and_symmetry_are_refused_together() {
     let (mesh, attributes) = slab();
     let symmetric = Some(Symmetry::Across(Axis::X));
     for purpose in [Purpose::Poses, Purpose::Spectrum] {
-        let options = with_changes(Options::new(Target::Vertices(200)), |options| {
-            (options.purpose, options.symmetric) = (purpose, symmetric);
-        });
+        let options = ClosedOptions { purpose, symmetric, ..ClosedOptions::default() };
+        let options = Options::with_closed(Target::Vertices(200), options);
         let error = simplify_with_attributes(&mesh, &attributes, &options).unwrap_err();
         assert_eq!(error, SimplifyError::NotWithSymmetry("a purpose other than shape"));
     }

@@ -2,12 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{assert_closed_manifold, assert_same_topology, with_changes};
+use crate::common::{assert_closed_manifold, assert_same_topology};
 use neural_mesh::mesh::{TriMesh, shapes};
-use neural_mesh::simplify::{Options, Purpose, ScoreSource, Target, simplify, vertex_areas};
+use neural_mesh::simplify::{ClosedOptions, Options, Purpose, ScoreSource, Target, simplify, vertex_areas};
 
 fn simplify_for_purpose(mesh: &TriMesh, n: usize, purpose: Purpose) -> TriMesh {
-    let options = with_changes(Options::new(Target::Vertices(n)), |options| options.purpose = purpose);
+    let options = Options::with_closed(Target::Vertices(n), ClosedOptions { purpose, ..ClosedOptions::default() });
     let result = simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     let is_shape = purpose == Purpose::Shape;
     assert_eq!(result.report.scores, if is_shape { ScoreSource::Bending } else { ScoreSource::Geometry });

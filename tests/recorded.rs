@@ -1,10 +1,9 @@
 //! Records of runs: the result as a differentiable function of the input vertices.
 
-use crate::common::with_changes;
 use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{TriMesh, shapes};
-use neural_mesh::simplify::{Options, Purpose, Record, Simplified, Target, simplify, simplify_recorded};
+use neural_mesh::simplify::{ClosedOptions, Options, Purpose, Record, Simplified, Target, simplify, simplify_recorded};
 
 fn simplify_and_record(mesh: &TriMesh, options: &Options) -> (Simplified, Record) {
     simplify_recorded(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
@@ -48,7 +47,10 @@ fn results_are_functions_of_the_input() {
     check(&shapes::icosphere(2), &Options::new(Target::Ratio(1.0)));
     check(
         &shapes::wavy_sphere(3, 5.0),
-        &with_changes(Options::new(Target::Ratio(0.2)), |options| options.purpose = Purpose::Poses),
+        &Options::with_closed(
+            Target::Ratio(0.2),
+            ClosedOptions { purpose: Purpose::Poses, ..ClosedOptions::default() },
+        ),
     );
 }
 
@@ -74,8 +76,7 @@ fn vertices_that_took_no_part_have_no_gradient() {
     let unused = vec![[9.0; 3]];
     let faces = boxes.faces().iter().map(|face| face.map(|v| v + 1)).collect();
     let mesh = TriMesh::new([&unused, boxes.positions()].concat(), faces).unwrap();
-    let options = with_changes(Options::new(Target::Vertices(40)), |options| options.prune = true);
-    let (result, record) = simplify_and_record(&mesh, &options);
+    let (result, record) = simplify_and_record(&mesh, &Options::new(Target::Vertices(40)));
     assert!(result.report.components_pruned > 0);
     let outputs = record.output_vertices();
     let gradient = record.backward(mesh.positions(), &directions(result.mesh.positions().len(), 4));

@@ -8,8 +8,8 @@ use neural_mesh::mesh::{Attributes, Channel, Frame, Role, TriMesh, seams, shapes
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::search::simplify_to_error;
 use neural_mesh::simplify::{
-    Axis, Input, MirrorPlane, Options, Outcome, Simplified, SimplifyError, Symmetry, Target, simplify_input,
-    simplify_levels_of_detail,
+    Axis, ClosedOptions, Input, MirrorPlane, Options, Outcome, Simplified, SimplifyError, Symmetry, Target,
+    simplify_input, simplify_levels_of_detail,
 };
 
 use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology, with_changes};
@@ -19,7 +19,11 @@ fn go_on(_: neural_mesh::simplify::Event) -> ControlFlow<()> {
 }
 
 fn options(target: Target, symmetry: Symmetry) -> Options {
-    with_changes(Options::new(target), |options| options.symmetric = Some(symmetry))
+    Options::with_closed(target, mirrored(symmetry))
+}
+
+fn mirrored(symmetry: Symmetry) -> ClosedOptions {
+    ClosedOptions { symmetric: Some(symmetry), ..ClosedOptions::default() }
 }
 
 fn simplify_mesh(mesh: &TriMesh, options: &Options) -> Simplified {
@@ -124,11 +128,8 @@ fn planes_where_no_edge_runs_and_where_no_zero_is() {
     let result = simplify_mesh(&odd, &options(Target::Ratio(0.1), Symmetry::Best));
     assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
     let frame = Frame { origin: [5e6, 0.0, 0.0], double: true };
-    let far =
-        with_changes(options(Target::Ratio(0.1), Symmetry::Plane(MirrorPlane { axis: Axis::X, at: 5e6 })), |options| {
-            options.frame = frame
-        });
-    let result = simplify_mesh(&bumpy(4), &far);
+    let far = ClosedOptions { frame, ..mirrored(Symmetry::Plane(MirrorPlane { axis: Axis::X, at: 5e6 })) };
+    let result = simplify_mesh(&bumpy(4), &Options::with_closed(Target::Ratio(0.1), far));
     assert_eq!(result.report.mirror.unwrap().at, 5e6);
     assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
 }
@@ -420,7 +421,8 @@ fn a_mesh_that_is_none_is_refused_with_the_number_of_vertices() {
     let error = simplify_input(&Input::bare(&lopsided), None, &asked, &mut go_on).unwrap_err();
     assert!(matches!(error, SimplifyError::NotSymmetric { vertices: 1.., .. }), "{error:?}");
     assert!(error.to_string().contains("not symmetric about x = 0"), "{error}");
-    let both = with_changes(asked, |options| options.map = true);
+    let both = ClosedOptions { map: true, ..mirrored(Symmetry::Across(Axis::X)) };
+    let both = Options::with_closed(Target::Ratio(0.5), both);
     let error = simplify_input(&Input::bare(&bumpy(3)), None, &both, &mut go_on).unwrap_err();
     assert_eq!(error, SimplifyError::NotWithSymmetry("a map"));
     let flat = shapes::grid(4, 4);
@@ -432,9 +434,9 @@ fn a_mesh_that_is_none_is_refused_with_the_number_of_vertices() {
 #[test]
 fn levels_and_proved_distances_are_mirrored_too() {
     let mesh = bumpy(4);
-    let asked = options(Target::Ratio(0.5), Symmetry::Best);
-    let further = [Target::Vertices(500), Target::Vertices(99)];
-    let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &asked, &further, &mut go_on).unwrap();
+    let asked = mirrored(Symmetry::Best);
+    let targets = [Target::Ratio(0.5), Target::Vertices(500), Target::Vertices(99)];
+    let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &asked, &targets, &mut go_on).unwrap();
     for (level, n) in levels.iter().zip([1281, 500, 99]) {
         assert_eq!(level.mesh.positions().len(), n);
         assert_mirrored(&level.mesh, &level.report.mirror.unwrap());

@@ -13,7 +13,7 @@ use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::metrics::CompareOptions;
 use neural_mesh::model::Weights;
 use neural_mesh::picture::{Image, PictureOptions, Scale, encode_png, render_painted};
-use neural_mesh::simplify::{Assembly, Options, Target, simplify};
+use neural_mesh::simplify::{Options, PaperOptions, Target, simplify};
 use neural_mesh_bench::along_surface::{Eigenpairs, HeatMethod, IntrinsicOptions, Judge, Laplacian};
 use neural_mesh_bench::baselines::{Baseline, Size, simplify_by};
 
@@ -60,17 +60,16 @@ fn upright(mesh: &TriMesh) -> Result<TriMesh, Failure> {
 }
 
 fn results(mesh: &TriMesh, weights: &Weights) -> Result<Vec<(&'static str, TriMesh)>, Failure> {
-    let ours = simplify_with(mesh, Assembly::Closed, None)?;
-    let paper = simplify_with(mesh, Assembly::Paper, Some(weights))?;
+    let target = Target::Ratio(RATIO);
+    let ours = simplify_with(mesh, &Options::new(target), None)?;
+    let paper = simplify_with(mesh, &Options::with_paper(target, PaperOptions::default()), Some(weights))?;
     let size = Size { vertices: ours.positions().len(), faces: ours.faces().len() };
     let qem = simplify_by(Baseline::Qem, mesh, size, 0)?;
     Ok(vec![("closed", ours), ("paper", paper), ("qem", qem)])
 }
 
-fn simplify_with(mesh: &TriMesh, assembly: Assembly, weights: Option<&Weights>) -> Result<TriMesh, Failure> {
-    let mut options = Options::new(Target::Ratio(RATIO));
-    options.assembly = assembly;
-    Ok(simplify(mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?.mesh)
+fn simplify_with(mesh: &TriMesh, options: &Options, weights: Option<&Weights>) -> Result<TriMesh, Failure> {
+    Ok(simplify(mesh, weights, options, &mut |_| ControlFlow::Continue(()))?.mesh)
 }
 
 fn errors(judge: &Judge, mesh: &TriMesh) -> Result<[f64; 2], Failure> {

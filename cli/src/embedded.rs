@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use neural_mesh::io::{Folder, Format, ReadMesh};
 use neural_mesh::job::{Arguments, Document, Goal, JobStage, Watch};
 use neural_mesh::mesh::RawMesh;
-use neural_mesh::simplify::{Listener, Record, Simplified, simplify_recorded};
+use neural_mesh::simplify::{Assembly, Listener, Record, Simplified, simplify_recorded};
 use serde::Deserialize;
 
 use crate::failure::display_path;
@@ -102,7 +102,7 @@ pub fn simplify(
     let mut request = request(arguments, files, given.is_some())?;
     // A mesh in memory has no file, so no glTF scene to keep.
     request.source.joins_scene |= matches!(given, Some(InputMesh::Mesh(..)));
-    let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
+    let weights = read_weights(request.weights.as_deref(), &request.job.options.assembly)?;
     let mut progress = Progress::with_listener(listener);
     progress.begin(JobStage::Read);
     let document = open_document(given, &mut request)?;
@@ -177,16 +177,19 @@ pub fn record(
         && job.importance.is_none()
         && job.keep.is_empty()
         && job.shares.is_empty();
-    if !is_plain || job.options.symmetric.is_some() || job.prune_below.is_some() {
+    if !is_plain || job.closed_options().symmetric.is_some() || job.prune_below.is_some() {
         return Err(Failure::Usage(
             "a record needs --ratio, --vertices or --faces, and excludes --ratio NAME=R, --keep, --importance, --prune, --symmetric, --fill-holes and --printable: leave these out".into(),
         ));
     }
-    let weights = read_weights(request.weights.as_deref(), job.options.assembly)?;
+    let weights = read_weights(request.weights.as_deref(), &job.options.assembly)?;
     let cleaned = read::clean_mesh(raw, &request.source)?;
     let target = request.job.target(cleaned.mesh.faces().len());
     let mut options = request.job.options;
-    (options.target, options.frame) = (target, cleaned.frame);
+    options.target = target;
+    if let Assembly::Closed(closed) = &mut options.assembly {
+        closed.frame = cleaned.frame;
+    }
     let (simplified, record) = simplify_recorded(&cleaned.mesh, weights.as_ref(), &options, &mut *listener)?;
     let (_, faces) = simplified.mesh.into_parts();
     Ok(RecordedResult { record, origin: cleaned.frame.origin, sources: cleaned.source, faces })

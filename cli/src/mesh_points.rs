@@ -7,7 +7,7 @@ use neural_mesh::io::{self, Format};
 use neural_mesh::job::{JobStage, Watch};
 use neural_mesh::mesh::{PointCloud, RawMesh, TriMesh, point_cloud, topology};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Assembly, MeshedPoints, SimplifyError, mesh_points};
+use neural_mesh::simplify::{Assembly, MeshedPoints, PaperOptions, SimplifyError, mesh_points};
 use serde::Serialize;
 
 use crate::args::MeshPointsArgs;
@@ -140,7 +140,7 @@ struct MeshedCloud {
 
 impl MeshedCloud {
     fn new(raw: RawMesh, args: &MeshPointsArgs, progress: &mut Progress) -> Result<Self, Failure> {
-        let given = read_weights(args.weights.as_deref(), Assembly::Paper)?;
+        let given = read_weights(args.weights.as_deref(), &Assembly::Paper(PaperOptions::default()))?;
         let weights = given.as_ref().unwrap_or_else(|| Weights::shipped_paper_open());
         let exact = raw.double.then(|| raw.positions.clone());
         let cloud = point_cloud(raw).map_err(|error| Failure::in_file(&args.input, error))?;

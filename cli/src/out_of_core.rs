@@ -70,12 +70,12 @@ fn show_step(progress: &mut Progress, step: JobStage) -> impl FnMut(f64) -> Cont
 
 /// Rejects options that need attributes or the whole mesh at once.
 fn check_options(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
-    let options = &request.job.options;
+    let options = request.job.closed_options();
     let named = [
         ("--error", matches!(request.job.goal, Goal::Error(_))),
         ("--size", matches!(request.job.goal, Goal::Size(_))),
         ("--lods", request.job.goal.n_levels().is_some()),
-        ("--assembly paper", options.assembly == Assembly::Paper),
+        ("--assembly paper", matches!(request.job.options.assembly, Assembly::Paper(_))),
         ("--importance", request.job.importance.is_some()),
         ("--keep", !request.job.keep.is_empty()),
         ("--ratio NAME=R", !request.job.shares.is_empty()),
@@ -144,7 +144,7 @@ fn create_report(request: &Request, result: &OutOfCoreResult, target: Target) ->
         target: target_words(&request.job.goal, target),
         outcome: outcome_words(&simplified.report.outcome),
         scores: score_words(simplified.report.scores),
-        seed: request.job.options.seed,
+        seed: request.job.seed,
         threads: rayon::current_num_threads(),
         seconds: Seconds::default(),
         cleaned: (&result.counts).into(),

@@ -57,9 +57,9 @@ impl Plan {
     pub fn estimate(request: &Request, mesh: Option<&TriMesh>) -> Self {
         let n_levels = request.job.goal.n_levels().map_or(1.0, |n| n as f64);
         let ratio = expected_ratio(request, mesh).unwrap_or(USUAL_RATIO).clamp(0.0, 1.0);
-        let single_run = match request.job.options.assembly {
-            Assembly::Paper => PAPER_COST,
-            Assembly::Closed => interpolate(ratio, SIMPLIFY_COSTS) * (1.0 + FURTHER_LEVEL_COST * (n_levels - 1.0)),
+        let single_run = match &request.job.options.assembly {
+            Assembly::Paper(_) => PAPER_COST,
+            Assembly::Closed(_) => interpolate(ratio, SIMPLIFY_COSTS) * (1.0 + FURTHER_LEVEL_COST * (n_levels - 1.0)),
         };
         // A search repeats the run several times, and proofs take most of its time.
         let simplify = match request.job.goal {

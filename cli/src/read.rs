@@ -15,14 +15,14 @@ use crate::names::is_stream;
 use crate::request::Source;
 
 /// Reads the given weights; rejects weights trained for the other assembly.
-pub fn read_weights(path: Option<&Path>, assembly: Assembly) -> Result<Option<Weights>, Failure> {
+pub fn read_weights(path: Option<&Path>, assembly: &Assembly) -> Result<Option<Weights>, Failure> {
     let Some(path) = path else { return Ok(None) };
     let weights = Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;
     let usage = match (weights.objective(), assembly) {
-        (Some("paper"), Assembly::Closed) => "--assembly paper: add that option",
+        (Some("paper"), Assembly::Closed(_)) => "--assembly paper: add that option",
         // Weights that name no objective, or the trial objective "uniform", suit both assemblies.
-        (None | Some("paper" | "uniform"), _) | (_, Assembly::Closed) => return Ok(Some(weights)),
-        (_, Assembly::Paper) => "--assembly closed: leave --assembly paper out",
+        (None | Some("paper" | "uniform"), _) | (_, Assembly::Closed(_)) => return Ok(Some(weights)),
+        (_, Assembly::Paper(_)) => "--assembly closed: leave --assembly paper out",
     };
     let learned = weights.objective().unwrap_or_default();
     Err(Failure::in_file(

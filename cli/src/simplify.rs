@@ -44,7 +44,7 @@ pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failu
 
 fn run_in_pool(mut request: Request) -> Result<(), Failure> {
     let mut progress = Progress::new(request.quiet, Plan::estimate(&request, None));
-    let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
+    let weights = read_weights(request.weights.as_deref(), &request.job.options.assembly)?;
     // A mesh that needs more memory than allowed is simplified in blocks, without attributes.
     let run = match out_of_core::simplify_in_blocks(&request, weights.as_ref(), &mut progress)? {
         Some(run) => run,

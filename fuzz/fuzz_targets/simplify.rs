@@ -5,9 +5,9 @@
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
-use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{RawMesh, Topology, TriMesh, shapes, topology};
-use neural_mesh::simplify::{Options, Outcome, Simplified, SimplifyError, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, Outcome, Simplified, SimplifyError, Target, simplify};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let [shape, size, flags, edits @ ..] = bytes else { return };
@@ -23,14 +23,13 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         1 => Target::Vertices(*size as usize),
         _ => Target::Faces(*size as usize),
     };
-    let mut options = Options::new(target);
-    options.prune = flags & 8 != 0;
-    options.frame = cleaned.frame;
+    let (prune, frame) = (flags & 8 != 0, cleaned.frame);
+    let options = Options::with_closed(target, ClosedOptions { prune, frame, ..ClosedOptions::default() });
     let run = || simplify(&cleaned.mesh, None, &options, &mut |_| ControlFlow::Continue(()));
     let result = run();
     assert_eq!(result, run());
     match result {
-        Ok(result) => check(&cleaned.mesh, &options, &result),
+        Ok(result) => check(&cleaned, &options, &result),
         Err(SimplifyError::BadTarget(_)) => assert_eq!(*size, 0),
         Err(SimplifyError::Overflow) => assert!(reach(&cleaned.mesh) > 1e37),
         Err(error) => panic!("{error}"),
@@ -89,10 +88,10 @@ fn split(positions: &mut Vec<[f64; 3]>, faces: &mut Vec<[u32; 3]>, face: usize, 
     faces.extend((0..3).map(|i| [corners[i], corners[(i + 1) % 3], middle]));
 }
 
-fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
+fn check(Cleaned { mesh, frame, .. }: &Cleaned, options: &Options, result: &Simplified) {
     let (before, after) = (topology(mesh), topology(&result.mesh));
     let story = format!("{before:?} {after:?} {options:?} {:?}", result.report);
-    let places: BTreeSet<_> = result.mesh.positions().iter().map(|&p| options.frame.to_file(p).map(key)).collect();
+    let places: BTreeSet<_> = result.mesh.positions().iter().map(|&p| frame.to_file(p).map(key)).collect();
     assert_eq!(places.len(), after.vertices, "positions shared, {story}");
     assert_eq!(after.unreferenced_vertices, 0, "vertices unused, {story}");
     assert!(after.faces > 0, "nothing left, {story}");

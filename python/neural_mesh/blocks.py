@@ -77,9 +77,9 @@ def cut(mesh: Any) -> Cut:
     return Cut([Block(*block) for block in blocks], np.array(origin), n_vertices)
 
 
-def sample(block: Block, share: float, *, scores: Literal["bending", "network", "geometry"] = "bending", seed: int = 0, threads: int | None = None) -> Paid:
+def sample(block: Block, share: float, *, scores: Literal["bending", "network", "geometry"] = "bending", threads: int | None = None) -> Paid:
     """Simplifies a block to a share of its vertices and returns the prices; a few blocks suffice to estimate the price for all."""
-    return Paid(*_native.sample_block(block._arrays, share, scores, seed, threads))
+    return Paid(*_native.sample_block(block._arrays, share, scores, threads))
 
 
 def price(samples: Sequence[Paid], share: float) -> float:
@@ -88,10 +88,10 @@ def price(samples: Sequence[Paid], share: float) -> float:
 
 
 def lighten(
-    block: Block, share: float, price: float, *, scores: Literal["bending", "network", "geometry"] = "bending", seed: int = 0, threads: int | None = None
+    block: Block, share: float, price: float, *, scores: Literal["bending", "network", "geometry"] = "bending", threads: int | None = None
 ) -> Block:
     """Simplifies a block by merges up to a price; `share` is the mean share of vertices that all blocks keep at it."""
-    return Block(*_native.simplify_block(block._arrays, share, price, scores, seed, threads))
+    return Block(*_native.simplify_block(block._arrays, share, price, scores, threads))
 
 
 def join(blocks: Iterable[Block]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
@@ -100,7 +100,7 @@ def join(blocks: Iterable[Block]) -> tuple[NDArray[np.float32], NDArray[np.int32
 
 
 def simplify(
-    mesh: Any, *, ratio: float, each: Each = map, scores: Literal["bending", "network", "geometry"] = "bending", seed: int = 0, threads: int | None = None
+    mesh: Any, *, ratio: float, each: Each = map, scores: Literal["bending", "network", "geometry"] = "bending", threads: int | None = None
 ) -> tuple[NDArray[Any], NDArray[np.int32]]:
     """Simplifies a mesh to a share of its vertices in blocks, and returns vertices (n x 3) and faces (m x 3).
 
@@ -108,7 +108,7 @@ def simplify(
     if not 0 < ratio <= 1:
         raise OptionError(f"ratio: {ratio}: give a number above 0 and up to 1")
     whole = mesh if isinstance(mesh, Cut) else cut(mesh)
-    settings: dict[str, Any] = {"scores": scores, "seed": seed, "threads": threads}
+    settings: dict[str, Any] = {"scores": scores, "threads": threads}
     share = min(TIMES * ratio, 1.0)
     n = len(whole.blocks)
     n_samples = min(-(-n // _SAMPLE_EVERY), _MAX_SAMPLES)
@@ -116,6 +116,6 @@ def simplify(
     samples = list(each(partial(sample, share=share / TIMES, **settings), chosen))
     lighter = each(partial(lighten, share=share, price=price(samples, share), **settings), whole.blocks)
     n_vertices = max(int(ratio * whole.n_vertices), 1)
-    light = _simplify(join(lighter), vertices=n_vertices, scores=scores, seed=seed, threads=threads)
+    light = _simplify(join(lighter), vertices=n_vertices, scores=scores, threads=threads)
     vertices = light.vertices + whole.origin if whole.origin.any() else light.vertices
     return vertices, light.faces

@@ -6,7 +6,7 @@ use neural_mesh::blocks::{self, Block, BlockPrices};
 use neural_mesh::io;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::simplify::{Options, ScoreSource, Target};
+use neural_mesh::simplify::{ClosedOptions, ScoreSource};
 use neural_mesh_cli::embedded::Failure;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -43,16 +43,14 @@ fn arrays(py: Python, block: Block) -> PyResult<Arrays> {
     Ok((array(py, positions)?, triples(py, faces)?, sequence(py, block.shared)))
 }
 
-fn options(share: f64, scores: &str, seed: u64) -> PyResult<Options> {
-    let mut options = Options::new(Target::Ratio(share));
-    options.seed = seed;
-    options.scores = match scores {
+fn options(scores: &str) -> PyResult<ClosedOptions> {
+    let scores = match scores {
         "bending" => ScoreSource::Bending,
         "geometry" => ScoreSource::Geometry,
         "network" => ScoreSource::Network,
         _ => return Err(to_exception(&Failure::Usage(format!("scores: {scores}: give bending, network or geometry")))),
     };
-    Ok(options)
+    Ok(ClosedOptions { scores, ..ClosedOptions::default() })
 }
 
 /// Cuts a mesh or a file into blocks; returns these in local coordinates, their origin, and the number of vertices.
@@ -77,10 +75,9 @@ pub fn sample_block(
     block: BlockArrays,
     share: f64,
     scores: &str,
-    seed: u64,
     threads: Option<usize>,
 ) -> PyResult<BlockPriceTuple> {
-    let (block, options) = (block.block()?, options(share, scores, seed)?);
+    let (block, options) = (block.block()?, options(scores)?);
     let sample =
         run_in_background(py, threads, None, move |_| Ok(blocks::sample_block(&block, share, None, &options)?))?;
     Ok((sample.n_vertices, sample.n_shared, sample.pass_prices))
@@ -102,10 +99,9 @@ pub fn simplify_block(
     share: f64,
     price: f64,
     scores: &str,
-    seed: u64,
     threads: Option<usize>,
 ) -> PyResult<Arrays> {
-    let (block, options) = (block.block()?, options(share, scores, seed)?);
+    let (block, options) = (block.block()?, options(scores)?);
     let simplified = run_in_background(py, threads, None, move |_| {
         Ok(blocks::simplify_block(&block, share, price, None, &options)?)
     })?;

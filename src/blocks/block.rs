@@ -6,7 +6,7 @@ use super::FACES_PER_BLOCK;
 use super::plan::{BlockPlan, Census};
 use crate::mesh::{PositionKey, TriMesh, compact, position_key};
 use crate::model::Weights;
-use crate::simplify::{Options, SimplifyError, simplify_block_mesh};
+use crate::simplify::{ClosedOptions, SimplifyError, simplify_block_mesh};
 use crate::spatial::Bounds;
 
 /// Faces of a mesh in one box, with marks on vertices shared with other blocks.
@@ -73,17 +73,17 @@ fn plan_blocks(mesh: &TriMesh, n_blocks: usize) -> BlockPlan {
 /// Simplifies a block with merges that cost at most `price`; shared vertices stay.
 ///
 /// `price` is a squared distance times area; `share` is the expected share of remaining vertices over all blocks. Of
-/// `options`, only scores, purpose, creases, seed and frame are used.
+/// `options`, only scores, purpose, creases and frame are used.
 ///
 /// # Errors
 /// As for [`simplify`](crate::simplify::simplify).
 ///
 /// ```
 /// use neural_mesh::{blocks::{Block, simplify_block}, mesh::shapes};
-/// use neural_mesh::simplify::{Options, Target};
+/// use neural_mesh::simplify::ClosedOptions;
 /// let mesh = shapes::icosphere(5);
 /// let shared = mesh.positions().iter().map(|p| p[2] == 0.0).collect();
-/// let options = Options::new(Target::Ratio(0.1));
+/// let options = ClosedOptions::default();
 /// let simplified_blocks = simplify_block(&Block { mesh, shared }, 0.1, 1e-9, None, &options).unwrap();
 /// assert!(simplified_blocks.mesh.positions().len() < 5000 && simplified_blocks.shared.contains(&true));
 /// ```
@@ -92,7 +92,7 @@ pub fn simplify_block(
     share: f64,
     price: f64,
     weights: Option<&Weights>,
-    options: &Options,
+    options: &ClosedOptions,
 ) -> Result<Block, SimplifyError> {
     let asked = (block.target_vertices(share), Some(price));
     let piece = simplify_block_mesh(&block.mesh, &block.shared, asked, weights, options)?;

@@ -126,7 +126,7 @@ mod tests {
     use super::*;
     use crate::blocks::block::{cut_into_blocks, simplify_block};
     use crate::mesh::{shapes, topology};
-    use crate::simplify::{Options, Target};
+    use crate::simplify::ClosedOptions;
 
     #[test]
     fn blocks_as_they_were_are_the_mesh_again() {
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn closed_stays_closed_at_any_price() {
-        let options = Options::new(Target::Ratio(0.1));
+        let options = ClosedOptions::default();
         for mesh in [shapes::torus(80, 40, 1.0, 0.3), shapes::wavy_sphere(4, 8.0), shapes::cuboid([1.0; 3], 20)] {
             for n_blocks in [3, 11, 40] {
                 for price in [0.0, 1e-9, 1e-6, 1.0] {

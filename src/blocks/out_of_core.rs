@@ -16,7 +16,7 @@ use crate::mesh::Frame;
 use crate::mesh::cleanup::{CleanCounts, CleanError, origin_within};
 use crate::metrics::{BlockDistances, QuickDistance, StreamedDistance};
 use crate::model::Weights;
-use crate::simplify::{Options, Simplified, SimplifyError, Target, simplify};
+use crate::simplify::{Assembly, ClosedOptions, Options, Simplified, SimplifyError, Target, simplify};
 use crate::spatial::Bounds;
 
 /// Upper estimate of the memory in bytes per face of a mesh during simplification.
@@ -169,7 +169,7 @@ impl From<SimplifyError> for OutOfCoreError {
 
 /// Simplifies the geometry of a file in blocks.
 ///
-/// Of `options`, only target, scores, seed, creases and purpose are used.
+/// Of `options`, the blocks use only scores, creases and purpose of the closed assembly.
 ///
 /// # Errors
 /// [`OutOfCoreError`]; too little memory is reported before any work.
@@ -208,9 +208,9 @@ fn simplify_with_block_size(
     hear(0.0)?;
     let (frame, spooled, n_broken) = cut_file(pieces, n_faces.div_ceil(faces_per_block).max(1), room)?;
     hear(CUT_PROGRESS)?;
-    let options = &Options { frame, ..options.clone() };
+    let (mut options, in_blocks) = with_frame(options, frame);
     let n_at_once = parallel_blocks(room);
-    let blocks = Blocks { spooled: &spooled, weights, options, share };
+    let blocks = Blocks { spooled: &spooled, weights, options: &in_blocks, share };
     let (simplified_blocks, mut totals) = blocks.simplify_all(n_at_once, &mut hear)?;
     totals.counts.dropped_faces += n_broken as usize;
     let n_blocks = simplified_blocks.len();
@@ -219,17 +219,26 @@ fn simplify_with_block_size(
         return Err(SimplifyError::Empty.into());
     }
     hear(JOINED_PROGRESS)?;
-    let target = match options.target {
-        Target::Ratio(ratio) => Target::Vertices(((ratio * totals.n_vertices as f64) as usize).max(1)),
-        target => target,
-    };
-    let simplified = simplify(&joined, weights, &Options { target, ..options.clone() }, &mut |event| {
+    if let Target::Ratio(ratio) = options.target {
+        options.target = Target::Vertices(((ratio * totals.n_vertices as f64) as usize).max(1));
+    }
+    let simplified = simplify(&joined, weights, &options, &mut |event| {
         hear(JOINED_PROGRESS + (1.0 - JOINED_PROGRESS) * f64::from(event.total))
             .map_or(ControlFlow::Break(()), ControlFlow::Continue)
     })?;
     let BlockTotals { counts, n_vertices, n_faces } = totals;
     let n_joined = joined.positions().len();
     Ok(OutOfCoreResult { simplified, frame, counts, n_vertices, n_faces, n_blocks, n_joined, spooled, n_at_once })
+}
+
+/// Returns the options for a file of this frame, and those of its blocks, which only the closed assembly simplifies.
+fn with_frame(options: &Options, frame: Frame) -> (Options, ClosedOptions) {
+    let in_blocks = ClosedOptions { frame, ..options.assembly.as_closed().cloned().unwrap_or_default() };
+    let assembly = match &options.assembly {
+        Assembly::Closed(_) => Assembly::Closed(in_blocks.clone()),
+        paper => paper.clone(),
+    };
+    (Options { target: options.target, assembly }, in_blocks)
 }
 
 /// Reports progress; returns an error if the listener stops the run.
@@ -258,7 +267,7 @@ impl BlockTotals {
 struct Blocks<'a> {
     spooled: &'a SpooledBlocks,
     weights: Option<&'a Weights>,
-    options: &'a Options,
+    options: &'a ClosedOptions,
     // Share of all vertices that the blocks keep.
     share: f64,
 }

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use crate::model::Weights;
-use crate::simplify::{Options, SimplifyError, simplify_block_mesh};
+use crate::simplify::{ClosedOptions, SimplifyError, simplify_block_mesh};
 
 /// Prices of the merges that bring a block to its requested size.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +24,7 @@ pub fn sample_block(
     block: &Block,
     share: f64,
     weights: Option<&Weights>,
-    options: &Options,
+    options: &ClosedOptions,
 ) -> Result<BlockPrices, SimplifyError> {
     let n_vertices = block.mesh.positions().len();
     let asked = (block.target_vertices(share), None);

@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 
 use crate::search::simplify_to_error;
 use crate::simplify::{
-    Listener, Options, Purpose, Simplified, SimplifyError, Target, simplify_forcing_size, simplify_input,
+    ClosedOptions, Listener, Options, Purpose, Simplified, SimplifyError, Target, simplify_forcing_size, simplify_input,
 };
 
 use distance::measure_distance;
@@ -166,14 +166,15 @@ impl IndexScale {
     }
 }
 
-fn inner_options(options: &IndexOptions, has_weights: bool) -> Options {
-    let mut inner = Options::new(Target::Faces(options.n_faces.max(1)));
-    (inner.subset, inner.map) = (!options.moves, options.moves);
-    (inner.lock_boundaries, inner.prune) = (options.lock_borders, options.prune);
-    if has_weights {
-        inner.purpose = Purpose::Poses;
+fn inner_options(options: &IndexOptions, has_weights: bool) -> ClosedOptions {
+    ClosedOptions {
+        subset: !options.moves,
+        map: options.moves,
+        lock_boundaries: options.lock_borders,
+        prune: options.prune,
+        purpose: if has_weights { Purpose::Poses } else { Purpose::Shape },
+        ..ClosedOptions::default()
     }
-    inner
 }
 
 /// Simplifies checked buffers; the error of the result is in the unit of the positions.
@@ -192,12 +193,12 @@ fn simplify_at_scale(
     if options.n_faces == 0 && scale.max_error >= scale.extent && !options.lock_borders && surface.locked.is_empty() {
         return Ok(Indices::empty(buffers, scale.extent));
     }
-    let inner = inner_options(options, has_weights);
+    let (target, inner) = (Target::Faces(options.n_faces.max(1)), inner_options(options, has_weights));
     let (made, error) = if is_bounded {
-        let (made, error) = simplify_within(&surface, inner, scale.max_error, listener)?;
+        let (made, error) = simplify_within(&surface, (target, &inner), scale.max_error, listener)?;
         (made, Some(error))
     } else {
-        let made = simplify_forcing_size(&surface.to_input(), &inner, listener)?;
+        let made = simplify_forcing_size(&surface.to_input(), target, &inner, listener)?;
         let error = options.measures_error.then(|| measure_distance(&surface, &made));
         (made, error)
     };
@@ -219,24 +220,24 @@ fn simplify_at_scale(
 /// Simplifies to the target, or to a larger size if only that is within `max_error`; also returns the distance.
 fn simplify_within(
     surface: &WeldedMesh,
-    options: Options,
+    (target, options): (Target, &ClosedOptions),
     max_error: f64,
     listener: &mut Listener,
 ) -> Result<(Simplified, f64), IndexError> {
     let input = surface.to_input();
     let simplify_to = |target: Target, listener: &mut Listener| -> Result<(Simplified, f64), IndexError> {
-        let made = simplify_forcing_size(&input, &Options { target, ..options.clone() }, listener)?;
+        let made = simplify_forcing_size(&input, target, options, listener)?;
         let distance = measure_distance(surface, &made);
         Ok((made, distance))
     };
-    let smallest = simplify_to(options.target, listener)?;
+    let smallest = simplify_to(target, listener)?;
     if smallest.1 <= max_error {
         return Ok(smallest);
     }
     let n_smallest = smallest.0.mesh.faces().len();
     // The search with proved distances ignores attributes, so with attributes sizes are tried and distances sampled.
     if options.purpose != Purpose::Poses {
-        let found = simplify_to_error(&input, None, &options, max_error, listener)?.simplified;
+        let found = simplify_to_error(&input, None, options, max_error, listener)?.simplified;
         let distance = measure_distance(surface, &found);
         return Ok((found, distance));
     }
@@ -260,8 +261,9 @@ fn simplify_within(
 pub fn prune_components(buffers: &Buffers, error: f64) -> Result<Vec<[u32; 3]>, IndexError> {
     buffers.check()?;
     let surface = WeldedMesh::new(buffers, buffers.extent())?;
-    let mut options = Options::new(Target::Ratio(1.0));
-    (options.prune_below, options.prune, options.subset) = (2.0 * error * buffers.extent(), false, true);
+    let prune_below = 2.0 * error * buffers.extent();
+    let options = ClosedOptions { prune_below, prune: false, subset: true, ..ClosedOptions::default() };
+    let options = Options::with_closed(Target::Ratio(1.0), options);
     match simplify_input(&surface.to_input(), None, &options, &mut |_| ControlFlow::Continue(())) {
         Err(SimplifyError::Empty) => Ok(Vec::new()),
         made => Ok(surface.corner_vertices(&made?)),

@@ -15,7 +15,7 @@ pub fn list_advice(job: &Job, document: &Document, output: &OutputFigures) -> Ve
     if output.kept_edges > 0 && !output.components_keep_shape {
         lines.extend(of_kept_edges(job, document.input(&[], &[]).attributes, document.is_scene()));
     }
-    if output.locked_vertices > 0 && job.options.lock_boundaries {
+    if output.locked_vertices > 0 && job.closed_options().lock_boundaries {
         lines.push("without --lock-boundaries the boundary is simplified too".into());
     }
     if output.locked_vertices > 0 && !job.keep.is_empty() {
@@ -46,7 +46,7 @@ fn of_kept_edges(job: &Job, carried: &Attributes, is_scene: bool) -> Vec<String>
             "writing obj or ply instead of a scene, with --ignore materials, frees the edges between materials".into(),
         );
     }
-    if job.options.crease_angle.is_some() {
+    if job.closed_options().crease_angle.is_some() {
         lines.push("without --keep-features or --crease-angle creases are simplified too".into());
     }
     lines

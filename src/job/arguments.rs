@@ -6,7 +6,9 @@ use std::fmt::Display;
 use serde::Deserialize;
 
 use crate::io::{Format, PackOptions};
-use crate::simplify::{Assembly, Effort, Hidden, Optimize, Options, Purpose, ScoreSource, Target};
+use crate::simplify::{
+    Assembly, ClosedOptions, Effort, Hidden, Optimize, Options, PaperOptions, Purpose, ScoreSource, Target,
+};
 
 use super::error::JobError;
 use super::levels::{LodsBy, levels};
@@ -101,8 +103,9 @@ impl Arguments {
     /// As [`job`](Self::job).
     pub fn job_as(&self, format: Format) -> Result<Job, JobError> {
         self.check()?;
-        let mut job = Job::new(self.options()?, format);
-        job.goal = self.goal()?;
+        let is_paper = one_of("--assembly", self.assembly.as_ref(), &ASSEMBLIES)?;
+        let mut job = Job::new(Options::with_closed(self.target()?, self.closed_options(is_paper)?), format);
+        (job.seed, job.goal) = (self.seed, self.goal()?);
         let named = |(name, of): (&String, &OptionValue)| Ok((name.clone(), parse_value("--ratio", of, share)?));
         job.shares = self.ratio_of.iter().map(named).collect::<Result<_, JobError>>()?;
         (job.weld, job.weld_near) = (!self.no_weld, distance("--weld", self.weld.as_ref())?);
@@ -113,31 +116,53 @@ impl Arguments {
         job.ignore = self.ignore.iter().map(ignored).collect::<Result<_, _>>()?;
         (job.importance, job.keep) = (self.importance.clone(), self.keep.clone());
         (job.allow_outside, job.check) = (self.allow_outside, !self.no_check);
+        // The paper's assembly has no option for this, as its vertices stay anyway.
+        job.exact = self.subset;
+        self.set_assembly(is_paper, &mut job)?;
         job.check_options()?;
         Ok(job)
     }
 
-    fn options(&self) -> Result<Options, JobError> {
-        let mut options = Options::new(self.target()?);
-        options.assembly = one_of("--assembly", self.assembly.as_ref(), &ASSEMBLIES)?;
-        options.optimize = one_of("--optimize", self.optimize.as_ref(), &OPTIMIZE)?;
-        options.effort = one_of("--effort", self.effort.as_ref(), &EFFORTS)?;
-        options.hidden = one_of("--hidden", self.hidden.as_ref(), &HIDDEN)?;
-        options.purpose = one_of("--for", self.purpose.as_ref(), &PURPOSES)?;
-        options.scores = one_of("--scores", self.scores.as_ref(), &SCORES)?;
+    fn closed_options(&self, is_paper: bool) -> Result<ClosedOptions, JobError> {
+        let angle = self.keep_features.then_some(FEATURE_ANGLE).or(self.crease_angle);
+        let mut options = ClosedOptions {
+            optimize: one_of("--optimize", self.optimize.as_ref(), &OPTIMIZE)?,
+            effort: one_of("--effort", self.effort.as_ref(), &EFFORTS)?,
+            hidden: one_of("--hidden", self.hidden.as_ref(), &HIDDEN)?,
+            purpose: one_of("--for", self.purpose.as_ref(), &PURPOSES)?,
+            scores: one_of("--scores", self.scores.as_ref(), &SCORES)?,
+            prune: !self.keep_components,
+            lock_boundaries: self.lock_boundaries,
+            subset: self.subset,
+            map: self.map,
+            crease_angle: angle.map(|degrees| degrees as f32),
+            ..ClosedOptions::default()
+        };
         if self.scores.is_none() && self.has_weights {
             options.scores = ScoreSource::Network;
         }
-        self.check_no_network(&options)?;
-        options.seed = self.seed;
-        options.prune = !self.keep_components;
-        (options.lock_boundaries, options.subset) = (self.lock_boundaries, self.subset);
-        (options.close, options.place, options.map) = (self.close, self.place, self.map);
-        let angle = self.keep_features.then_some(FEATURE_ANGLE).or(self.crease_angle);
-        options.crease_angle = angle.map(|degrees| degrees as f32);
+        self.check_no_network(&options, is_paper)?;
         let plane = self.symmetric.as_ref().filter(|plane| plane.is_given());
         options.symmetric = plane.map(|plane| symmetry(plane.text().as_deref())).transpose()?;
         Ok(options)
+    }
+
+    /// Sets the paper's assembly if it is named; rejects options of the other assembly.
+    fn set_assembly(&self, is_paper: bool, job: &mut Job) -> Result<(), JobError> {
+        if is_paper {
+            job.check_paper()?;
+            let (seed, close, place) = (self.seed, self.close, self.place);
+            job.options.assembly = Assembly::Paper(PaperOptions { seed, close, place });
+            return Ok(());
+        }
+        let what = match (self.close, self.place) {
+            (true, _) => {
+                "--close is for --assembly paper: leave it out, the closed assembly makes no holes (--fill-holes closes those of the input)"
+            }
+            (_, true) => "--place is for --assembly paper: leave it out, the closed assembly always places vertices",
+            _ => return Ok(()),
+        };
+        Err(options_error(what))
     }
 
     // A size that is known only with the mesh leaves the target at a ratio of 1.0.
@@ -206,15 +231,15 @@ impl Arguments {
     }
 
     /// Rejects weights and the paper's assembly if another option rules them out.
-    fn check_no_network(&self, options: &Options) -> Result<(), JobError> {
+    fn check_no_network(&self, options: &ClosedOptions, is_paper: bool) -> Result<(), JobError> {
         let option = match (&self.scores, options.scores) {
             (Some(_), ScoreSource::Geometry) => "--scores geometry",
             (Some(_), ScoreSource::Bending) => "--scores bending",
             _ if options.optimize == Optimize::Mean => "--optimize mean",
             _ => return Ok(()),
         };
-        let why = match (options.assembly, self.has_weights) {
-            (Assembly::Paper, _) => "the paper's assembly needs a network: use --assembly closed",
+        let why = match (is_paper, self.has_weights) {
+            (true, _) => "the paper's assembly needs a network: use --assembly closed",
             (_, true) => "it uses no network: leave --weights out",
             _ => return Ok(()),
         };
@@ -280,7 +305,8 @@ fn is_given(value: &Option<OptionValue>) -> bool {
     value.as_ref().is_some_and(OptionValue::is_given)
 }
 
-const ASSEMBLIES: [(&str, Assembly); 2] = [("closed", Assembly::Closed), ("paper", Assembly::Paper)];
+// True for the paper's.
+const ASSEMBLIES: [(&str, bool); 2] = [("closed", false), ("paper", true)];
 const OPTIMIZE: [(&str, Optimize); 4] = [
     ("balanced", Optimize::Balanced),
     ("mean", Optimize::Mean),
@@ -356,7 +382,10 @@ mod tests {
             (Some(Bound::Absolute(0.5)), Some(Repair::Printable(Bound::Percent(PIECE_PERCENT))))
         );
         let named = job(r#"{"ratio_of": {"head": "50%"}, "for": "poses", "format": "glb"}"#).unwrap();
-        assert_eq!((named.shares.len(), named.options.purpose, named.format), (1, Purpose::Poses, Format::Glb));
+        assert_eq!(
+            (named.shares.len(), named.closed_options().purpose, named.format),
+            (1, Purpose::Poses, Format::Glb)
+        );
     }
 
     #[test]
@@ -370,6 +399,12 @@ mod tests {
             (r#"{"ratio": 0.1, "format": "doc"}"#, "--format doc: unknown format"),
             (r#"{"ratio": 0.1, "fill_holes": "few"}"#, "--fill-holes: give a whole number"),
             (r#"{"ratio": 0.1, "scores": "geometry", "assembly": "paper"}"#, "--scores geometry: the paper's assembly"),
+            (r#"{"ratio": 0.1, "close": true}"#, "--close is for --assembly paper"),
+            (r#"{"ratio": 0.1, "place": true}"#, "--place is for --assembly paper"),
+            (
+                r#"{"ratio": 0.1, "assembly": "paper", "map": true}"#,
+                "--map: not available with --assembly paper: leave one out",
+            ),
             (r#"{"rato": 0.1}"#, "unknown field `rato`"),
         ] {
             let said = job(json).unwrap_err();

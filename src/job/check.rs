@@ -1,7 +1,7 @@
 //! Checks for options that contradict each other.
 
 use crate::io::Format;
-use crate::simplify::{Assembly, Effort, Hidden, Optimize, Purpose};
+use crate::simplify::{Effort, Hidden, Optimize, Purpose};
 
 use super::bake;
 use super::error::JobError;
@@ -49,39 +49,26 @@ impl Job {
     /// As [`check`](Self::check).
     pub fn check_options(&self) -> Result<(), JobError> {
         self.bake.map_or(Ok(()), bake::check_size)?;
-        let refused = |what: String| Err(JobError::Options(what));
-        if self.options.close && self.options.assembly != Assembly::Paper {
-            return refused(
-                "--close is for --assembly paper: leave it out, the closed assembly makes no holes (--fill-holes closes those of the input)".into(),
-            );
+        if self.options.assembly.as_closed().is_none() {
+            self.check_paper()?;
         }
-        if self.options.place && self.options.assembly != Assembly::Paper {
-            return refused(
-                "--place is for --assembly paper: leave it out, the closed assembly always places vertices".into(),
-            );
+        if self.closed_options().symmetric.is_some() {
+            reject_first(&self.not_mirrored(), |name| {
+                format!("{name} and --symmetric cannot be combined: leave one out")
+            })?;
         }
-        let first = |given: &[Given]| given.iter().find(|(_, is_given)| *is_given).map(|(name, _)| *name);
-        if self.options.assembly == Assembly::Paper
-            && let Some(name) = first(&self.not_with_paper())
-        {
-            return refused(format!("{name}: not available with --assembly paper: leave one out"));
-        }
-        if self.options.symmetric.is_some()
-            && let Some(name) = first(&self.not_mirrored())
-        {
-            return refused(format!("{name} and --symmetric cannot be combined: leave one out"));
-        }
-        if !self.shares.is_empty()
-            && let Some(name) = first(&self.not_with_shares())
-        {
-            return refused(format!("--ratio NAME=R cannot be used with {name}: leave one out"));
+        if !self.shares.is_empty() {
+            reject_first(&self.not_with_shares(), |name| {
+                format!("--ratio NAME=R cannot be used with {name}: leave one out")
+            })?;
         }
         Ok(())
     }
 
-    fn not_with_paper(&self) -> [Given; 17] {
-        let options = &self.options;
-        [
+    /// Rejects options that the paper's assembly has not.
+    pub(super) fn check_paper(&self) -> Result<(), JobError> {
+        let options = self.closed_options();
+        let given = [
             ("--lock-boundaries", options.lock_boundaries),
             ("--prune", self.prune_below.is_some() && !self.is_by_error()),
             ("--hidden", options.hidden != Hidden::Keep),
@@ -99,26 +86,29 @@ impl Job {
             ("--error", matches!(self.goal, Goal::Error(_))),
             ("--size", matches!(self.goal, Goal::Size(_))),
             ("--lods", matches!(self.goal, Goal::ErrorLevels(_)) || self.goal.n_levels().is_some_and(|n| n > 1)),
-        ]
+        ];
+        reject_first(&given, |name| format!("{name}: not available with --assembly paper: leave one out"))
     }
 
     fn not_mirrored(&self) -> [Given; 7] {
+        let options = self.closed_options();
         [
-            ("--lock-boundaries", self.options.lock_boundaries),
-            ("--subset", self.options.subset),
+            ("--lock-boundaries", options.lock_boundaries),
+            ("--subset", options.subset),
             ("--keep", !self.keep.is_empty()),
             ("--prune", self.prune_below.is_some()),
-            ("--hidden", self.options.hidden != Hidden::Keep),
-            ("--map", self.options.map),
-            ("--for", self.options.purpose != Purpose::Shape),
+            ("--hidden", options.hidden != Hidden::Keep),
+            ("--map", options.map),
+            ("--for", options.purpose != Purpose::Shape),
         ]
     }
 
     fn not_with_shares(&self) -> [Given; 4] {
+        let options = self.closed_options();
         [
             ("--error", self.is_by_error()),
-            ("--symmetric", self.options.symmetric.is_some()),
-            ("--map", self.options.map),
+            ("--symmetric", options.symmetric.is_some()),
+            ("--map", options.map),
             ("--bake", self.bake.is_some()),
         ]
     }
@@ -128,12 +118,18 @@ impl Job {
     }
 }
 
+/// Rejects the first option that is given.
+fn reject_first(given: &[Given], what: impl Fn(&str) -> String) -> Result<(), JobError> {
+    let first = given.iter().find(|(_, is_given)| *is_given);
+    first.map_or(Ok(()), |(name, _)| Err(JobError::Options(what(name))))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::io::PackOptions;
     use crate::job::Bound;
-    use crate::simplify::{Options, Symmetry, Target};
+    use crate::simplify::{Assembly, ClosedOptions, Options, PaperOptions, Symmetry, Target};
 
     fn error_message(change: impl FnOnce(&mut Job)) -> String {
         let mut job = Job::new(Options::new(Target::Ratio(0.5)), Format::Obj);
@@ -144,18 +140,21 @@ mod tests {
 
     #[test]
     fn options_that_contradict_each_other_are_named() {
-        let paper = |job: &mut Job| job.options.assembly = Assembly::Paper;
+        let paper = |job: &mut Job| job.options.assembly = Assembly::Paper(PaperOptions::default());
+        let closed = |job: &mut Job, options| job.options.assembly = Assembly::Closed(options);
         assert_eq!(error_message(paper), "");
         let by_error = error_message(|job| {
             paper(job);
             job.goal = Goal::Error(Bound::Percent(1.0));
         });
         assert_eq!(by_error, "--error: not available with --assembly paper: leave one out");
-        assert!(error_message(|job| job.options.close = true).starts_with("--close is for --assembly paper"));
-        assert!(error_message(|job| job.options.place = true).starts_with("--place is for --assembly paper"));
-        let mirrored = error_message(|job| (job.options.symmetric, job.options.subset) = (Some(Symmetry::Best), true));
+        let both = ClosedOptions { symmetric: Some(Symmetry::Best), subset: true, ..ClosedOptions::default() };
+        let mirrored = error_message(|job| closed(job, both));
         assert_eq!(mirrored, "--subset and --symmetric cannot be combined: leave one out");
-        let by_name = error_message(|job| (job.shares, job.options.map) = (vec![("head".into(), 0.5)], true));
+        let by_name = error_message(|job| {
+            closed(job, ClosedOptions { map: true, ..ClosedOptions::default() });
+            job.shares = vec![("head".into(), 0.5)];
+        });
         assert_eq!(by_name, "--ratio NAME=R cannot be used with --map: leave one out");
     }
 

@@ -1,7 +1,7 @@
 //! Jobs: all options for the simplification of a document.
 
 use crate::io::{Format, PackOptions};
-use crate::simplify::{Options, Target};
+use crate::simplify::{ClosedOptions, Options, Target};
 
 use super::size::{Bound, Count, Goal};
 
@@ -21,12 +21,16 @@ use super::size::{Bound, Count, Goal};
 pub struct Job {
     /// Options of the simplifier.
     pub options: Options,
+    /// Seed that the report names, and of the paper's sampling.
+    pub seed: u64,
     /// Goal of the job; most goals replace `options.target`.
     pub goal: Goal,
     /// Format of the results.
     pub format: Format,
     /// Names of the result files.
     pub names: Names,
+    /// True if vertices that do not move get exactly the file's coordinates.
+    pub exact: bool,
     /// True if vertices at equal positions are welded.
     pub weld: bool,
     /// Distance below which vertices are welded.
@@ -64,9 +68,11 @@ impl Job {
     pub fn new(options: Options, format: Format) -> Self {
         Self {
             options,
+            seed: 0,
             goal: Goal::Target,
             format,
             names: Names::default(),
+            exact: false,
             weld: true,
             weld_near: None,
             seam_texels: None,
@@ -94,6 +100,11 @@ impl Job {
         }
     }
 
+    /// Returns the options of the closed assembly; the defaults with the paper's.
+    pub fn closed_options(&self) -> ClosedOptions {
+        self.options.assembly.as_closed().cloned().unwrap_or_default()
+    }
+
     /// Returns whether a glTF stays a scene instead of one mesh.
     pub(super) fn takes_scenes(&self) -> bool {
         matches!(self.format, Format::Gltf | Format::Glb) && self.bake.is_none()
@@ -101,12 +112,12 @@ impl Job {
 
     /// Returns whether some vertices are locked: at boundaries or at kept faces.
     pub(super) fn keeps_unmoved_positions(&self) -> bool {
-        self.options.lock_boundaries || !self.keep.is_empty() || !self.shares.is_empty()
+        self.closed_options().lock_boundaries || !self.keep.is_empty() || !self.shares.is_empty()
     }
 
     /// Returns whether some vertices must keep their exact positions.
     pub(super) fn keeps_positions(&self) -> bool {
-        self.options.subset || self.keeps_unmoved_positions()
+        self.exact || self.closed_options().subset || self.keeps_unmoved_positions()
     }
 }
 

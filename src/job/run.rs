@@ -5,7 +5,8 @@ use crate::mesh::Role;
 use crate::model::Weights;
 use crate::search::simplify_to_size;
 use crate::simplify::{
-    Hidden, Input, Options, Purpose, SEAM_ERROR, Simplified, Target, simplify_input, simplify_levels_of_detail,
+    Assembly, Hidden, Input, Options, Purpose, SEAM_ERROR, Simplified, Target, simplify_input,
+    simplify_levels_of_detail,
 };
 
 use super::advice::list_advice;
@@ -84,12 +85,13 @@ fn simplify_document(
     // Named shares are simplified first; the rest then gets the remaining size.
     let importance = importance(document, job)?;
     let options = options_for(document, job)?;
-    if job.shares.is_empty() {
+    // The check has refused shares with the paper's assembly.
+    let Some(closed) = options.assembly.as_closed().filter(|_| !job.shares.is_empty()) else {
         let kept = document.faces_named("--keep", &job.keep)?;
         let input = document.input(&importance, &kept);
         return simplify_to_goal(document, &input, (weights, &options), job, watch);
-    }
-    let (simplified_groups, named) = shares::simplify_named(document, &importance, (weights, &options), job, watch)?;
+    };
+    let (simplified_groups, named) = shares::simplify_named(document, &importance, (weights, closed), job, watch)?;
     let mut simplified =
         simplify_to_goal(document, &simplified_groups.input(document.united_mesh()), (weights, &options), job, watch)?;
     shares::renumber(&mut simplified.results, &simplified_groups);
@@ -104,27 +106,28 @@ fn simplify_to_goal(
     watch: &mut dyn Watch,
 ) -> Result<SimplifiedResults, JobError> {
     let single_result = |result| SimplifiedResults::new(vec![result], job);
-    match &job.goal {
-        Goal::Target | Goal::ShareOfFaces(_) => {
-            Ok(single_result(simplify_input(input, weights, options, &mut |event| watch.event(event))?))
-        }
-        Goal::Levels(sizes) => {
+    // The check has refused goals that need the closed assembly, except for a single level.
+    match (&job.goal, options.assembly.as_closed()) {
+        (Goal::Levels(sizes), Some(closed)) => {
             let target = |size: &LevelSize| resolve_target(size.target(document.mesh().faces().len()), document, job);
-            let further: Vec<Target> = sizes.iter().skip(1).map(target).collect();
+            let targets: Vec<Target> = sizes.iter().map(target).collect();
             let forward_event = &mut |event| watch.event(event);
-            Ok(SimplifiedResults::new(
-                simplify_levels_of_detail(input, weights, options, &further, forward_event)?,
-                job,
-            ))
+            let levels = simplify_levels_of_detail(input, weights, closed, &targets, forward_event)?;
+            Ok(SimplifiedResults::new(levels, job))
         }
-        Goal::Error(bound) => simplify_within(&[*bound], (document, input), (weights, options), job, watch),
-        Goal::ErrorLevels(bounds) => simplify_within(bounds, (document, input), (weights, options), job, watch),
-        Goal::Size(n_bytes) => {
+        (Goal::Error(bound), Some(closed)) => {
+            simplify_within(&[*bound], (document, input), (weights, closed), job, watch)
+        }
+        (Goal::ErrorLevels(bounds), Some(closed)) => {
+            simplify_within(bounds, (document, input), (weights, closed), job, watch)
+        }
+        (Goal::Size(n_bytes), _) => {
             document.check_bytes(*n_bytes, job, job.names.file(0))?;
             let bytes_of = |result: &Simplified| bytes_of(document, result, job);
-            simplify_to_size(input, weights, options, *n_bytes, &bytes_of, &mut |event| watch.event(event))
-                .map(single_result)
+            let forward_event = &mut |event| watch.event(event);
+            simplify_to_size(input, weights, &options.assembly, *n_bytes, &bytes_of, forward_event).map(single_result)
         }
+        _ => Ok(single_result(simplify_input(input, weights, options, &mut |event| watch.event(event))?)),
     }
 }
 
@@ -136,15 +139,17 @@ fn bytes_of(document: &Document, result: &Simplified, job: &Job) -> Result<usize
 }
 
 fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
-    let prune_below = job.prune_below.map_or(0.0, |size| size.to_absolute(document.diagonal()));
-    let symmetric = job.options.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
-    let seam_error = job.seam_texels.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
     let mut options = job.options.clone();
-    options.frame = document.written_frame(job);
     options.target = resolve_target(job.target(document.mesh().faces().len()), document, job);
-    options.prune_below = prune_below;
-    options.seam_error = seam_error;
-    options.symmetric = symmetric;
+    match &mut options.assembly {
+        Assembly::Closed(closed) => {
+            closed.frame = document.written_frame(job);
+            closed.prune_below = job.prune_below.map_or(0.0, |size| size.to_absolute(document.diagonal()));
+            closed.seam_error = job.seam_texels.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
+            closed.symmetric = closed.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
+        }
+        Assembly::Paper(paper) => paper.seed = job.seed,
+    }
     Ok(options)
 }
 
@@ -192,12 +197,12 @@ fn measure_result(document: &Document, result: &Simplified, packing: Option<&Pac
 fn note_missing_poses(document: &Document, job: &Job) -> Option<String> {
     let has_poses = document.attributes().channels.iter().any(|channel| channel.role == Role::MorphPosition);
     let what = "--for poses: the mesh has no skin or morph targets, so every region is assumed to bend alike";
-    (job.options.purpose == Purpose::Poses && !has_poses).then(|| what.into())
+    (job.closed_options().purpose == Purpose::Poses && !has_poses).then(|| what.into())
 }
 
 // The proof leaves out components dropped by `--prune` and `--hidden`.
 fn note_unproved(job: &Job, result: &Simplified) -> Option<String> {
-    let is_by_name = job.prune_below.is_some() || job.options.hidden == Hidden::Drop;
+    let is_by_name = job.prune_below.is_some() || job.closed_options().hidden == Hidden::Drop;
     let is_proved = matches!(job.goal, Goal::Error(_) | Goal::ErrorLevels(_));
     let what =
         "the proved distance leaves out components dropped by --prune and --hidden; the sampled distance includes them";
@@ -223,7 +228,7 @@ fn make_report(
         target: target_words(&job.goal, job.options.target),
         outcome: first.outcome,
         scores: score_words(result.report.scores),
-        seed: job.options.seed,
+        seed: job.seed,
         threads: rayon::current_num_threads(),
         seconds: Seconds::default(),
         cleaned: (&document.counts).into(),

@@ -1,7 +1,7 @@
 //! `--ratio NAME=50%`: named faces are simplified first, then the rest to the total size.
 
 use crate::model::Weights;
-use crate::simplify::{Event, GroupRatio, Options, Simplified, SimplifiedGroups, Target, simplify_groups};
+use crate::simplify::{ClosedOptions, Event, GroupRatio, Simplified, SimplifiedGroups, Target, simplify_groups};
 
 use super::document::Document;
 use super::error::JobError;
@@ -16,7 +16,7 @@ const SHARE_OF_RUN: f32 = 0.5;
 pub fn simplify_named(
     document: &Document,
     importance: &[f32],
-    (weights, options): (Option<&Weights>, &Options),
+    (weights, options): (Option<&Weights>, &ClosedOptions),
     job: &Job,
     watch: &mut dyn Watch,
 ) -> Result<(SimplifiedGroups, Vec<NamedShare>), JobError> {

@@ -4,7 +4,7 @@ use crate::io::PackOptions;
 use crate::metrics::CertifiedDistance;
 use crate::model::Weights;
 use crate::search::simplify_to_error;
-use crate::simplify::{Event, Input, Options, Outcome};
+use crate::simplify::{ClosedOptions, Event, Input, Outcome};
 
 use super::document::Document;
 use super::error::JobError;
@@ -21,7 +21,7 @@ const ENDED_EARLY: &str = "the search ended early, so a smaller mesh may also me
 pub(super) fn simplify_within(
     bounds: &[Bound],
     (document, input): (&Document, &Input),
-    (weights, options): (Option<&Weights>, &Options),
+    (weights, options): (Option<&Weights>, &ClosedOptions),
     job: &Job,
     watch: &mut dyn Watch,
 ) -> Result<SimplifiedResults, JobError> {

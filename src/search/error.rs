@@ -8,7 +8,8 @@ use crate::mesh::{TriMesh, UnitedMesh};
 use crate::metrics::{CertifiedDistance, DistanceTolerance, certified_distance, certified_distance_with_budget};
 use crate::model::Weights;
 use crate::simplify::{
-    Input, Listener, Options, Outcome, PrunedMesh, Simplified, SimplifyError, Target, prune, simplify_to_sizes,
+    ClosedOptions, Input, Listener, Outcome, PrunedMesh, Simplified, SimplifyError, Target, prune,
+    simplify_levels_of_detail,
 };
 
 use super::progress::Search;
@@ -53,10 +54,10 @@ pub struct Bounded {
 
 /// Finds the smallest result whose two-sided largest distance from the mesh is proved to be at most `error`.
 ///
-/// `error` is in the unit of the mesh; the target of `options` is ignored. Only components within `error` of the rest are
-/// dropped to save vertices. Components below `prune_below` and hidden ones to be dropped are removed first, and the
-/// distance is measured from the rest. A smaller mesh may exist, since distances do not fall strictly with size. If no
-/// result is proved, returns the nearest with [`Outcome::Stopped`].
+/// `error` is in the unit of the mesh. Only components within `error` of the rest are dropped to save vertices. Components
+/// below `prune_below` and hidden ones to be dropped are removed first, and the distance is measured from the rest. A
+/// smaller mesh may exist, since distances do not fall strictly with size. If no result is proved, returns the nearest
+/// with [`Outcome::Stopped`].
 ///
 /// # Errors
 /// As [`simplify_input`](crate::simplify::simplify_input); [`SimplifyError::BadError`] if `error` is negative or not a
@@ -64,9 +65,9 @@ pub struct Bounded {
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use neural_mesh::{mesh::shapes, search::simplify_to_error, simplify::{Input, Options, Target}};
+/// use neural_mesh::{mesh::shapes, search::simplify_to_error, simplify::{ClosedOptions, Input}};
 /// let mesh = shapes::icosphere(4);
-/// let options = Options::new(Target::Ratio(1.0));
+/// let options = ClosedOptions::default();
 /// let go_on = &mut |_| ControlFlow::Continue(());
 /// let found = simplify_to_error(&Input::bare(&mesh), None, &options, 0.02, go_on).unwrap();
 /// assert!(found.distance.upper <= 0.02 && found.simplified.mesh.faces().len() < 1000);
@@ -74,7 +75,7 @@ pub struct Bounded {
 pub fn simplify_to_error(
     input: &Input,
     weights: Option<&Weights>,
-    options: &Options,
+    options: &ClosedOptions,
     error: f64,
     progress: &mut Listener,
 ) -> Result<Bounded, SimplifyError> {
@@ -86,10 +87,10 @@ pub fn simplify_to_error(
     // Placing both meshes in the scene rounds positions to single precision.
     let rounding = 2.0 * original.rounding();
     let bound = (error - rounding).max(0.0);
-    let options = &Options { prune_within: options.prune_within.min(bound), ..options.clone() };
+    let options = &ClosedOptions { prune_within: options.prune_within.min(bound), ..options.clone() };
     let mut search = Search::new(progress, SHARE_OF_RUN);
     let mut levels = |sizes: &[usize], in_place: bool| {
-        let options = Options { subset: in_place || options.subset, ..options.clone() };
+        let options = ClosedOptions { subset: in_place || options.subset, ..options.clone() };
         let made = simplify_to_counts(input, weights, &options, sizes, &mut search.run())?;
         search.look("proof")?;
         Ok(made)
@@ -112,7 +113,7 @@ pub fn simplify_to_error(
 fn nearest(
     original: &PlacedOriginal,
     error: f64,
-    options: &Options,
+    options: &ClosedOptions,
     levels: &mut dyn FnMut(&[usize], bool) -> LevelResults,
 ) -> Result<(Simplified, CertifiedDistance), SimplifyError> {
     let mut whole = |in_place: bool| {
@@ -177,12 +178,12 @@ type LevelResults = Result<Vec<Simplified>, SimplifyError>;
 fn simplify_to_counts(
     input: &Input,
     weights: Option<&Weights>,
-    options: &Options,
+    options: &ClosedOptions,
     sizes: &[usize],
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let sizes: Vec<Target> = sizes.iter().map(|&size| Target::Vertices(size)).collect();
-    simplify_to_sizes(input, weights, options, &sizes, progress)
+    simplify_levels_of_detail(input, weights, options, &sizes, progress)
 }
 
 /// Finds the smallest result within the error, and the number of results made.
@@ -383,10 +384,10 @@ mod tests {
 
     use crate::mesh::{shapes, topology};
     use crate::metrics::{Surface, surface_distance};
-    use crate::simplify::{Axis, Symmetry, simplify_input};
+    use crate::simplify::{Axis, Options, Symmetry, simplify_input};
 
     fn simplify_within(mesh: &TriMesh, error: f64) -> Bounded {
-        let options = Options::new(Target::Ratio(1.0));
+        let options = ClosedOptions::default();
         simplify_to_error(&Input::bare(mesh), None, &options, error, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
@@ -418,7 +419,7 @@ mod tests {
                 .unwrap();
         let mut input = Input::bare(&united.mesh);
         (input.attributes, input.scene) = (&united.attributes, Some(&united));
-        let options = Options::new(Target::Ratio(1.0));
+        let options = ClosedOptions::default();
         let go_on = &mut |_| ControlFlow::Continue(());
         let found = simplify_to_error(&input, None, &options, 0.2, go_on).unwrap();
         let alone = simplify_to_error(&Input::bare(&mesh), None, &options, 0.02, go_on).unwrap();
@@ -447,7 +448,7 @@ mod tests {
         let (mut positions, faces) = shapes::icosphere(3).into_parts();
         positions.iter_mut().filter(|position| position[0] > 0.0).flatten().for_each(|x| *x *= 1.0 + 4e-5);
         let mesh = TriMesh::new(positions, faces).unwrap();
-        let options = Options { symmetric: Some(Symmetry::Across(Axis::X)), ..Options::new(Target::Ratio(1.0)) };
+        let options = ClosedOptions { symmetric: Some(Symmetry::Across(Axis::X)), ..ClosedOptions::default() };
         let go_on = &mut |_| ControlFlow::Continue(());
         let Bounded { simplified, distance, .. } =
             simplify_to_error(&Input::bare(&mesh), None, &options, 1e-6, go_on).unwrap();

@@ -51,11 +51,12 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
     use crate::search::{simplify_to_error, simplify_to_size};
-    use crate::simplify::{Input, Options, Simplified, SimplifyError, Target};
+    use crate::simplify::{Assembly, ClosedOptions, Input, Simplified, SimplifyError};
 
     #[test]
     fn the_share_of_a_search_that_is_done_never_falls() {
-        let (mesh, options) = (shapes::wavy_sphere(3, 5.0), Options::new(Target::Ratio(1.0)));
+        let (mesh, options) = (shapes::wavy_sphere(3, 5.0), ClosedOptions::default());
+        let assembly = Assembly::Closed(options.clone());
         let input = Input::bare(&mesh);
         for by_error in [true, false] {
             let (mut last, mut n_runs) = (0.0, 0);
@@ -69,7 +70,7 @@ mod tests {
                 simplify_to_error(&input, None, &options, 0.05, &mut hear).unwrap();
             } else {
                 let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(26 * result.mesh.faces().len());
-                simplify_to_size(&input, None, &options, 9000, &bytes_of, &mut hear).unwrap();
+                simplify_to_size(&input, None, &assembly, 9000, &bytes_of, &mut hear).unwrap();
             }
             assert!(n_runs > 1 && last > 0.0, "{n_runs}");
         }

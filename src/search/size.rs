@@ -1,7 +1,7 @@
 //! The largest result within a number of bytes.
 
 use crate::model::Weights;
-use crate::simplify::{Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify_input};
+use crate::simplify::{Assembly, Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify_input};
 
 use super::progress::Search;
 
@@ -18,8 +18,8 @@ const SHARE_OF_RUN: f32 = 0.9;
 
 /// Finds a result that takes at most `n_bytes` when written and nearly fills them.
 ///
-/// `bytes_of` returns the bytes that a result takes. The target of `options` is ignored. If no result fits, returns the
-/// smallest one with [`Outcome::Stopped`].
+/// `bytes_of` returns the bytes that a result takes. If no result fits, returns the smallest one with
+/// [`Outcome::Stopped`].
 ///
 /// # Errors
 /// As [`simplify_input`], and those of `bytes_of`.
@@ -27,18 +27,18 @@ const SHARE_OF_RUN: f32 = 0.9;
 /// ```
 /// use std::ops::ControlFlow;
 /// use neural_mesh::{mesh::shapes, search::simplify_to_size};
-/// use neural_mesh::simplify::{Input, Options, Simplified, SimplifyError, Target};
+/// use neural_mesh::simplify::{Assembly, ClosedOptions, Input, Simplified, SimplifyError};
 /// let mesh = shapes::icosphere(5);
 /// let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(500 + 26 * result.mesh.faces().len());
 /// let go_on = &mut |_| ControlFlow::Continue(());
-/// let options = Options::new(Target::Ratio(1.0));
-/// let found = simplify_to_size(&Input::bare(&mesh), None, &options, 100_000, &bytes_of, go_on).unwrap();
+/// let closed = Assembly::Closed(ClosedOptions::default());
+/// let found = simplify_to_size(&Input::bare(&mesh), None, &closed, 100_000, &bytes_of, go_on).unwrap();
 /// assert!((98_000..=100_000).contains(&bytes_of(&found).unwrap()));
 /// ```
 pub fn simplify_to_size<E: From<SimplifyError>>(
     input: &Input,
     weights: Option<&Weights>,
-    options: &Options,
+    assembly: &Assembly,
     n_bytes: usize,
     bytes_of: &dyn Fn(&Simplified) -> Result<usize, E>,
     progress: &mut Listener,
@@ -49,7 +49,7 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
     let mut vertices = FIRST.min(n_all);
     let mut search = Search::new(progress, SHARE_OF_RUN);
     for n_before in 0..MOST_TRIES {
-        let options = Options { target: Target::Vertices(vertices), ..options.clone() };
+        let options = Options { target: Target::Vertices(vertices), assembly: assembly.clone() };
         let result = simplify_input(input, weights, &options, &mut search.run())?;
         search.look("bytes")?;
         let n = bytes_of(&result)?;
@@ -98,12 +98,13 @@ mod tests {
     use std::ops::ControlFlow;
 
     use crate::mesh::shapes;
+    use crate::simplify::ClosedOptions;
 
     fn simplify_to_bytes(more: usize, n_bytes: usize) -> (Simplified, usize) {
         let mesh = shapes::icosphere(4);
         let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(more + 26 * result.mesh.faces().len());
-        let (options, go_on) = (Options::new(Target::Ratio(1.0)), &mut |_| ControlFlow::Continue(()));
-        let result = simplify_to_size(&Input::bare(&mesh), None, &options, n_bytes, &bytes_of, go_on).unwrap();
+        let (closed, go_on) = (Assembly::Closed(ClosedOptions::default()), &mut |_| ControlFlow::Continue(()));
+        let result = simplify_to_size(&Input::bare(&mesh), None, &closed, n_bytes, &bytes_of, go_on).unwrap();
         let n = bytes_of(&result).unwrap();
         (result, n)
     }

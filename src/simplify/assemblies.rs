@@ -13,12 +13,14 @@ use super::hidden::hidden_vertices;
 use super::input::{Input, kept_edges, locked_vertices};
 use super::limits::Limit;
 use super::map;
-use super::options::{Assembly, Hidden, Options, Purpose, Refinements, Report, ScoreSource, Simplified, SimplifyError};
+use super::options::{
+    ClosedOptions, Hidden, PaperOptions, Purpose, Refinements, Report, ScoreSource, Simplified, SimplifyError,
+};
 use super::paper;
 use super::progress::Progress;
 
 pub(super) struct Task<'a> {
-    pub options: &'a Options,
+    pub options: &'a ClosedOptions,
     pub differentiable: bool,
     /// True to reach the size even where too few vertices are free to keep the shape.
     pub forces_size: bool,
@@ -26,7 +28,7 @@ pub(super) struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    pub fn new(options: &'a Options) -> Self {
+    pub fn new(options: &'a ClosedOptions) -> Self {
         Self { options, differentiable: false, forces_size: false, half: None }
     }
 }
@@ -87,7 +89,7 @@ fn simplify_dropping(
 }
 
 /// Returns the rules for dropping components from level `from_level` on; `None` if all must stay.
-fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: usize) -> Option<DropRules> {
+fn drop_rules(input: &Input, options: &ClosedOptions, half: Option<Half>, from_level: usize) -> Option<DropRules> {
     // Constraints of the caller name vertices or faces that must remain.
     let is_constrained = options.subset || options.lock_boundaries || !input.locked.is_empty();
     let keeps_all = !options.prune || is_constrained || half.is_some();
@@ -95,7 +97,11 @@ fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: 
 }
 
 /// Chooses the source of vertex scores: none if without effect, the network if the caller gives weights.
-pub(super) fn score_source(options: &Options, settings: &StageSettings, weights: Option<&Weights>) -> ScoreSource {
+pub(super) fn score_source(
+    options: &ClosedOptions,
+    settings: &StageSettings,
+    weights: Option<&Weights>,
+) -> ScoreSource {
     match options.scores {
         // The purposes Poses and Spectrum distribute the vertices by terms of their own, so scores need given weights
         // there.
@@ -191,16 +197,14 @@ fn simplify_with_given_normals<'a>(
 pub(super) fn simplify_by_paper(
     mesh: &TriMesh,
     weights: Option<&Weights>,
-    options: &Options,
+    options: &PaperOptions,
     limit: Limit,
     progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
     let weights = weights.map_or_else(|| paper_weights().ok_or(SimplifyError::NoWeights), Ok)?;
     // The network's target is a number of vertices; a closed surface has about half as many vertices as faces.
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
-    let Options { seed, close, place, .. } = *options;
-    let run = paper::PaperRun { n_target_vertices: n_target, weights, seed, close, place };
-    let result = paper::simplify_in_run(mesh, &run, progress)?;
+    let result = paper::simplify_in_run(mesh, n_target, weights, options, progress)?;
     let mut positions = mesh.positions().to_vec();
     result.vertices.iter().zip(&result.positions).for_each(|(&v, &position)| positions[v as usize] = position);
     let (mesh, kept) = compact(&positions, result.faces).map_err(|_| SimplifyError::Overflow)?;
@@ -209,24 +213,25 @@ pub(super) fn simplify_by_paper(
     Ok(Simplified { mesh, attributes, source_vertices: Some(kept), map: None, report })
 }
 
-pub(super) fn unchanged_result(pulse: Pulse, input: &Input, options: &Options) -> Simplified {
+pub(super) fn unchanged_result(pulse: Pulse, input: &Input, scores: ScoreSource) -> Simplified {
     let mesh = input.mesh;
-    let scores = if options.assembly == Assembly::Closed { options.scores } else { ScoreSource::Network };
     Simplified {
         mesh: mesh.clone(),
         attributes: input.attributes.clone(),
         source_vertices: Some((0..mesh.positions().len() as u32).collect()),
-        map: options.map.then(|| map::identity_map(mesh)),
+        map: None,
         report: Report { scores, ..Report::for_mesh(pulse, mesh) },
     }
 }
 
-pub(super) fn pruned_result(pulse: Pulse, input: &Input, options: &Options) -> Result<Simplified, SimplifyError> {
-    let Some(pruned) = prune(pulse, input, options) else {
-        return Ok(unchanged_result(pulse, input, options));
+pub(super) fn pruned_result(pulse: Pulse, input: &Input, options: &ClosedOptions) -> Result<Simplified, SimplifyError> {
+    let unchanged = |input: &Input| Simplified {
+        map: options.map.then(|| map::identity_map(input.mesh)),
+        ..unchanged_result(pulse, input, options.scores)
     };
+    let Some(pruned) = prune(pulse, input, options) else { return Ok(unchanged(input)) };
     let rest = input.select(&pruned.sources, &pruned.faces)?;
-    let mut result = unchanged_result(pulse, &rest.to_input(&pruned.mesh, input.scene), options);
+    let mut result = unchanged(&rest.to_input(&pruned.mesh, input.scene));
     // Report and map name the vertices and faces of the caller's mesh.
     pruned.add_to_report(&mut result.report);
     result.map.iter_mut().for_each(|map| map::renumber_pruned_map(map, input.mesh, &pruned));

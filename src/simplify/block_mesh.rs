@@ -7,7 +7,7 @@ use super::assemblies::{choose_importance, score_source};
 use super::closed::{ClosedRequest, ClosedResult, Requirements, StageSettings, simplify_levels};
 use super::input::kept_edges;
 use super::limits::Limit;
-use super::options::{Options, Refinements, SimplifyError};
+use super::options::{ClosedOptions, Refinements, SimplifyError};
 use super::progress::Progress;
 
 pub(crate) struct SimplifiedBlock {
@@ -22,7 +22,7 @@ pub(crate) fn simplify_block_mesh(
     locked: &[bool],
     (n_vertices, price): (usize, Option<f64>),
     weights: Option<&Weights>,
-    options: &Options,
+    options: &ClosedOptions,
 ) -> Result<SimplifiedBlock, SimplifyError> {
     // A closed surface needs four vertices.
     let limit = Limit::from_vertices(n_vertices.max(4));

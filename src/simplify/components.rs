@@ -6,7 +6,7 @@ use crate::mesh::{TriMesh, compact};
 
 use super::hidden::hidden_components;
 use super::input::Input;
-use super::options::{DroppedComponent, Hidden, Options, Report};
+use super::options::{ClosedOptions, DroppedComponent, Hidden, Report};
 
 const TETRAHEDRON: usize = 4;
 
@@ -53,7 +53,7 @@ impl PrunedMesh {
 }
 
 /// Drops components smaller than `prune_below`, and hidden ones with `Hidden::Drop`; `None` if all stay.
-pub(crate) fn prune(pulse: Pulse, input: &Input, options: &Options) -> Option<PrunedMesh> {
+pub(crate) fn prune(pulse: Pulse, input: &Input, options: &ClosedOptions) -> Option<PrunedMesh> {
     let (mesh, least, drops_hidden) = (input.mesh, options.prune_below, options.hidden == Hidden::Drop);
     if !(least > 0.0 || drops_hidden) {
         return None;
@@ -129,10 +129,9 @@ fn dropped_components(mesh: &TriMesh, is_dropped: impl Fn(usize) -> bool) -> Vec
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::simplify::options::Target;
 
-    fn dropping_below(prune_below: f64) -> Options {
-        Options { prune_below, ..Options::new(Target::Ratio(1.0)) }
+    fn dropping_below(prune_below: f64) -> ClosedOptions {
+        ClosedOptions { prune_below, ..ClosedOptions::default() }
     }
 
     #[test]
@@ -144,14 +143,14 @@ mod tests {
         let at = |(r, x): (f32, f32)| sphere.positions().iter().map(move |p| [r * p[0] + x, r * p[1], r * p[2]]);
         let faces = (0..4).flat_map(|i| sphere.faces().iter().map(move |face| face.map(|v| v + i * n)));
         let mesh = TriMesh::new(places.into_iter().flat_map(at).collect(), faces.collect()).unwrap();
-        let options = Options { hidden: Hidden::Drop, ..dropping_below(0.0) };
+        let options = ClosedOptions { hidden: Hidden::Drop, ..dropping_below(0.0) };
         let left = prune(Pulse::NONE, &Input::bare(&mesh), &options).unwrap();
         assert_eq!((left.n_dropped, left.n_hidden, left.faces.len()), (2, 2, 2 * sphere.faces().len()));
         assert_eq!(left.faces.last(), Some(&(mesh.faces().len() as u32 - 1)));
-        let both = prune(Pulse::NONE, &Input::bare(&mesh), &Options { prune_below: 4.0, ..options }).unwrap();
+        let both = prune(Pulse::NONE, &Input::bare(&mesh), &ClosedOptions { prune_below: 4.0, ..options }).unwrap();
         assert_eq!((both.n_dropped, both.n_hidden), (3, 2));
         assert!(
-            prune(Pulse::NONE, &Input::bare(&sphere), &Options { hidden: Hidden::Drop, ..dropping_below(0.0) })
+            prune(Pulse::NONE, &Input::bare(&sphere), &ClosedOptions { hidden: Hidden::Drop, ..dropping_below(0.0) })
                 .is_none()
         );
     }

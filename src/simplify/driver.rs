@@ -6,7 +6,7 @@ use super::assemblies::{TargetSizes, Task, pruned_result, simplify_by_paper, sim
 use super::closed::{Derivative, is_sound};
 use super::input::Input;
 use super::limits::{Limit, resolve_levels, resolve_limit};
-use super::options::{Assembly, Listener, Simplified, SimplifyError, Target};
+use super::options::{Assembly, Listener, Options, PaperOptions, ScoreSource, Simplified, SimplifyError, Target};
 use super::progress::{PAPER_STAGES, Progress, closed_stages, run_with_listener};
 use super::symmetric;
 use super::used_mesh::UsedMesh;
@@ -16,17 +16,28 @@ type TracedResult = (Simplified, Option<Derivative>);
 pub(super) fn run(
     input: &Input,
     weights: Option<&Weights>,
-    task: &Task,
+    options: &Options,
+    differentiable: bool,
     listener: &mut Listener,
 ) -> Result<TracedResult, SimplifyError> {
-    let options = task.options;
-    // With symmetry the paper's assembly is rejected by the check of the other branch.
-    if options.assembly == Assembly::Paper && options.symmetric.is_none() {
-        return run_with_listener(listener, &PAPER_STAGES, |progress| {
-            Ok((run_paper(input, weights, task, progress)?, None))
-        });
+    match &options.assembly {
+        Assembly::Closed(closed) => {
+            run_closed_to(input, weights, &Task { differentiable, ..Task::new(closed) }, options.target, listener)
+        }
+        Assembly::Paper(paper) => run_with_listener(listener, &PAPER_STAGES, |progress| {
+            Ok((run_paper(input, weights, paper, options.target, progress)?, None))
+        }),
     }
-    let levels = run_levels(input, weights, task, &[options.target], listener)?;
+}
+
+pub(super) fn run_closed_to(
+    input: &Input,
+    weights: Option<&Weights>,
+    task: &Task,
+    target: Target,
+    listener: &mut Listener,
+) -> Result<TracedResult, SimplifyError> {
+    let levels = run_levels(input, weights, task, &[target], listener)?;
     levels.into_iter().next().ok_or(SimplifyError::Empty)
 }
 
@@ -62,7 +73,7 @@ fn run_closed(
     let importance = input.select_importance(used.sources.as_deref());
     let locked = input.select_locked(used.sources.as_deref());
     let input = Input { mesh: &used.mesh, importance: &importance, locked: &locked, ..*input };
-    let mut limits = resolve_levels(&used.mesh, targets, options)?;
+    let mut limits = resolve_levels(&used.mesh, targets)?;
     // A target at or above the input size returns the input.
     let n_met = limits.iter().take_while(|limit| limit.is_met_by(&used.mesh)).count();
     let n_unchanged = if n_met > 0 && is_sound(&used.mesh, &options.frame) { n_met } else { 0 };
@@ -80,15 +91,15 @@ fn run_closed(
 fn run_paper(
     input: &Input,
     weights: Option<&Weights>,
-    task: &Task,
+    options: &PaperOptions,
+    target: Target,
     progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
-    let options = task.options;
     input.check()?;
     let used = UsedMesh::new(progress.pulse, input.mesh)?;
-    let limit = resolve_limit(&used.mesh, options)?;
+    let limit = resolve_limit(&used.mesh, target)?;
     let simplified = if limit.is_met_by(&used.mesh) {
-        unchanged_result(progress.pulse, &Input { mesh: &used.mesh, ..*input }, options)
+        unchanged_result(progress.pulse, &Input { mesh: &used.mesh, ..*input }, ScoreSource::Network)
     } else {
         simplify_by_paper(&used.mesh, weights, options, limit, progress)?
     };

@@ -8,9 +8,9 @@ use crate::mesh::{Attributes, TriMesh, UnitedMesh};
 use crate::model::Weights;
 
 use super::assemblies::Task;
-use super::driver::run;
+use super::driver::run_closed_to;
 use super::input::Input;
-use super::options::{Event, Hidden, Listener, Options, SimplifyError, Target};
+use super::options::{ClosedOptions, Event, Hidden, Listener, SimplifyError, Target};
 
 /// Groups with the share of their vertices to keep.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +49,7 @@ impl SimplifiedGroups {
 
 /// Simplifies each entry's groups to its share, in order; faces that share no vertex with these groups stay.
 ///
-/// The target of `options` is ignored, and no component is dropped.
+/// No component is dropped.
 ///
 /// # Errors
 /// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] for a share out of range.
@@ -57,17 +57,16 @@ impl SimplifiedGroups {
 /// ```
 /// use std::ops::ControlFlow;
 /// use neural_mesh::mesh::{Attributes, shapes};
-/// use neural_mesh::simplify::{GroupRatio, Input, Options, Target, simplify_groups, simplify_input};
+/// use neural_mesh::simplify::{ClosedOptions, GroupRatio, Input, Options, Target, simplify_groups, simplify_input};
 /// let mesh = shapes::icosphere(4);
 /// let north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
 /// let groups = mesh.faces().iter().map(|face| u32::from(north(face))).collect();
 /// let attributes = Attributes { groups, ..Attributes::default() };
 /// let mut input = Input::bare(&mesh);
 /// input.attributes = &attributes;
-/// let options = Options::new(Target::Ratio(0.2));
 /// let go_on = &mut |_| ControlFlow::Continue(());
 /// let halved = GroupRatio { groups: vec![1], ratio: 0.3 };
-/// let before = simplify_groups(&input, None, &options, &[halved], go_on).unwrap();
+/// let before = simplify_groups(&input, None, &ClosedOptions::default(), &[halved], go_on).unwrap();
 /// let n_north = before.kept.iter().filter(|kept| **kept).count();
 /// assert!((0.25..0.35).contains(&(n_north as f64 / 2560.0)));
 /// let whole = Options::new(Target::Vertices(512));
@@ -77,7 +76,7 @@ impl SimplifiedGroups {
 pub fn simplify_groups(
     input: &Input,
     weights: Option<&Weights>,
-    options: &Options,
+    options: &ClosedOptions,
     ratios: &[GroupRatio],
     progress: &mut Listener,
 ) -> Result<SimplifiedGroups, SimplifyError> {
@@ -117,16 +116,18 @@ pub fn simplify_groups(
 fn simplify_group(
     before: SimplifiedGroups,
     (of, kept_groups): (&GroupRatio, &FxHashSet<u32>),
-    (weights, options, scene): (Option<&Weights>, &Options, Option<&UnitedMesh>),
+    (weights, options, scene): (Option<&Weights>, &ClosedOptions, Option<&UnitedMesh>),
     progress: &mut Listener,
 ) -> Result<SimplifiedGroups, SimplifyError> {
     let (kept, n_own) = mark_kept_faces(&before, of, kept_groups);
     // The target is the whole mesh less what the group loses. The factor absorbs the rounding of shares such as 0.1.
     let n_removed = n_own - ((n_own as f64 * of.ratio * (1.0 + 1e-12)) as usize).min(n_own);
     let n_used = before.mesh.faces().as_flattened().iter().copied().collect::<FxHashSet<u32>>().len();
-    let options = options_for_group(options, Target::Vertices((n_used - n_removed).max(1)));
+    let target = Target::Vertices((n_used - n_removed).max(1));
+    let options = options_for_group(options);
     let input = Input { kept: &kept, ..before.input(scene) };
-    let (result, _) = run(&input, weights, &Task { forces_size: true, ..Task::new(&options) }, progress)?;
+    let task = Task { forces_size: true, ..Task::new(&options) };
+    let (result, _) = run_closed_to(&input, weights, &task, target, progress)?;
     // Importance and origins follow the map from group to group.
     let map = result.map.unwrap_or_default();
     let importance = map.input_vertices.iter().filter_map(|&v| before.importance.get(v as usize).copied()).collect();
@@ -158,16 +159,16 @@ fn mark_kept_faces(before: &SimplifiedGroups, of: &GroupRatio, kept_groups: &FxH
     (kept, is_touched.iter().filter(|is_touched| **is_touched).count())
 }
 
-fn options_for_group(options: &Options, target: Target) -> Options {
+fn options_for_group(options: &ClosedOptions) -> ClosedOptions {
     let hidden = if options.hidden == Hidden::Drop { Hidden::Keep } else { options.hidden };
-    Options { target, hidden, map: true, prune: false, prune_below: 0.0, ..options.clone() }
+    ClosedOptions { hidden, map: true, prune: false, prune_below: 0.0, ..options.clone() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::{shapes, topology};
-    use crate::simplify::simplify_input;
+    use crate::simplify::{Options, simplify_input};
 
     fn banded_sphere() -> (TriMesh, Attributes) {
         let mesh = shapes::wavy_sphere(4, 6.0);
@@ -197,8 +198,7 @@ mod tests {
         (input.attributes, input.importance) = (&attributes, &importance);
         let ratios = [(3, 0.5), (1, 1.0), (0, 0.2)].map(|(group, ratio)| GroupRatio { groups: vec![group], ratio });
         let mut go_on = |_| ControlFlow::Continue(());
-        let options = Options::new(Target::Ratio(1.0));
-        let made = simplify_groups(&input, None, &options, &ratios, &mut go_on).unwrap();
+        let made = simplify_groups(&input, None, &ClosedOptions::default(), &ratios, &mut go_on).unwrap();
         assert!(topology(&made.mesh).is_closed_manifold());
         assert_eq!(made.importance.len(), made.mesh.positions().len());
         let share =
@@ -225,10 +225,10 @@ mod tests {
         let (mesh, attributes) = banded_sphere();
         let mut input = Input::bare(&mesh);
         input.attributes = &attributes;
-        let options = Options::new(Target::Ratio(1.0));
         for ratio in [0.0, -1.0, 1.5, f64::NAN] {
             let ratios = [GroupRatio { groups: vec![0], ratio }];
-            let refused = simplify_groups(&input, None, &options, &ratios, &mut |_| ControlFlow::Continue(()));
+            let refused =
+                simplify_groups(&input, None, &ClosedOptions::default(), &ratios, &mut |_| ControlFlow::Continue(()));
             assert!(matches!(refused, Err(SimplifyError::BadTarget(_))), "{ratio}");
         }
     }

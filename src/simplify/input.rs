@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::mesh::{Attributes, Channel, FeatureEdge, SceneView, TriMesh, UnitedMesh, creases, edges, seams};
 
-use super::options::{Options, SimplifyError};
+use super::options::{ClosedOptions, SimplifyError};
 
 /// Mesh with its attributes, importance, scene and constraints.
 #[derive(Clone, Copy, Debug)]
@@ -141,7 +141,7 @@ fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none
     sums.into_iter().map(|(sum, n)| if n > 0.0 { sum / n } else { none }).collect()
 }
 
-pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<FeatureEdge> {
+pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &ClosedOptions) -> Vec<FeatureEdge> {
     let mut kept = seams(mesh, attributes, options.seam_error as f32);
     if let Some(degrees) = options.crease_angle {
         kept.extend(creases(mesh, degrees).into_iter().map(|ends| FeatureEdge { ends, slack: 0.0, is_hard: false }));
@@ -157,7 +157,7 @@ pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Opti
 }
 
 /// Marks the caller's locked vertices, those of kept faces and, with `lock_boundaries`, those of boundaries.
-pub(super) fn locked_vertices(input: &Input, options: &Options) -> Vec<bool> {
+pub(super) fn locked_vertices(input: &Input, options: &ClosedOptions) -> Vec<bool> {
     if !options.lock_boundaries && input.kept.is_empty() {
         return input.locked.to_vec();
     }

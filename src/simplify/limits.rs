@@ -2,7 +2,7 @@
 
 use crate::mesh::TriMesh;
 
-use super::options::{Assembly, Options, SimplifyError, Target};
+use super::options::{SimplifyError, Target};
 
 #[derive(Clone, Copy)]
 pub(super) struct Limit {
@@ -33,8 +33,8 @@ impl Limit {
     }
 }
 
-pub(super) fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, SimplifyError> {
-    match options.target {
+pub(super) fn resolve_limit(mesh: &TriMesh, target: Target) -> Result<Limit, SimplifyError> {
+    match target {
         Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {
             // Rounded down, so that the result is never larger than the requested share.
             let vertices = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
@@ -42,20 +42,15 @@ pub(super) fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, 
         }
         Target::Vertices(vertices) if vertices > 0 => Ok(Limit::from_vertices(vertices)),
         Target::Faces(faces) if faces > 0 => Ok(Limit { faces, ..Limit::from_vertices(usize::MAX) }),
-        _ => Err(SimplifyError::BadTarget(options.target)),
+        _ => Err(SimplifyError::BadTarget(target)),
     }
 }
 
-pub(super) fn resolve_levels(
-    mesh: &TriMesh,
-    targets: &[Target],
-    options: &Options,
-) -> Result<Vec<Limit>, SimplifyError> {
+pub(super) fn resolve_levels(mesh: &TriMesh, targets: &[Target]) -> Result<Vec<Limit>, SimplifyError> {
     let mut limits: Vec<Limit> = Vec::with_capacity(targets.len());
     for &target in targets {
-        let limit = resolve_limit(mesh, &Options { target, ..options.clone() })?;
-        // The paper's assembly cannot continue from one size to the next.
-        if options.assembly == Assembly::Paper || limits.last().is_some_and(|last| limit.size() > last.size()) {
+        let limit = resolve_limit(mesh, target)?;
+        if limits.last().is_some_and(|last| limit.size() > last.size()) {
             return Err(SimplifyError::BadTarget(target));
         }
         limits.push(limit);

@@ -29,7 +29,7 @@ mod with_importance;
 use crate::mesh::TriMesh;
 use crate::model::Weights;
 use assemblies::Task;
-use driver::run;
+use driver::{run, run_closed_to};
 
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
@@ -40,12 +40,12 @@ pub use groups::{GroupRatio, SimplifiedGroups, simplify_groups};
 pub use hidden::hidden_faces;
 pub use input::{Input, importance_of_channel, importance_of_groups};
 pub use levels::simplify_levels_of_detail;
-pub(crate) use levels::simplify_to_sizes;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
-    Assembly, Axis, DroppedComponent, Effort, Event, Hidden, Listener, Map, MirrorPlane, Optimize, Options, Outcome,
-    Purpose, Refinements, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Symmetry, Target,
+    Assembly, Axis, ClosedOptions, DroppedComponent, Effort, Event, Hidden, Listener, Map, MirrorPlane, Optimize,
+    Options, Outcome, PaperOptions, Purpose, Refinements, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError,
+    Symmetry, Target,
 };
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
@@ -64,13 +64,14 @@ pub use with_importance::{WeightedResult, simplify_with_importance};
 /// ```
 /// use std::ops::ControlFlow;
 /// use neural_mesh::mesh::shapes;
-/// use neural_mesh::simplify::{Options, ScoreSource, Target, simplify};
+/// use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Target, simplify};
 /// let mesh = shapes::icosphere(3);
-/// let mut options = Options::new(Target::Vertices(100));
+/// let options = Options::new(Target::Vertices(100));
 /// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 100);
 /// // Without scores, every vertex counts by its area:
-/// options.scores = ScoreSource::Geometry;
+/// let even = ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() };
+/// let options = Options::with_closed(Target::Vertices(100), even);
 /// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.report.scores, ScoreSource::Geometry);
 /// ```
@@ -110,18 +111,18 @@ pub fn simplify_input(
     options: &Options,
     progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
-    let task = Task::new(options);
-    run(input, weights, &task, progress).map(|(simplified, _)| simplified)
+    run(input, weights, options, false, progress).map(|(simplified, _)| simplified)
 }
 
 /// Simplifies to the size even where too few vertices are free to keep the shape.
 pub(crate) fn simplify_forcing_size(
     input: &Input,
-    options: &Options,
+    target: Target,
+    options: &ClosedOptions,
     progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
     let task = Task { forces_size: true, ..Task::new(options) };
-    run(input, None, &task, progress).map(|(simplified, _)| simplified)
+    run_closed_to(input, None, &task, target, progress).map(|(simplified, _)| simplified)
 }
 
 /// Simplifies as [`simplify`] does, and also returns how the result depends on the input positions.
@@ -151,8 +152,7 @@ pub fn simplify_recorded(
     options: &Options,
     progress: &mut Listener,
 ) -> Result<(Simplified, Record), SimplifyError> {
-    let task = Task { differentiable: true, ..Task::new(options) };
-    let (simplified, derivative) = run(&Input::bare(mesh), weights, &task, progress)?;
+    let (simplified, derivative) = run(&Input::bare(mesh), weights, options, true, progress)?;
     let (n_input, n_output) = (mesh.positions().len(), simplified.mesh.positions().len());
     let record = match derivative {
         Some(derivative) => Record::from_derivative(n_input, n_output, derivative),

@@ -43,35 +43,85 @@ impl Target {
     }
 }
 
-/// Method that builds the surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Assembly {
-    /// Edge collapse, flips and fit; the result is closed if the input is closed.
-    #[default]
-    Closed,
-    /// The paper's assembly (Sec. 4): faces of probability above 0.5 over input vertices.
-    Paper,
-}
-
-/// Settings of one simplification; [`Options::new`] sets the defaults.
+/// Target and method of one simplification.
 ///
-/// The paper's assembly uses only `target`, `seed`, `close` and `place`, and rejects `symmetric`; the closed assembly
-/// ignores `seed`, `close` and `place`.
+/// ```
+/// use neural_mesh::simplify::{ClosedOptions, Options, PaperOptions, Target};
+/// let target = Target::Ratio(0.1);
+/// // Edge collapse over vertices of the input:
+/// let closed = Options::with_closed(target, ClosedOptions { subset: true, ..ClosedOptions::default() });
+/// // The paper's network, with its holes filled:
+/// let paper = Options::with_paper(target, PaperOptions { close: true, ..PaperOptions::default() });
+/// assert_eq!(closed.target, paper.target);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Options {
     /// Size of the result.
     pub target: Target,
-    /// Method that builds the surface.
+    /// Method that builds the surface, with its own options.
     pub assembly: Assembly,
+}
+
+impl Options {
+    /// Returns the closed assembly with its defaults.
+    pub fn new(target: Target) -> Self {
+        Self::with_closed(target, ClosedOptions::default())
+    }
+
+    /// Returns the closed assembly with these options.
+    pub fn with_closed(target: Target, options: ClosedOptions) -> Self {
+        Self { target, assembly: Assembly::Closed(options) }
+    }
+
+    /// Returns the paper's assembly with these options.
+    pub fn with_paper(target: Target, options: PaperOptions) -> Self {
+        Self { target, assembly: Assembly::Paper(options) }
+    }
+}
+
+/// Method that builds the surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Assembly {
+    /// Edge collapse, flips and fit; the result is closed if the input is closed.
+    Closed(ClosedOptions),
+    /// The paper's assembly (Sec. 4): faces of probability above 0.5 over input vertices.
+    Paper(PaperOptions),
+}
+
+impl Assembly {
+    /// Returns the options of the closed assembly; `None` for the paper's.
+    pub fn as_closed(&self) -> Option<&ClosedOptions> {
+        match self {
+            Self::Closed(options) => Some(options),
+            Self::Paper(_) => None,
+        }
+    }
+}
+
+/// Options of the paper's assembly; end a literal with `..PaperOptions::default()`, as versions may add fields.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+// Not `non_exhaustive`, which would forbid such literals to callers.
+pub struct PaperOptions {
+    /// Seed of the sampling.
+    pub seed: u64,
+    /// Closes the holes that the network leaves.
+    pub close: bool,
+    /// Samples again, more densely where regions have large errors, and moves vertices to the minimum of their region's
+    /// quadric.
+    pub place: bool,
+}
+
+/// Options of the closed assembly; end a literal with `..ClosedOptions::default()`, as versions may add fields.
+#[derive(Clone, Debug, PartialEq)]
+// Not `non_exhaustive`, which would forbid such literals to callers.
+pub struct ClosedOptions {
     /// Source of the vertex scores.
     pub scores: ScoreSource,
     /// Error measure to optimise.
     pub optimize: Optimize,
     /// Trade-off between time and accuracy.
     pub effort: Effort,
-    /// Seed of the sampling.
-    pub seed: u64,
     /// Drops components whose vertices are better spent elsewhere; no effect with `lock_boundaries`, `subset` or
     /// `symmetric`.
     pub prune: bool,
@@ -87,11 +137,6 @@ pub struct Options {
     pub lock_boundaries: bool,
     /// Restricts output vertices to positions of input vertices.
     pub subset: bool,
-    /// Closes the holes that the network leaves.
-    pub close: bool,
-    /// Samples again, more densely where regions have large errors, and moves vertices to the minimum of their region's
-    /// quadric.
-    pub place: bool,
     /// Distance that texture seams may move at a low price, as a share of the texture's side; 0 holds seams.
     pub seam_error: f64,
     /// Use of the result.
@@ -104,6 +149,28 @@ pub struct Options {
     pub symmetric: Option<Symmetry>,
     /// Origin and precision of coordinates in the written file, where no two vertices may coincide.
     pub frame: Frame,
+}
+
+impl Default for ClosedOptions {
+    fn default() -> Self {
+        Self {
+            scores: ScoreSource::default(),
+            optimize: Optimize::default(),
+            effort: Effort::default(),
+            prune: true,
+            prune_within: f64::INFINITY,
+            prune_below: 0.0,
+            hidden: Hidden::default(),
+            lock_boundaries: false,
+            subset: false,
+            seam_error: SEAM_ERROR,
+            purpose: Purpose::default(),
+            crease_angle: None,
+            map: false,
+            symmetric: None,
+            frame: Frame::default(),
+        }
+    }
 }
 
 /// Use of a result.
@@ -132,37 +199,9 @@ pub enum Hidden {
     Drop,
 }
 
-/// Default of [`Options::seam_error`]: 16 of 1024 texels.
+/// Default of [`ClosedOptions::seam_error`]: 16 of 1024 texels.
 // On five textured models at four ratios 8 texels give a 1 % larger mean distance, unlimited slack an equal one.
 pub const SEAM_ERROR: f64 = 16.0 / 1024.0;
-
-impl Options {
-    /// Returns the defaults: closed assembly, scores by bending, seed 0, coordinates as `f32`.
-    pub fn new(target: Target) -> Self {
-        Self {
-            target,
-            assembly: Assembly::default(),
-            scores: ScoreSource::default(),
-            optimize: Optimize::default(),
-            effort: Effort::default(),
-            seed: 0,
-            prune: true,
-            prune_within: f64::INFINITY,
-            prune_below: 0.0,
-            hidden: Hidden::default(),
-            lock_boundaries: false,
-            subset: false,
-            close: false,
-            place: false,
-            seam_error: SEAM_ERROR,
-            purpose: Purpose::default(),
-            crease_angle: None,
-            map: false,
-            symmetric: None,
-            frame: Frame::default(),
-        }
-    }
-}
 
 /// Coordinate axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -29,8 +29,8 @@ mod tests {
     use crate::linalg::golden::{GoldenCheck, Hash, Results, check};
     use crate::mesh::{Attributes, Channel, Role, TriMesh, shapes, vertex_normals, with_flat_normals};
     use crate::simplify::{
-        Assembly, Input, Options, Purpose, ScoreSource, Simplified, Symmetry, Target, simplify_input,
-        simplify_levels_of_detail, simplify_recorded,
+        ClosedOptions, Input, Options, PaperOptions, Purpose, ScoreSource, Simplified, Symmetry, Target,
+        simplify_input, simplify_levels_of_detail, simplify_recorded,
     };
 
     #[test]
@@ -60,9 +60,10 @@ mod tests {
         let mut results = Vec::new();
         for (name, mesh) in shapes_and_files() {
             for ratio in [0.05, 0.2, 0.5] {
-                let network = Options::new(Target::Ratio(ratio));
-                results.push((format!("{name} at {ratio}"), hash_of(&mesh, &network)));
-                let geometry = Options { scores: ScoreSource::Geometry, ..network };
+                let target = Target::Ratio(ratio);
+                results.push((format!("{name} at {ratio}"), hash_of(&mesh, &Options::new(target))));
+                let geometry = ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() };
+                let geometry = Options::with_closed(target, geometry);
                 results.push((format!("{name} at {ratio} by geometry"), hash_of(&mesh, &geometry)));
             }
         }
@@ -73,19 +74,20 @@ mod tests {
     }
 
     fn with_options() -> Results {
-        let plain = Options::new(Target::Ratio(0.2));
+        let plain = ClosedOptions::default();
         let cases = [
-            ("subset", shapes::wavy_sphere(4, 8.0), Options { subset: true, ..plain.clone() }),
-            ("poses unknown", shapes::wavy_sphere(4, 8.0), Options { purpose: Purpose::Poses, ..plain.clone() }),
-            ("mirrored", shapes::torus(48, 24, 2.0, 0.7), Options { symmetric: Some(Symmetry::Best), ..plain }),
+            ("subset", shapes::wavy_sphere(4, 8.0), ClosedOptions { subset: true, ..plain.clone() }),
+            ("poses unknown", shapes::wavy_sphere(4, 8.0), ClosedOptions { purpose: Purpose::Poses, ..plain.clone() }),
+            ("mirrored", shapes::torus(48, 24, 2.0, 0.7), ClosedOptions { symmetric: Some(Symmetry::Best), ..plain }),
         ];
-        cases.into_iter().map(|(name, mesh, options)| (name.into(), hash_of(&mesh, &options))).collect()
+        let hash = |mesh, options| hash_of(&mesh, &Options::with_closed(Target::Ratio(0.2), options));
+        cases.into_iter().map(|(name, mesh, options)| (name.into(), hash(mesh, options))).collect()
     }
 
     fn carried_results() -> Results {
-        let plain = Options::new(Target::Ratio(0.2));
-        let creases = Options { crease_angle: Some(30.0), ..plain.clone() };
-        let locked = Options { lock_boundaries: true, ..plain };
+        let creases = ClosedOptions { crease_angle: Some(30.0), ..ClosedOptions::default() };
+        let locked = ClosedOptions { lock_boundaries: true, ..ClosedOptions::default() };
+        let [creases, locked] = [creases, locked].map(|options| Options::with_closed(Target::Ratio(0.2), options));
         vec![
             ("creases kept".into(), hash_of(&shapes::bolt(24), &creases)),
             ("boundary locked".into(), hash_of(&shapes::grid(30, 20), &locked)),
@@ -101,7 +103,7 @@ mod tests {
         let mut results = Vec::new();
         for (name, mesh) in shapes_and_files().into_iter().filter(|(_, mesh)| mesh.positions().len() < 5000) {
             for ratio in [0.1, 0.3] {
-                let options = Options { assembly: Assembly::Paper, ..Options::new(Target::Ratio(ratio)) };
+                let options = Options::with_paper(Target::Ratio(ratio), PaperOptions::default());
                 results.push((format!("{name} at {ratio}"), hash_of(&mesh, &options)));
             }
         }
@@ -225,16 +227,17 @@ mod tests {
         let target = Channel { name: "TARGET_0/POSITION".into(), role: Role::MorphPosition, width: 3, values };
         let attributes = Attributes { groups: Vec::new(), wedges: mesh.faces().to_vec(), channels: vec![target] };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
-        let options = Options { purpose: Purpose::Poses, ..Options::new(Target::Ratio(0.2)) };
+        let poses = ClosedOptions { purpose: Purpose::Poses, ..ClosedOptions::default() };
+        let options = Options::with_closed(Target::Ratio(0.2), poses);
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_levels() -> u64 {
         let mesh = shapes::wavy_sphere(4, 8.0);
-        let further = [Target::Ratio(0.25), Target::Vertices(100)];
-        let options = Options::new(Target::Ratio(0.5));
+        let targets = [Target::Ratio(0.5), Target::Ratio(0.25), Target::Vertices(100)];
+        let options = ClosedOptions::default();
         let go_on = &mut |_| ControlFlow::Continue(());
-        let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &options, &further, go_on).unwrap();
+        let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &options, &targets, go_on).unwrap();
         levels.iter().fold(Hash::new(), |all, level| all.bytes(&hash(level).value().to_le_bytes())).value()
     }
 

@@ -76,12 +76,13 @@ mod tests {
 
     use crate::mesh::{shapes, topology};
     use crate::model::Weights;
-    use crate::simplify::{Options, ScoreSource, Target, simplify};
+    use crate::simplify::{ClosedOptions, Options, ScoreSource, Target, simplify};
 
     #[test]
     fn equal_factors_change_nothing() {
         let mesh = shapes::wavy_sphere(4, 8.0);
-        let options = Options { scores: ScoreSource::Geometry, ..Options::new(Target::Vertices(150)) };
+        let even = ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() };
+        let options = Options::with_closed(Target::Vertices(150), even);
         let plain = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(plain.report.scores, ScoreSource::Geometry);
         let fours = vec![4.0; mesh.positions().len()];
@@ -93,7 +94,8 @@ mod tests {
     #[test]
     fn the_network_weighs_as_in_the_pipeline() {
         let (mesh, weights) = (shapes::wavy_sphere(4, 8.0), Weights::random(1));
-        let options = Options { scores: ScoreSource::Network, ..Options::new(Target::Vertices(150)) };
+        let by_network = ClosedOptions { scores: ScoreSource::Network, ..ClosedOptions::default() };
+        let options = Options::with_closed(Target::Vertices(150), by_network);
         let plain = simplify(&mesh, Some(&weights), &options, &mut |_| ControlFlow::Continue(())).unwrap();
         let weighed =
             simplify_with_importance(&mesh, 150, Importance::Network(&weights), &Refinements::default()).unwrap();

@@ -13,7 +13,7 @@ use crate::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_lear
 use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::{Frame, TriMesh};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Assembly, Effort, Optimize, Options, ScoreSource, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, PaperOptions, ScoreSource, Target, simplify};
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Job {
@@ -66,23 +66,22 @@ pub(super) fn run_job(job: &Job) -> Result<f64, String> {
 }
 
 fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) -> Result<TriMesh, String> {
-    let mut options = Options::new(Target::Vertices(job.vertices));
-    options.seed = job.seed;
-    match method {
-        Method::Closed => {}
-        Method::Network => options.scores = ScoreSource::Network,
-        Method::Geometry => options.scores = ScoreSource::Geometry,
-        Method::Mean => options.optimize = Optimize::Mean,
-        Method::Max => options.optimize = Optimize::Max,
-        Method::Normals => options.optimize = Optimize::Normals,
-        Method::Fast => options.effort = Effort::Fast,
-        Method::Best => options.effort = Effort::Best,
-        Method::BestMean => (options.optimize, options.effort) = (Optimize::Mean, Effort::Best),
-        Method::Paper => options.assembly = Assembly::Paper,
-        Method::PaperClosed => (options.assembly, options.close) = (Assembly::Paper, true),
-        Method::PaperPlaced => {
-            (options.assembly, options.close, options.place) = (Assembly::Paper, true, true);
-        }
+    let (target, default) = (Target::Vertices(job.vertices), ClosedOptions::default());
+    let closed = |options| Options::with_closed(target, options);
+    let paper = |close, place| Options::with_paper(target, PaperOptions { seed: job.seed, close, place });
+    let options = match method {
+        Method::Closed => closed(default),
+        Method::Network => closed(ClosedOptions { scores: ScoreSource::Network, ..default }),
+        Method::Geometry => closed(ClosedOptions { scores: ScoreSource::Geometry, ..default }),
+        Method::Mean => closed(ClosedOptions { optimize: Optimize::Mean, ..default }),
+        Method::Max => closed(ClosedOptions { optimize: Optimize::Max, ..default }),
+        Method::Normals => closed(ClosedOptions { optimize: Optimize::Normals, ..default }),
+        Method::Fast => closed(ClosedOptions { effort: Effort::Fast, ..default }),
+        Method::Best => closed(ClosedOptions { effort: Effort::Best, ..default }),
+        Method::BestMean => closed(ClosedOptions { optimize: Optimize::Mean, effort: Effort::Best, ..default }),
+        Method::Paper => paper(false, false),
+        Method::PaperClosed => paper(true, false),
+        Method::PaperPlaced => paper(true, true),
         Method::Baseline(baseline) => {
             let size = Size { vertices: job.vertices, faces: job.faces };
             return simplify_by(*baseline, mesh, size, job.seed).map_err(|error| error.to_string());
@@ -93,7 +92,7 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
             return simplified.map_err(|error| error.to_string());
         }
         Method::Tool(tool) => return Err(format!("{} is an external tool and cannot run in the worker", tool.name)),
-    }
+    };
     let simplified = simplify(mesh, weights.ours.as_ref(), &options, &mut |_| ControlFlow::Continue(()));
     simplified.map(|simplified| simplified.mesh).map_err(|error| error.to_string())
 }

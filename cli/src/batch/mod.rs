@@ -59,7 +59,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let mut manifest = Manifest::open(folders, rows, [args.resume, args.force])?;
     interrupt::handle_signals(Failure::Stopped("interrupted: continue with --resume".into()));
     let run_alone = unfinished::find_unfinished(&folder, &mut manifest, args.resume)?;
-    let weights = read::read_weights(args.weights.as_deref(), job.options.assembly)?;
+    let weights = read::read_weights(args.weights.as_deref(), &job.options.assembly)?;
     let extra_files = ExtraFiles::new(folder.clone(), &manifest.outputs(), args.force);
     let progress = Mutex::new(BatchProgress { bar: Bar::new(args.quiet), n_meshes: 0, cost: 0.0 });
     let batch = Batch { progress, args, job, folder, format, inputs, manifest, extra_files, run_alone, weights };

@@ -73,7 +73,7 @@ impl Document {
 
     fn clean_asset(asset: Asset, job: &Job) -> Result<Self, JobError> {
         let options = clean_options(job);
-        let poses = if job.options.purpose == Purpose::Poses { asset.poses() } else { Ok(Vec::new()) };
+        let poses = if job.closed_options().purpose == Purpose::Poses { asset.poses() } else { Ok(Vec::new()) };
         let poses = poses.map_err(|error| JobError::Document(error.to_string()))?;
         let cleaned = |(i, part): (usize, &io::AssetPart)| {
             let mut raw = part.mesh.clone();

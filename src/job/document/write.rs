@@ -230,7 +230,7 @@ fn unmoved_positions(
             sources.iter().zip(result.mesh.positions()).map(|(&vertex, place)| position(vertex, place)).collect(),
         );
     }
-    if !job.keeps_unmoved_positions() || job.options.symmetric.is_some() {
+    if !job.keeps_unmoved_positions() || job.closed_options().symmetric.is_some() {
         return None;
     }
     let mut vertex_at: HashMap<[u32; 3], u32> = HashMap::new();

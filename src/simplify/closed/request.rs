@@ -2,7 +2,7 @@
 
 use crate::mesh::{Attributes, FeatureEdge, Frame, Role, UnitedMesh};
 use crate::model::Weights;
-use crate::simplify::options::{Options, Purpose, Refinements};
+use crate::simplify::options::{ClosedOptions, Purpose, Refinements};
 
 use super::stage_settings::StageSettings;
 
@@ -59,10 +59,10 @@ pub struct Requirements<'a> {
 }
 
 impl<'a> Requirements<'a> {
-    pub fn from_options(options: &Options, kept: &'a [bool]) -> Self {
+    pub fn from_options(options: &ClosedOptions, kept: &'a [bool]) -> Self {
         // An infinite limit allows components to be dropped, but deformed only within the usual limits.
         let allowed_distance = if options.prune_within.is_finite() { options.prune_within } else { 0.0 };
-        let Options { subset, purpose, map, .. } = *options;
+        let ClosedOptions { subset, purpose, map, .. } = *options;
         Self { kept, subset, purpose, map, allowed_distance, ..Self::default() }
     }
 

@@ -14,7 +14,7 @@ pub use quotient::{Quotient, quotient};
 use self::place::RegionQuadrics;
 use super::network_scores::edge_graph;
 use super::progress::{PAPER_STAGES, Progress, run_with_listener};
-use super::{Listener, SimplifyError, scattered_samples, vertex_normals};
+use super::{Listener, PaperOptions, SimplifyError, scattered_samples, vertex_normals};
 use crate::mesh::TriMesh;
 use crate::model::{
     PredictedEdges, PredictedFaces, Weights, in_edge_lengths, predict_edges, predict_faces, vertex_scores,
@@ -30,15 +30,6 @@ pub struct PaperResult {
     pub positions: Vec<[f32; 3]>,
     /// Vertices of the input at the corners, n_faces x 3; each edge has at most two faces.
     pub faces: Vec<[u32; 3]>,
-}
-
-#[derive(Clone, Copy)]
-pub(super) struct PaperRun<'a> {
-    pub n_target_vertices: usize,
-    pub weights: &'a Weights,
-    pub seed: u64,
-    pub close: bool,
-    pub place: bool,
 }
 
 /// Results of the stages before the assembly.
@@ -58,17 +49,17 @@ pub struct PaperStages {
     pub faces: PredictedFaces,
 }
 
-/// Simplifies a mesh as the paper does: `n_target_vertices` of its vertices stay, at their positions.
+/// Simplifies a mesh as the paper does: `n_target_vertices` of its vertices stay.
 ///
 /// # Errors
 /// [`SimplifyError::Empty`], [`SimplifyError::NothingKept`] or [`SimplifyError::Interrupted`].
 ///
 /// ```
-/// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::{SimplifyError, paper::simplify_paper}};
+/// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::{PaperOptions, SimplifyError, paper::simplify_paper}};
 /// use std::ops::ControlFlow;
 /// let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// let mesh = TriMesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
-/// match simplify_paper(&mesh, 4, &Weights::random(1), 0, &mut |_| ControlFlow::Continue(())) {
+/// match simplify_paper(&mesh, 4, &Weights::random(1), &PaperOptions::default(), &mut |_| ControlFlow::Continue(())) {
 ///     Ok(result) => assert_eq!(result.vertices, [0, 1, 2, 3]),
 ///     Err(error) => assert_eq!(error, SimplifyError::NothingKept),
 /// }
@@ -77,30 +68,33 @@ pub fn simplify_paper(
     mesh: &TriMesh,
     n_target_vertices: usize,
     weights: &Weights,
-    seed: u64,
+    options: &PaperOptions,
     progress: &mut Listener,
 ) -> Result<PaperResult, SimplifyError> {
-    let run = PaperRun { n_target_vertices, weights, seed, close: false, place: false };
-    run_with_listener(progress, &PAPER_STAGES, |progress| simplify_in_run(mesh, &run, progress))
+    run_with_listener(progress, &PAPER_STAGES, |progress| {
+        simplify_in_run(mesh, n_target_vertices, weights, options, progress)
+    })
 }
 
-/// Simplifies as [`simplify_paper`] does, within a run; then closes holes and places vertices on request.
+/// Simplifies as [`simplify_paper`] does, within a run.
 pub(super) fn simplify_in_run(
     mesh: &TriMesh,
-    run: &PaperRun,
+    n_target_vertices: usize,
+    weights: &Weights,
+    options: &PaperOptions,
     progress: Progress,
 ) -> Result<PaperResult, SimplifyError> {
-    let stages = run_stages(mesh, run, progress)?;
+    let stages = run_stages(mesh, n_target_vertices, weights, options, progress)?;
     progress.enter("assemble", 1)?;
     let samples = &stages.samples;
     let mut faces = assemble(&gather(mesh.positions(), samples), &stages);
     if faces.is_empty() {
         return Err(SimplifyError::NothingKept);
     }
-    if run.close {
+    if options.close {
         faces = close_holes(mesh, samples, &stages.assignment, faces);
     }
-    let positions = match run.place {
+    let positions = match options.place {
         true => RegionQuadrics::new(mesh, samples, &stages.assignment).place_samples(&faces),
         false => gather(mesh.positions(), samples),
     };
@@ -113,25 +107,32 @@ pub(super) fn simplify_in_run(
 /// [`SimplifyError::Empty`] or [`SimplifyError::Interrupted`].
 ///
 /// ```
-/// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::paper::paper_stages};
+/// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::{PaperOptions, paper::paper_stages}};
 /// use std::ops::ControlFlow;
 /// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
-/// let stages = paper_stages(&mesh, 3, &Weights::random(1), 0, &mut |_| ControlFlow::Continue(())).unwrap();
+/// let options = PaperOptions::default();
+/// let stages = paper_stages(&mesh, 3, &Weights::random(1), &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(stages.faces.candidates.triangles, [[0, 1, 2]]);
 /// ```
 pub fn paper_stages(
     mesh: &TriMesh,
     n_target_vertices: usize,
     weights: &Weights,
-    seed: u64,
+    options: &PaperOptions,
     progress: &mut Listener,
 ) -> Result<PaperStages, SimplifyError> {
-    let run = PaperRun { n_target_vertices, weights, seed, close: false, place: false };
-    run_with_listener(progress, &PAPER_STAGES, |progress| run_stages(mesh, &run, progress))
+    run_with_listener(progress, &PAPER_STAGES, |progress| {
+        run_stages(mesh, n_target_vertices, weights, options, progress)
+    })
 }
 
-fn run_stages(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<PaperStages, SimplifyError> {
-    let &PaperRun { n_target_vertices, weights, seed, .. } = run;
+fn run_stages(
+    mesh: &TriMesh,
+    n_target_vertices: usize,
+    weights: &Weights,
+    options: &PaperOptions,
+    progress: Progress,
+) -> Result<PaperStages, SimplifyError> {
     if mesh.faces().is_empty() {
         return Err(SimplifyError::Empty);
     }
@@ -141,12 +142,12 @@ fn run_stages(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<Pape
     let normals = (weights.architecture().point_sampler_inputs == 6).then(|| vertex_normals(mesh));
     let mut scores = vertex_scores(weights, &points, normals.as_deref(), &rings);
     progress.enter("sample", 1)?;
-    let mut samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
+    let mut samples = scattered_samples(&points, &rings, &scores, n_target_vertices, options.seed);
     progress.enter("assign", 1)?;
     let mut assignment = assign_to_samples(&points, &rings, &samples);
-    if run.place {
+    if options.place {
         scores = RegionQuadrics::new(mesh, &samples, &assignment).scores(&assignment, &scores);
-        samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
+        samples = scattered_samples(&points, &rings, &scores, n_target_vertices, options.seed);
         assignment = assign_to_samples(&points, &rings, &samples);
     }
     let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
@@ -195,6 +196,10 @@ mod tests {
         ControlFlow::Continue(())
     }
 
+    fn paper_options(seed: u64) -> PaperOptions {
+        PaperOptions { seed, ..PaperOptions::default() }
+    }
+
     fn small_weights(seed: u64) -> Weights {
         Weights::random_of(crate::model::Architecture::narrow(), seed)
     }
@@ -204,7 +209,9 @@ mod tests {
         let mesh = torus(24, 12);
         let mut n_results = 0;
         for seed in 0..4 {
-            let Ok(result) = simplify_paper(&mesh, 60, &small_weights(seed), seed, &mut go_on) else { continue };
+            let Ok(result) = simplify_paper(&mesh, 60, &small_weights(seed), &paper_options(seed), &mut go_on) else {
+                continue;
+            };
             n_results += 1;
             assert_eq!(result.vertices.len(), 60);
             let mut n_faces_of_edge = FxHashMap::default();
@@ -222,7 +229,7 @@ mod tests {
     #[test]
     fn quotient_triangles_are_always_candidates() {
         let mesh = torus(24, 12);
-        let stages = paper_stages(&mesh, 40, &small_weights(1), 5, &mut go_on).unwrap();
+        let stages = paper_stages(&mesh, 40, &small_weights(1), &paper_options(5), &mut go_on).unwrap();
         assert!(!stages.quotient.triangles.is_empty());
         let candidates = &stages.faces.candidates.triangles;
         assert!(stages.quotient.triangles.iter().all(|triangle| candidates.contains(triangle)));
@@ -232,7 +239,7 @@ mod tests {
     #[test]
     fn with_all_quotient_triangles_likely_a_torus_comes_back_closed() {
         let mesh = torus(24, 12);
-        let mut stages = paper_stages(&mesh, 288, &small_weights(1), 5, &mut go_on).unwrap();
+        let mut stages = paper_stages(&mesh, 288, &small_weights(1), &paper_options(5), &mut go_on).unwrap();
         let likely = |triangle| if stages.quotient.triangles.binary_search(triangle).is_ok() { 0.9 } else { 0.1 };
         stages.faces.probabilities = stages.faces.candidates.triangles.iter().map(likely).collect();
         let rotated = |face: &[u32; 3]| {
@@ -253,11 +260,8 @@ mod tests {
         use crate::metrics::quick_distance;
         let mesh = shapes::wavy_sphere(5, 5.0);
         let mean = |place| {
-            let weights = Weights::shipped_paper_open();
-            let run = PaperRun { n_target_vertices: 400, weights, seed: 0, close: true, place };
-            let result =
-                run_with_listener(&mut go_on, &PAPER_STAGES, |progress| simplify_in_run(&mesh, &run, progress))
-                    .unwrap();
+            let options = PaperOptions { close: true, place, ..PaperOptions::default() };
+            let result = simplify_paper(&mesh, 400, Weights::shipped_paper_open(), &options, &mut go_on).unwrap();
             assert_eq!((result.vertices.len(), result.positions.len()), (400, 400));
             let mut positions = mesh.positions().to_vec();
             result.vertices.iter().zip(&result.positions).for_each(|(&v, &p)| positions[v as usize] = p);
@@ -272,7 +276,7 @@ mod tests {
         let (mesh, weights) = (torus(30, 20), small_weights(3));
         let on_threads = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-            pool.install(|| paper_stages(&mesh, 150, &weights, 9, &mut go_on)).unwrap()
+            pool.install(|| paper_stages(&mesh, 150, &weights, &paper_options(9), &mut go_on)).unwrap()
         };
         let one = on_threads(1);
         assert_eq!(one, on_threads(2));
@@ -282,12 +286,15 @@ mod tests {
     #[test]
     fn tiny_targets_and_empty_meshes_have_sensible_answers() {
         let weights = small_weights(1);
-        assert_eq!(simplify_paper(&TriMesh::default(), 5, &weights, 0, &mut go_on), Err(SimplifyError::Empty));
+        assert_eq!(
+            simplify_paper(&TriMesh::default(), 5, &weights, &paper_options(0), &mut go_on),
+            Err(SimplifyError::Empty)
+        );
         for n in 0..3 {
-            let result = simplify_paper(&torus(5, 4), n, &weights, 0, &mut go_on);
+            let result = simplify_paper(&torus(5, 4), n, &weights, &paper_options(0), &mut go_on);
             assert_eq!(result, Err(SimplifyError::NothingKept));
         }
-        let stages = paper_stages(&torus(5, 4), 1000, &weights, 0, &mut go_on).unwrap();
+        let stages = paper_stages(&torus(5, 4), 1000, &weights, &paper_options(0), &mut go_on).unwrap();
         assert_eq!(stages.samples.len(), 20);
     }
 
@@ -295,14 +302,17 @@ mod tests {
     fn progress_can_stop_every_stage() {
         let mesh = torus(6, 5);
         let mut names = Vec::new();
-        let _ = paper_stages(&mesh, 12, &small_weights(1), 0, &mut |event| {
+        let _ = paper_stages(&mesh, 12, &small_weights(1), &paper_options(0), &mut |event| {
             names.push(event.stage);
             go_on(event)
         });
         assert_eq!(names, ["scores", "sample", "assign", "edges", "faces"]);
         for name in names {
             let mut stop = |event: Event| if event.stage == name { ControlFlow::Break(()) } else { go_on(event) };
-            assert_eq!(simplify_paper(&mesh, 12, &small_weights(1), 0, &mut stop), Err(SimplifyError::Interrupted));
+            assert_eq!(
+                simplify_paper(&mesh, 12, &small_weights(1), &paper_options(0), &mut stop),
+                Err(SimplifyError::Interrupted)
+            );
         }
     }
 }

@@ -16,7 +16,7 @@ use super::closed::{ClosedResult, Half};
 use super::components::count_components;
 use super::input::Input;
 use super::limits::resolve_levels;
-use super::options::{Assembly, Hidden, Options, Purpose, Report, Simplified, SimplifyError, Symmetry, Target};
+use super::options::{ClosedOptions, Hidden, Purpose, Report, Simplified, SimplifyError, Symmetry, Target};
 use super::progress::Progress;
 use super::used_mesh::UsedMesh;
 use doubled_attributes::GroupPairs;
@@ -36,7 +36,7 @@ pub(super) fn simplify_symmetric(
     progress.enter("symmetry", input.mesh.faces().len())?;
     let UsedMesh { mesh, sources, .. } = &UsedMesh::new(progress.pulse, input.mesh)?;
     let importance = input.select_importance(sources.as_deref());
-    let limits = resolve_levels(mesh, targets, task.options)?;
+    let limits = resolve_levels(mesh, targets)?;
     let frame = &task.options.frame;
     let (plane, pairs) = find_mirror_plane(mesh, symmetry, frame)?;
     // Corners of the half carry both sides' values through the simplification.
@@ -71,7 +71,6 @@ fn find_mirror_plane(
 fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
     let options = task.options;
     let refused = [
-        ("the paper's assembly", options.assembly == Assembly::Paper),
         ("locked boundaries", options.lock_boundaries),
         ("a subset of the vertices", options.subset),
         ("faces that are kept", !input.kept.is_empty()),
@@ -92,7 +91,7 @@ fn join_halves(
     half: ClosedResult,
     plane: &ImagePlane,
     groups: &GroupPairs,
-    options: &Options,
+    options: &ClosedOptions,
 ) -> Result<Simplified, SimplifyError> {
     let ClosedResult { mesh, attributes, report, on_plane, .. } = half;
     let half = SimplifiedHalf { mesh: &mesh, attributes, on_plane: &on_plane };

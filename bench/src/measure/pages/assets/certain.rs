@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{DistanceTolerance, Surface, certified_distance, surface_distance};
 use neural_mesh::search::simplify_to_error;
-use neural_mesh::simplify::{Input, Options, Target};
+use neural_mesh::simplify::{ClosedOptions, Input};
 use serde::{Deserialize, Serialize};
 
 use super::super::write_csv;
@@ -104,7 +104,7 @@ pub fn section(bench: &Bench) -> Result<String> {
 
 fn measure(name: &str, path: &Path, asked: f64) -> Result<CertainCase> {
     let mesh = load(path)?;
-    let (input, options, diagonal) = (Input::bare(&mesh), Options::new(Target::Ratio(1.0)), mesh.diagonal());
+    let (input, options, diagonal) = (Input::bare(&mesh), ClosedOptions::default(), mesh.diagonal());
     let error = 0.01 * asked * diagonal;
     let (ours, time) =
         measure_time(|| Ok(simplify_to_error(&input, None, &options, error, &mut |_| ControlFlow::Continue(()))?))?;

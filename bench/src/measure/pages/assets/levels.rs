@@ -7,7 +7,7 @@ use crate::evaluate::median;
 use anyhow::{Context, Result};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, surface_distance};
-use neural_mesh::simplify::{Input, Options, Target, simplify, simplify_levels_of_detail};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Target, simplify, simplify_levels_of_detail};
 use serde::{Deserialize, Serialize};
 
 use super::super::write_csv;
@@ -90,9 +90,8 @@ fn measure(path: &Path) -> Result<Option<LevelsCase>> {
 }
 
 fn simplify_levels(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
-    let further = [LEVELS[1], LEVELS[2], LEVELS[3]].map(Target::Ratio);
-    let (input, options) = (Input::bare(mesh), Options::new(Target::Ratio(LEVELS[0])));
-    let levels = simplify_levels_of_detail(&input, None, &options, &further, &mut |_| ControlFlow::Continue(()))?;
+    let (input, options, targets) = (Input::bare(mesh), ClosedOptions::default(), LEVELS.map(Target::Ratio));
+    let levels = simplify_levels_of_detail(&input, None, &options, &targets, &mut |_| ControlFlow::Continue(()))?;
     Ok(levels.into_iter().map(|level| level.mesh).collect())
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, surface_distance};
-use neural_mesh::simplify::{Options, Symmetry, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, Symmetry, Target, simplify};
 use serde::{Deserialize, Serialize};
 
 use super::super::write_csv;
@@ -74,8 +74,8 @@ fn measure(path: &Path) -> Result<Option<MirroredCase>> {
     };
     for (ratio, quotients) in RATIOS.into_iter().zip(&mut row.quotients) {
         let plain = Options::new(Target::Ratio(ratio));
-        let mut mirrored = plain.clone();
-        mirrored.symmetric = Some(Symmetry::Best);
+        let mirrored = ClosedOptions { symmetric: Some(Symmetry::Best), ..ClosedOptions::default() };
+        let mirrored = Options::with_closed(plain.target, mirrored);
         // Most meshes have no mirror plane.
         let Ok(ours) = simplify(&mesh, None, &mirrored, &mut |_| ControlFlow::Continue(())) else { return Ok(None) };
         let Some(plane) = ours.report.mirror else { return Ok(None) };

@@ -15,7 +15,7 @@ use anyhow::{Context, Result};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, chamfer, open_edges, surface_distance};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Assembly, Options, Target, simplify};
+use neural_mesh::simplify::{Options, PaperOptions, Target, simplify};
 
 use super::{RATIOS, write_csv};
 use crate::measure::root;
@@ -151,8 +151,7 @@ fn evaluate_test(bench: &Bench) -> Result<Table> {
 
 /// Simplifies by the paper's assembly, without weights by those that ship.
 fn simplify_by_paper(mesh: &TriMesh, weights: Option<&Weights>, ratio: f64) -> Result<TriMesh> {
-    let mut options = Options::new(Target::Ratio(ratio));
-    options.assembly = Assembly::Paper;
+    let options = Options::with_paper(Target::Ratio(ratio), PaperOptions::default());
     Ok(simplify(mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?.mesh)
 }
 

@@ -6,7 +6,7 @@ use crate::baselines::meshoptimizer_faces;
 use crate::evaluate::median;
 use anyhow::Result;
 use neural_mesh::mesh::TriMesh;
-use neural_mesh::simplify::{Options, ScoreSource, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Target, simplify};
 use serde::{Deserialize, Serialize};
 
 use super::super::RATIOS;
@@ -50,8 +50,8 @@ fn measure(path: &std::path::Path) -> Result<Vec<SpeedCase>> {
 fn measure_case(name: &str, mesh: &TriMesh, ratio: f64) -> Result<SpeedCase> {
     let n_left = (ratio * mesh.faces().len() as f64).round() as usize;
     let options = Options::new(Target::Faces(n_left));
-    let mut geometry = options.clone();
-    geometry.scores = ScoreSource::Geometry;
+    let geometry = ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() };
+    let geometry = Options::with_closed(options.target, geometry);
     let [one, two] = [thread_pool(1)?, thread_pool(2)?];
     let (mut theirs, mut quotients) = (Vec::new(), [const { Vec::new() }; 3]);
     let mut stages: Vec<Vec<(String, f64)>> = Vec::new();
