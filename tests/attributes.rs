@@ -10,12 +10,12 @@ use neural_mesh::mesh::{
 };
 use neural_mesh::metrics::quick_distance;
 use neural_mesh::simplify::{
-    ClosedOptions, Input, Options, Outcome, SEAM_ERROR, Simplified, Target, simplify_input, simplify_levels_of_detail,
+    ClosedOptions, Input, Options, Outcome, SEAM_ERROR, Simplified, Target, simplify, simplify_levels_of_detail,
 };
 
 fn simplify_with_attributes(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Simplified {
     let input = with_changes(Input::bare(mesh), |input| input.attributes = attributes);
-    simplify_input(&input, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
+    simplify(&input, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 fn octant(p: Vec3) -> u32 {
@@ -332,7 +332,7 @@ fn attributes_of_another_mesh_are_refused() {
     let mesh = shapes::icosphere(1);
     let attributes = Attributes { groups: vec![1], ..Attributes::default() };
     let input = with_changes(Input::bare(&mesh), |input| input.attributes = &attributes);
-    let result = simplify_input(&input, None, &Options::new(Target::Vertices(9)), &mut |_| ControlFlow::Continue(()));
+    let result = simplify(&input, None, &Options::new(Target::Vertices(9)), &mut |_| ControlFlow::Continue(()));
     assert!(result.is_err_and(|error| error.to_string().contains("attributes")));
 }
 

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shapes, topology};
 use neural_mesh::metrics::quick_distance;
 use neural_mesh::simplify::{
-    Axis, ClosedOptions, Input, Options, Purpose, Simplified, SimplifyError, Symmetry, Target, simplify_input,
+    Axis, ClosedOptions, Input, Options, Purpose, Simplified, SimplifyError, Symmetry, Target, simplify,
 };
 
 // Bends a point of a slab into three quarters of a ring.
@@ -35,7 +35,7 @@ fn simplify_with_attributes(
     options: &Options,
 ) -> Result<Simplified, SimplifyError> {
     let input = with_changes(Input::bare(mesh), |input| input.attributes = attributes);
-    simplify_input(&input, None, options, &mut |_| ControlFlow::Continue(()))
+    simplify(&input, None, options, &mut |_| ControlFlow::Continue(()))
 }
 
 fn apply_pose(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {

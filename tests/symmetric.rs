@@ -8,8 +8,8 @@ use neural_mesh::mesh::{Attributes, Channel, Frame, Role, TriMesh, seams, shapes
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::search::simplify_to_error;
 use neural_mesh::simplify::{
-    Axis, ClosedOptions, Input, MirrorPlane, Options, Outcome, Simplified, SimplifyError, Symmetry, Target,
-    simplify_input, simplify_levels_of_detail,
+    Axis, ClosedOptions, Input, MirrorPlane, Options, Outcome, Simplified, SimplifyError, Symmetry, Target, simplify,
+    simplify_levels_of_detail,
 };
 
 use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology, with_changes};
@@ -27,7 +27,7 @@ fn mirrored(symmetry: Symmetry) -> ClosedOptions {
 }
 
 fn simplify_mesh(mesh: &TriMesh, options: &Options) -> Simplified {
-    simplify_input(&Input::bare(mesh), None, options, &mut go_on).unwrap()
+    simplify(mesh, None, options, &mut go_on).unwrap()
 }
 
 fn move_vertices(mesh: &TriMesh, to: impl Fn(Vec3) -> Vec3) -> TriMesh {
@@ -138,7 +138,7 @@ fn planes_where_no_edge_runs_and_where_no_zero_is() {
 fn down_to_the_smallest_it_stays_a_closed_mirrored_surface() {
     for mesh in [bumpy(3), shapes::torus(24, 12, 1.0, 0.4), shapes::cuboid([1.0; 3], 5), shapes::many_boxes(3)] {
         for n in [40, 20, 12, 9, 5, 4, 1] {
-            let found = simplify_input(
+            let found = simplify(
                 &Input::bare(&mesh),
                 None,
                 &options(Target::Vertices(n), Symmetry::Across(Axis::Y)),
@@ -227,7 +227,7 @@ fn open_surfaces_stay_in_one_piece_down_to_the_smallest() {
 #[track_caller]
 fn n_alone(mesh: &TriMesh, symmetry: Symmetry) -> usize {
     let asked = options(Target::Ratio(0.9), symmetry);
-    match simplify_input(&Input::bare(mesh), None, &asked, &mut go_on) {
+    match simplify(mesh, None, &asked, &mut go_on) {
         Err(SimplifyError::NotSymmetric { vertices: 0, faces, .. }) => faces,
         other => panic!("{other:?}"),
     }
@@ -271,7 +271,7 @@ fn a_gap_beside_the_plane_is_refused() {
     let gap = neural_mesh::mesh::compact(tube.positions(), kept).unwrap().0;
     assert_eq!(topology(&gap).boundary_loops, 1);
     let asked = options(Target::Ratio(0.5), Symmetry::Across(Axis::Y));
-    let found = simplify_input(&Input::bare(&gap), None, &asked, &mut go_on);
+    let found = simplify(&gap, None, &asked, &mut go_on);
     assert!(matches!(found, Err(SimplifyError::NotSymmetric { .. })), "{found:?}");
 }
 
@@ -387,7 +387,7 @@ fn each_side_keeps_its_own_texture_and_groups() {
         let attributes = Attributes { wedges, channels, groups };
         let input = with_changes(Input::bare(&mesh), |input| input.attributes = &attributes);
         let asked = options(Target::Vertices(250), Symmetry::Across(Axis::X));
-        let result = simplify_input(&input, None, &asked, &mut go_on).unwrap();
+        let result = simplify(&input, None, &asked, &mut go_on).unwrap();
         assert_closed_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
         let carried = &result.attributes;
@@ -418,16 +418,16 @@ fn each_side_keeps_its_own_texture_and_groups() {
 fn a_mesh_that_is_none_is_refused_with_the_number_of_vertices() {
     let lopsided = move_vertices(&bumpy(3), |p| if p.x > 0.5 { p + Vec3::new(0.1, 0.0, 0.0) } else { p });
     let asked = options(Target::Ratio(0.5), Symmetry::Across(Axis::X));
-    let error = simplify_input(&Input::bare(&lopsided), None, &asked, &mut go_on).unwrap_err();
+    let error = simplify(&lopsided, None, &asked, &mut go_on).unwrap_err();
     assert!(matches!(error, SimplifyError::NotSymmetric { vertices: 1.., .. }), "{error:?}");
     assert!(error.to_string().contains("not symmetric about x = 0"), "{error}");
     let both = ClosedOptions { map: true, ..mirrored(Symmetry::Across(Axis::X)) };
     let both = Options::with_closed(Target::Ratio(0.5), both);
-    let error = simplify_input(&Input::bare(&bumpy(3)), None, &both, &mut go_on).unwrap_err();
+    let error = simplify(&bumpy(3), None, &both, &mut go_on).unwrap_err();
     assert_eq!(error, SimplifyError::NotWithSymmetry("a map"));
     let flat = shapes::grid(4, 4);
     let asked = options(Target::Ratio(0.5), Symmetry::Plane(MirrorPlane { axis: Axis::Z, at: 0.0 }));
-    let error = simplify_input(&Input::bare(&flat), None, &asked, &mut go_on).unwrap_err();
+    let error = simplify(&flat, None, &asked, &mut go_on).unwrap_err();
     assert_eq!(error, SimplifyError::InMirrorPlane(32));
 }
 
@@ -436,7 +436,7 @@ fn levels_and_proved_distances_are_mirrored_too() {
     let mesh = bumpy(4);
     let asked = mirrored(Symmetry::Best);
     let targets = [Target::Ratio(0.5), Target::Vertices(500), Target::Vertices(99)];
-    let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &asked, &targets, &mut go_on).unwrap();
+    let levels = simplify_levels_of_detail(&mesh, None, &asked, &targets, &mut go_on).unwrap();
     for (level, n) in levels.iter().zip([1281, 500, 99]) {
         assert_eq!(level.mesh.positions().len(), n);
         assert_mirrored(&level.mesh, &level.report.mirror.unwrap());

@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 
 use crate::search::simplify_to_error;
 use crate::simplify::{
-    ClosedOptions, Listener, Options, Purpose, Simplified, SimplifyError, Target, simplify_forcing_size, simplify_input,
+    ClosedOptions, Listener, Options, Purpose, Simplified, SimplifyError, Target, simplify, simplify_forcing_size,
 };
 
 use distance::measure_distance;
@@ -198,7 +198,7 @@ fn simplify_at_scale(
         let (made, error) = simplify_within(&surface, (target, &inner), scale.max_error, listener)?;
         (made, Some(error))
     } else {
-        let made = simplify_forcing_size(&surface.to_input(), target, &inner, listener)?;
+        let made = simplify_forcing_size(&surface.to_input(), None, &inner, target, listener)?;
         let error = options.measures_error.then(|| measure_distance(&surface, &made));
         (made, error)
     };
@@ -226,7 +226,7 @@ fn simplify_within(
 ) -> Result<(Simplified, f64), IndexError> {
     let input = surface.to_input();
     let simplify_to = |target: Target, listener: &mut Listener| -> Result<(Simplified, f64), IndexError> {
-        let made = simplify_forcing_size(&input, target, options, listener)?;
+        let made = simplify_forcing_size(&input, None, options, target, listener)?;
         let distance = measure_distance(surface, &made);
         Ok((made, distance))
     };
@@ -264,7 +264,7 @@ pub fn prune_components(buffers: &Buffers, error: f64) -> Result<Vec<[u32; 3]>, 
     let prune_below = 2.0 * error * buffers.extent();
     let options = ClosedOptions { prune_below, prune: false, subset: true, ..ClosedOptions::default() };
     let options = Options::with_closed(Target::Ratio(1.0), options);
-    match simplify_input(&surface.to_input(), None, &options, &mut |_| ControlFlow::Continue(())) {
+    match simplify(&surface.to_input(), None, &options, &mut |_| ControlFlow::Continue(())) {
         Err(SimplifyError::Empty) => Ok(Vec::new()),
         made => Ok(surface.corner_vertices(&made?)),
     }

@@ -5,8 +5,7 @@ use crate::mesh::Role;
 use crate::model::Weights;
 use crate::search::simplify_to_size;
 use crate::simplify::{
-    Assembly, Hidden, Input, Options, Purpose, SEAM_ERROR, Simplified, Target, simplify_input,
-    simplify_levels_of_detail,
+    Assembly, Hidden, Input, Options, Purpose, SEAM_ERROR, Simplified, Target, simplify, simplify_levels_of_detail,
 };
 
 use super::advice::list_advice;
@@ -127,7 +126,7 @@ fn simplify_to_goal(
             let forward_event = &mut |event| watch.event(event);
             simplify_to_size(input, weights, &options.assembly, *n_bytes, &bytes_of, forward_event).map(single_result)
         }
-        _ => Ok(single_result(simplify_input(input, weights, options, &mut |event| watch.event(event))?)),
+        _ => Ok(single_result(simplify(input, weights, options, &mut |event| watch.event(event))?)),
     }
 }
 

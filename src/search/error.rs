@@ -8,8 +8,7 @@ use crate::mesh::{TriMesh, UnitedMesh};
 use crate::metrics::{CertifiedDistance, DistanceTolerance, certified_distance, certified_distance_with_budget};
 use crate::model::Weights;
 use crate::simplify::{
-    ClosedOptions, Input, Listener, Outcome, PrunedMesh, Simplified, SimplifyError, Target, prune,
-    simplify_levels_of_detail,
+    ClosedOptions, Input, Listener, Outcome, Simplified, SimplifyError, Target, prune, simplify_levels_of_detail,
 };
 
 use super::progress::Search;
@@ -60,7 +59,7 @@ pub struct Bounded {
 /// with [`Outcome::Stopped`].
 ///
 /// # Errors
-/// As [`simplify_input`](crate::simplify::simplify_input); [`SimplifyError::BadError`] if `error` is negative or not a
+/// As [`simplify`](crate::simplify::simplify); [`SimplifyError::BadError`] if `error` is negative or not a
 /// number.
 ///
 /// ```
@@ -82,8 +81,10 @@ pub fn simplify_to_error(
     if error.is_nan() || error < 0.0 {
         return Err(SimplifyError::BadError(error));
     }
-    let pruned = prune(Pulse::NONE, input, options);
-    let original = PlacedOriginal::from_input(input, pruned.as_ref())?;
+    input.check()?;
+    let pruned = prune(Pulse::NONE, input, options)?;
+    let pruned = pruned.input();
+    let original = PlacedOriginal::from_input(&pruned);
     // Placing both meshes in the scene rounds positions to single precision.
     let rounding = 2.0 * original.rounding();
     let bound = (error - rounding).max(0.0);
@@ -252,18 +253,12 @@ struct PlacedOriginal<'a> {
 }
 
 impl<'a> PlacedOriginal<'a> {
-    fn from_input(input: &Input<'a>, pruned: Option<&'a PrunedMesh>) -> Result<Self, SimplifyError> {
-        let mesh = pruned.map_or(input.mesh, |pruned| &pruned.mesh);
-        let (scene, n_vertices) = (input.scene, mesh.positions().len());
-        let view = match (scene, pruned) {
-            (None, _) => Cow::Borrowed(mesh),
-            (Some(scene), None) => Cow::Owned(scene.view(mesh, input.attributes).mesh),
-            (Some(scene), Some(pruned)) => {
-                let left = input.attributes.clone().select_faces(&pruned.faces).ok_or(SimplifyError::BadInput)?;
-                Cow::Owned(scene.view(mesh, &left).mesh)
-            }
+    fn from_input(input: &Input<'a>) -> Self {
+        let view = match input.scene {
+            None => Cow::Borrowed(input.mesh),
+            Some(scene) => Cow::Owned(scene.view(input.mesh, input.attributes).mesh),
         };
-        Ok(Self { view, scene, n_vertices })
+        Self { view, scene: input.scene, n_vertices: input.mesh.positions().len() }
     }
 
     fn view_of<'b>(&self, result: &'b Simplified) -> Cow<'b, TriMesh> {
@@ -384,7 +379,7 @@ mod tests {
 
     use crate::mesh::{shapes, topology};
     use crate::metrics::{Surface, surface_distance};
-    use crate::simplify::{Axis, Options, Symmetry, simplify_input};
+    use crate::simplify::{Axis, Options, Symmetry, simplify};
 
     fn simplify_within(mesh: &TriMesh, error: f64) -> Bounded {
         let options = ClosedOptions::default();
@@ -433,8 +428,8 @@ mod tests {
         let fine = shapes::icosphere(4);
         let options = Options::new(Target::Vertices(shapes::icosphere(2).positions().len()));
         let input = Input::bare(&fine);
-        let coarse = simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        let original = PlacedOriginal::from_input(&input, None).unwrap();
+        let coarse = simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let original = PlacedOriginal::from_input(&input);
         let prover = |left| Prover { left: Cell::new(left), ..Prover::new(&original, 0.2) };
         let (enough, few) = (prover(10_000_000), prover(1000));
         assert!(enough.distance(&coarse).is_some() && enough.left.get() < 10_000_000 && enough.left.get() > 9_000_000);

@@ -1,7 +1,7 @@
 //! The largest result within a number of bytes.
 
 use crate::model::Weights;
-use crate::simplify::{Assembly, Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify_input};
+use crate::simplify::{Assembly, Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify};
 
 use super::progress::Search;
 
@@ -22,7 +22,7 @@ const SHARE_OF_RUN: f32 = 0.9;
 /// [`Outcome::Stopped`].
 ///
 /// # Errors
-/// As [`simplify_input`], and those of `bytes_of`.
+/// As [`simplify`], and those of `bytes_of`.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -50,7 +50,7 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
     let mut search = Search::new(progress, SHARE_OF_RUN);
     for n_before in 0..MOST_TRIES {
         let options = Options { target: Target::Vertices(vertices), assembly: assembly.clone() };
-        let result = simplify_input(input, weights, &options, &mut search.run())?;
+        let result = simplify(input, weights, &options, &mut search.run())?;
         search.look("bytes")?;
         let n = bytes_of(&result)?;
         let is_last = n <= n_bytes && (vertices == n_all || n as f64 >= FULL * n_bytes as f64);

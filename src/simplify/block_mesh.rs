@@ -1,13 +1,12 @@
 //! Simplification of one block of a mesh.
 
-use crate::mesh::{Attributes, TriMesh};
+use crate::mesh::TriMesh;
 use crate::model::Weights;
 
-use super::assemblies::{choose_importance, score_source};
-use super::closed::{ClosedRequest, ClosedResult, Requirements, StageSettings, simplify_levels};
-use super::input::kept_edges;
+use super::closed::{ClosedRequest, ClosedResult, Levels, Task, simplify_levels};
+use super::input::Input;
 use super::limits::Limit;
-use super::options::{ClosedOptions, Refinements, SimplifyError};
+use super::options::{ClosedOptions, Purpose, SimplifyError};
 use super::progress::Progress;
 
 pub(crate) struct SimplifiedBlock {
@@ -26,23 +25,22 @@ pub(crate) fn simplify_block_mesh(
 ) -> Result<SimplifiedBlock, SimplifyError> {
     // A closed surface needs four vertices.
     let limit = Limit::from_vertices(n_vertices.max(4));
-    let settings = StageSettings::new(options.optimize, options.effort);
-    let request = ClosedRequest {
-        importance: choose_importance(&[], score_source(options, &settings, weights), weights),
-        hidden: &[],
-        settings,
-        refinements: Refinements::default(),
-        frame: options.frame,
-        differentiable: false,
-        requirements: Requirements {
-            edges: &kept_edges(mesh, Attributes::NONE, options),
-            locked,
-            ..Requirements::default()
-        },
-        forces_size: false,
-        price,
+    let ClosedOptions { scores, optimize, effort, crease_angle, purpose, frame, .. } = *options;
+    let used = ClosedOptions {
+        scores,
+        optimize,
+        effort,
+        crease_angle,
+        purpose,
+        frame,
+        prune: false,
+        ..ClosedOptions::default()
     };
-    let levels = simplify_levels(mesh, &request, &[limit], None, Progress::SILENT)?;
-    let ClosedResult { mesh, pass_prices, .. } = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;
-    Ok(SimplifiedBlock { mesh, pass_prices })
+    let input = Input { locked, ..Input::bare(mesh) };
+    let mut request = ClosedRequest { price, ..ClosedRequest::new(&input, &Task::new(&used, weights)) };
+    // The purpose decides about scores only.
+    request.requirements.purpose = Purpose::Shape;
+    let levels = simplify_levels(mesh, &request, Levels::new(&[limit]), Progress::SILENT)?;
+    let ClosedResult { simplified, pass_prices, .. } = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;
+    Ok(SimplifiedBlock { mesh: simplified.mesh, pass_prices })
 }

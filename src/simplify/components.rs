@@ -1,12 +1,13 @@
 //! Connected components: dropping and counting them.
 
+use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::{UnionFind, join_faces};
-use crate::mesh::{TriMesh, compact};
 
 use super::hidden::hidden_components;
 use super::input::Input;
-use super::options::{ClosedOptions, DroppedComponent, Hidden, Report};
+use super::options::{ClosedOptions, Hidden, SimplifyError};
+use super::sub_mesh::SubMesh;
 
 const TETRAHEDRON: usize = 4;
 
@@ -32,31 +33,15 @@ fn number_components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
     join_faces(mesh.positions().len(), mesh.faces(), |_| true).number_sets(pulse)
 }
 
-pub(crate) struct PrunedMesh {
-    pub mesh: TriMesh,
-    pub sources: Vec<u32>,
-    pub faces: Vec<u32>,
-    pub n_dropped: usize,
-    pub n_hidden: usize,
-    pub dropped: Vec<DroppedComponent>,
-}
-
-impl PrunedMesh {
-    /// Adds the dropped components to a report; face indices become those of the original.
-    pub fn add_to_report(&self, report: &mut Report) {
-        report.components_pruned += self.n_dropped;
-        report.components_hidden += self.n_hidden;
-        report.dropped.iter_mut().for_each(|component| component.face = self.faces[component.face as usize]);
-        report.dropped.extend(&self.dropped);
-        report.dropped.sort_unstable_by_key(|component| component.face);
-    }
-}
-
-/// Drops components smaller than `prune_below`, and hidden ones with `Hidden::Drop`; `None` if all stay.
-pub(crate) fn prune(pulse: Pulse, input: &Input, options: &ClosedOptions) -> Option<PrunedMesh> {
+/// Drops components smaller than `prune_below`, and hidden ones with `Hidden::Drop`.
+pub(crate) fn prune<'a>(
+    pulse: Pulse,
+    input: &Input<'a>,
+    options: &ClosedOptions,
+) -> Result<SubMesh<'a>, SimplifyError> {
     let (mesh, least, drops_hidden) = (input.mesh, options.prune_below, options.hidden == Hidden::Drop);
     if !(least > 0.0 || drops_hidden) {
-        return None;
+        return Ok(SubMesh::whole(input));
     }
     let (component, n) = number_components(pulse, mesh);
     // Sizes and visibility are those in the scene, where a mesh may be scaled or repeated.
@@ -72,12 +57,12 @@ pub(crate) fn prune(pulse: Pulse, input: &Input, options: &ClosedOptions) -> Opt
     let areas = areas(&view.mesh, &seen, n);
     let shown = (0..n).filter(|&c| !hidden[c]);
     // The visible component with the largest area stays; of equal ones the last.
-    let largest = shown.max_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)))?;
+    let largest = shown.max_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)));
     let diagonals = diagonals(&view.mesh, &seen, n);
-    let dropped: Vec<bool> = (0..n).map(|c| hidden[c] || c != largest && !kept[c] && diagonals[c] < least).collect();
+    let is_dropped = |c| hidden[c] || Some(c) != largest && !kept[c] && diagonals[c] < least;
+    let dropped: Vec<bool> = (0..n).map(|c| largest.is_some() && is_dropped(c)).collect();
     let [n_dropped, n_hidden] = [&dropped, &hidden].map(|flags| flags.iter().filter(|&&flag| flag).count());
-    remove_faces(mesh, n_dropped, |face| dropped[component[face] as usize])
-        .map(|pruned| PrunedMesh { n_hidden, ..pruned })
+    SubMesh::without_components(input, [n_dropped, n_hidden], |face| dropped[component[face] as usize])
 }
 
 fn areas(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
@@ -101,30 +86,6 @@ fn diagonals(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     bounds.iter().map(|(low, high)| (*high - *low).length()).collect()
 }
 
-/// Removes faces that make up `n_dropped` components; `None` if `n_dropped` is 0.
-pub(super) fn remove_faces(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn(usize) -> bool) -> Option<PrunedMesh> {
-    if n_dropped == 0 {
-        return None;
-    }
-    let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| !is_dropped(f as usize)).collect();
-    let kept = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
-    let dropped = dropped_components(mesh, is_dropped);
-    let pruned = |(mesh, sources)| PrunedMesh { mesh, sources, faces, n_dropped, n_hidden: 0, dropped };
-    compact(mesh.positions(), kept).ok().map(pruned)
-}
-
-fn dropped_components(mesh: &TriMesh, is_dropped: impl Fn(usize) -> bool) -> Vec<DroppedComponent> {
-    let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| is_dropped(f as usize)).collect();
-    let corners: Vec<[u32; 3]> = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
-    let (component, n) = join_faces(mesh.positions().len(), &corners, |_| true).number_sets(Pulse::NONE);
-    // Faces come in order, so the first face found is the first of its component.
-    let mut dropped: Vec<Option<DroppedComponent>> = vec![None; n];
-    for (&face, component) in faces.iter().zip(component) {
-        dropped[component as usize].get_or_insert(DroppedComponent { face, n_faces: 0 }).n_faces += 1;
-    }
-    dropped.into_iter().flatten().collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,15 +105,13 @@ mod tests {
         let faces = (0..4).flat_map(|i| sphere.faces().iter().map(move |face| face.map(|v| v + i * n)));
         let mesh = TriMesh::new(places.into_iter().flat_map(at).collect(), faces.collect()).unwrap();
         let options = ClosedOptions { hidden: Hidden::Drop, ..dropping_below(0.0) };
+        assert_eq!(prune(Pulse::NONE, &Input::bare(&sphere), &options).unwrap().n_dropped, 0);
         let left = prune(Pulse::NONE, &Input::bare(&mesh), &options).unwrap();
-        assert_eq!((left.n_dropped, left.n_hidden, left.faces.len()), (2, 2, 2 * sphere.faces().len()));
-        assert_eq!(left.faces.last(), Some(&(mesh.faces().len() as u32 - 1)));
+        assert_eq!((left.n_dropped, left.n_hidden), (2, 2));
+        let faces = left.faces.unwrap();
+        assert_eq!((faces.len(), faces.last()), (2 * sphere.faces().len(), Some(&(mesh.faces().len() as u32 - 1))));
         let both = prune(Pulse::NONE, &Input::bare(&mesh), &ClosedOptions { prune_below: 4.0, ..options }).unwrap();
         assert_eq!((both.n_dropped, both.n_hidden), (3, 2));
-        assert!(
-            prune(Pulse::NONE, &Input::bare(&sphere), &ClosedOptions { hidden: Hidden::Drop, ..dropping_below(0.0) })
-                .is_none()
-        );
     }
 
     #[test]
@@ -166,13 +125,13 @@ mod tests {
         }
         let cubes = TriMesh::new(positions, faces).unwrap();
         assert_eq!(count_components(Pulse::NONE, &cubes), (3, 0));
-        let below = |side: f64| prune(Pulse::NONE, &Input::bare(&cubes), &dropping_below(side * 3f64.sqrt()));
-        assert!(below(0.99).is_none() && below(0.0).is_none() && below(f64::NAN).is_none());
-        let two = below(1.01).unwrap();
-        assert_eq!((two.n_dropped, two.sources.first(), two.faces.first()), (1, Some(&8), Some(&12)));
-        assert_eq!(below(2.01).unwrap().n_dropped, 2);
-        let last = below(100.0).unwrap();
-        assert_eq!((last.n_dropped, last.mesh.faces().len()), (2, 12));
+        let input = Input::bare(&cubes);
+        let below = |side: f64| prune(Pulse::NONE, &input, &dropping_below(side * 3f64.sqrt())).unwrap();
+        assert_eq!([0.99, 0.0, f64::NAN, 2.01].map(|side| below(side).n_dropped), [0, 0, 0, 2]);
+        let two = below(1.01);
+        assert_eq!((two.n_dropped, two.vertices.unwrap()[0], two.faces.unwrap()[0]), (1, 8, 12));
+        let last = below(100.0);
+        assert_eq!((last.n_dropped, last.input().mesh.faces().len()), (2, 12));
     }
 
     #[test]
@@ -186,7 +145,7 @@ mod tests {
         assert_eq!(large.positions()[0], [0.0; 3]);
         let touching = TriMesh::new(positions.collect(), faces.collect()).unwrap();
         let one = prune(Pulse::NONE, &Input::bare(&touching), &dropping_below(0.5)).unwrap();
-        assert_eq!((one.n_dropped, one.faces, one.sources), (1, vec![0, 1, 2, 3], vec![0, 1, 2, 3]));
+        assert_eq!((one.n_dropped, one.faces, one.vertices), (1, Some(vec![0, 1, 2, 3]), Some(vec![0, 1, 2, 3])));
     }
 
     #[test]

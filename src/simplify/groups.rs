@@ -7,9 +7,8 @@ use rustc_hash::FxHashSet;
 use crate::mesh::{Attributes, TriMesh, UnitedMesh};
 use crate::model::Weights;
 
-use super::assemblies::Task;
-use super::driver::run_closed_to;
 use super::input::Input;
+use super::levels::simplify_forcing_size;
 use super::options::{ClosedOptions, Event, Hidden, Listener, SimplifyError, Target};
 
 /// Groups with the share of their vertices to keep.
@@ -52,12 +51,12 @@ impl SimplifiedGroups {
 /// No component is dropped.
 ///
 /// # Errors
-/// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] for a share out of range.
+/// As [`simplify`](super::simplify); [`SimplifyError::BadTarget`] for a share out of range.
 ///
 /// ```
 /// use std::ops::ControlFlow;
 /// use neural_mesh::mesh::{Attributes, shapes};
-/// use neural_mesh::simplify::{ClosedOptions, GroupRatio, Input, Options, Target, simplify_groups, simplify_input};
+/// use neural_mesh::simplify::{ClosedOptions, GroupRatio, Input, Options, Target, simplify_groups, simplify};
 /// let mesh = shapes::icosphere(4);
 /// let north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
 /// let groups = mesh.faces().iter().map(|face| u32::from(north(face))).collect();
@@ -70,7 +69,7 @@ impl SimplifiedGroups {
 /// let n_north = before.kept.iter().filter(|kept| **kept).count();
 /// assert!((0.25..0.35).contains(&(n_north as f64 / 2560.0)));
 /// let whole = Options::new(Target::Vertices(512));
-/// let result = simplify_input(&before.input(None), None, &whole, go_on).unwrap();
+/// let result = simplify(&before.input(None), None, &whole, go_on).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 512);
 /// ```
 pub fn simplify_groups(
@@ -126,8 +125,7 @@ fn simplify_group(
     let target = Target::Vertices((n_used - n_removed).max(1));
     let options = options_for_group(options);
     let input = Input { kept: &kept, ..before.input(scene) };
-    let task = Task { forces_size: true, ..Task::new(&options) };
-    let (result, _) = run_closed_to(&input, weights, &task, target, progress)?;
+    let result = simplify_forcing_size(&input, weights, &options, target, progress)?;
     // Importance and origins follow the map from group to group.
     let map = result.map.unwrap_or_default();
     let importance = map.input_vertices.iter().filter_map(|&v| before.importance.get(v as usize).copied()).collect();
@@ -168,7 +166,7 @@ fn options_for_group(options: &ClosedOptions) -> ClosedOptions {
 mod tests {
     use super::*;
     use crate::mesh::{shapes, topology};
-    use crate::simplify::{Options, simplify_input};
+    use crate::simplify::{Options, simplify};
 
     fn banded_sphere() -> (TriMesh, Attributes) {
         let mesh = shapes::wavy_sphere(4, 6.0);
@@ -214,7 +212,7 @@ mod tests {
                 .all(|(&face, group)| attributes.groups[face as usize] == *group)
         );
         let whole = Options::new(Target::Vertices(made.mesh.positions().len() * 24 / 25));
-        let result = simplify_input(&made.input(None), None, &whole, &mut go_on).unwrap();
+        let result = simplify(&made.input(None), None, &whole, &mut go_on).unwrap();
         assert!(topology(&result.mesh).is_closed_manifold());
         let kept = |group| count_faces(&result.attributes, group) == count_faces(&made.attributes, group);
         assert!(kept(3) && kept(1) && kept(0) && !kept(2));

@@ -1,7 +1,5 @@
 //! Input of a simplification: the mesh, its attributes, and constraints.
 
-use std::borrow::Cow;
-
 use crate::mesh::{Attributes, Channel, FeatureEdge, SceneView, TriMesh, UnitedMesh, creases, edges, seams};
 
 use super::options::{ClosedOptions, SimplifyError};
@@ -22,12 +20,33 @@ pub struct Input<'a> {
     pub kept: &'a [bool],
     /// Marks vertices that stay in place; empty for none (closed assembly without symmetry).
     pub locked: &'a [bool],
+    pub(super) half: Option<Half<'a>>,
+}
+
+/// Marks of a mesh that is one half of a symmetric mesh.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Half<'a> {
+    pub axis: usize,
+    /// Marks vertices on the cut, n_vertices; each is on a cut edge.
+    pub on_plane: &'a [bool],
+}
+
+impl<'a> From<&'a TriMesh> for Input<'a> {
+    fn from(mesh: &'a TriMesh) -> Self {
+        Self::bare(mesh)
+    }
+}
+
+impl<'a> From<&Input<'a>> for Input<'a> {
+    fn from(input: &Input<'a>) -> Self {
+        *input
+    }
 }
 
 impl<'a> Input<'a> {
     /// Wraps a mesh without attributes or constraints.
     pub fn bare(mesh: &'a TriMesh) -> Self {
-        Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None, kept: &[], locked: &[] }
+        Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None, kept: &[], locked: &[], half: None }
     }
 
     /// Returns the mesh as a viewer of the scene sees it.
@@ -35,7 +54,7 @@ impl<'a> Input<'a> {
         scene_view(self.scene, self.mesh, self.attributes)
     }
 
-    pub(super) fn check(&self) -> Result<(), SimplifyError> {
+    pub(crate) fn check(&self) -> Result<(), SimplifyError> {
         let is_factor = |x: &f32| *x > 0.0 && x.is_finite();
         let factors_fit = self.importance.is_empty()
             || self.importance.len() == self.mesh.positions().len() && self.importance.iter().all(is_factor);
@@ -44,42 +63,6 @@ impl<'a> Input<'a> {
         let locked_fit = self.locked.is_empty() || self.locked.len() == self.mesh.positions().len();
         let all_fit = self.attributes.is_valid_for(n_faces) && factors_fit && kept_fit && locked_fit;
         if all_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
-    }
-
-    pub(super) fn select_importance(&self, sources: Option<&[u32]>) -> Cow<'a, [f32]> {
-        select_rows(self.importance, sources)
-    }
-
-    pub(super) fn select_locked(&self, sources: Option<&[u32]>) -> Cow<'a, [bool]> {
-        select_rows(self.locked, sources)
-    }
-
-    pub(super) fn select(&self, sources: &[u32], faces: &[u32]) -> Result<InputSubset, SimplifyError> {
-        let attributes = self.attributes.clone().select_faces(faces).ok_or(SimplifyError::BadInput)?;
-        let kept = faces.iter().filter_map(|&face| self.kept.get(face as usize).copied()).collect();
-        let importance = self.select_importance(Some(sources)).into_owned();
-        Ok(InputSubset { attributes, importance, kept, locked: self.select_locked(Some(sources)).into_owned() })
-    }
-}
-
-pub(super) struct InputSubset {
-    attributes: Attributes,
-    importance: Vec<f32>,
-    kept: Vec<bool>,
-    locked: Vec<bool>,
-}
-
-impl InputSubset {
-    pub fn to_input<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a UnitedMesh>) -> Input<'a> {
-        let Self { attributes, importance, kept, locked } = self;
-        Input { mesh, attributes, importance, scene, kept, locked }
-    }
-}
-
-fn select_rows<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, [T]> {
-    match vertices {
-        Some(vertices) if !rows.is_empty() => vertices.iter().map(|&v| rows[v as usize]).collect(),
-        _ => Cow::Borrowed(rows),
     }
 }
 

@@ -4,7 +4,6 @@ use glam::Vec3;
 
 use crate::mesh::TriMesh;
 
-use super::components::PrunedMesh;
 use super::options::Map;
 
 const NONE: u32 = u32::MAX;
@@ -32,17 +31,4 @@ pub(super) fn identity_map(mesh: &TriMesh) -> Map {
         corner_faces: (0..mesh.faces().len() as u32).map(|f| [f; 3]).collect(),
         corner_weights: vec![[unit(0), unit(1), unit(2)]; mesh.faces().len()],
     }
-}
-
-pub(super) fn renumber_pruned_map(map: &mut Map, mesh: &TriMesh, PrunedMesh { sources, faces, .. }: &PrunedMesh) {
-    renumber_map(map, sources, mesh.positions().len());
-    map.corner_faces.iter_mut().flatten().for_each(|f| *f = faces[*f as usize]);
-}
-
-/// Extends the map to a mesh of `n_vertices`, in which its input vertices are `sources`.
-pub(super) fn renumber_map(map: &mut Map, sources: &[u32], n_vertices: usize) {
-    let mut outputs = vec![NONE; n_vertices];
-    sources.iter().zip(&map.output_vertices).for_each(|(&v, &x)| outputs[v as usize] = x);
-    map.output_vertices = outputs;
-    map.input_vertices.iter_mut().filter(|v| **v != NONE).for_each(|v| *v = sources[*v as usize]);
 }

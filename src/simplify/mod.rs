@@ -21,24 +21,24 @@ mod record;
 mod report;
 mod sample_vertices;
 mod scattered_samples;
+mod sub_mesh;
 mod symmetric;
-mod used_mesh;
 mod versions;
 mod with_importance;
 
 use crate::mesh::TriMesh;
 use crate::model::Weights;
-use assemblies::Task;
-use driver::{run, run_closed_to};
+use driver::run;
 
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub(crate) use block_mesh::simplify_block_mesh;
 pub use closed::{Importance, importance_of_scores};
-pub(crate) use components::{PrunedMesh, prune};
+pub(crate) use components::prune;
 pub use groups::{GroupRatio, SimplifiedGroups, simplify_groups};
 pub use hidden::hidden_faces;
 pub use input::{Input, importance_of_channel, importance_of_groups};
+pub(crate) use levels::simplify_forcing_size;
 pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
@@ -53,76 +53,40 @@ pub use scattered_samples::scattered_samples;
 pub use versions::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
 pub use with_importance::{WeightedResult, simplify_with_importance};
 
-/// Simplifies `mesh` to the target of `options`; `progress` receives every stage and can stop the run.
+/// Simplifies a mesh to the target of `options`; `progress` receives every stage and can stop the run.
 ///
-/// Without `weights`, a network uses those shipped with this crate.
-///
-/// # Errors
-/// [`SimplifyError`] for an empty mesh or bad options, or if `progress` stops the run. An unreachable target is no
-/// error: `report.outcome` names the obstacle.
-///
-/// ```
-/// use std::ops::ControlFlow;
-/// use neural_mesh::mesh::shapes;
-/// use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Target, simplify};
-/// let mesh = shapes::icosphere(3);
-/// let options = Options::new(Target::Vertices(100));
-/// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-/// assert_eq!(result.mesh.positions().len(), 100);
-/// // Without scores, every vertex counts by its area:
-/// let even = ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() };
-/// let options = Options::with_closed(Target::Vertices(100), even);
-/// let result = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-/// assert_eq!(result.report.scores, ScoreSource::Geometry);
-/// ```
-pub fn simplify(
-    mesh: &TriMesh,
-    weights: Option<&Weights>,
-    options: &Options,
-    progress: &mut Listener,
-) -> Result<Simplified, SimplifyError> {
-    simplify_input(&Input::bare(mesh), weights, options, progress)
-}
-
-/// Simplifies a mesh with its attributes: texture coordinates, normals, materials and skins.
-///
-/// No face of the result mixes two groups or the two sides of a seam.
+/// The input is a mesh, or an [`Input`] with texture coordinates, normals, materials and skins; no face of the result
+/// mixes two groups or the two sides of a seam. Without `weights`, a network uses those shipped with this crate.
 ///
 /// # Errors
-/// As [`simplify`]; [`SimplifyError::BadInput`] if the input does not match the mesh.
+/// [`SimplifyError`] for an empty mesh, bad options or attributes of another mesh, or if `progress` stops the run. An
+/// unreachable target is no error: `report.outcome` names the obstacle.
 ///
 /// ```
 /// use std::ops::ControlFlow;
 /// use neural_mesh::mesh::{Attributes, shapes};
-/// use neural_mesh::simplify::{Input, Options, Target, simplify_input};
+/// use neural_mesh::simplify::{ClosedOptions, Input, Options, ScoreSource, Target, simplify};
 /// let mesh = shapes::icosphere(4);
+/// let target = Target::Vertices(200);
+/// let result = simplify(&mesh, None, &Options::new(target), &mut |_| ControlFlow::Continue(())).unwrap();
+/// assert_eq!(result.mesh.positions().len(), 200);
+/// // Without scores, every vertex counts by its area; groups of faces are kept apart:
+/// let options = Options::with_closed(target, ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() });
 /// let is_north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
 /// let groups = mesh.faces().iter().map(|face| u32::from(is_north(face))).collect();
 /// let attributes = Attributes { groups, ..Attributes::default() };
 /// let mut input = Input::bare(&mesh);
 /// input.attributes = &attributes;
-/// let options = Options::new(Target::Vertices(200));
-/// let result = simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+/// let result = simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.attributes.groups.len(), result.mesh.faces().len());
 /// ```
-pub fn simplify_input(
-    input: &Input,
+pub fn simplify<'a>(
+    input: impl Into<Input<'a>>,
     weights: Option<&Weights>,
     options: &Options,
     progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
-    run(input, weights, options, false, progress).map(|(simplified, _)| simplified)
-}
-
-/// Simplifies to the size even where too few vertices are free to keep the shape.
-pub(crate) fn simplify_forcing_size(
-    input: &Input,
-    target: Target,
-    options: &ClosedOptions,
-    progress: &mut Listener,
-) -> Result<Simplified, SimplifyError> {
-    let task = Task { forces_size: true, ..Task::new(options) };
-    run_closed_to(input, None, &task, target, progress).map(|(simplified, _)| simplified)
+    run(&input.into(), weights, options, false, progress).map(|(simplified, _)| simplified)
 }
 
 /// Simplifies as [`simplify`] does, and also returns how the result depends on the input positions.

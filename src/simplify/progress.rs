@@ -197,7 +197,7 @@ impl ReporterState<'_> {
 mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
-    use crate::simplify::{ClosedOptions, Input, Options, Simplified, Target, simplify, simplify_levels_of_detail};
+    use crate::simplify::{ClosedOptions, Options, Simplified, Target, simplify, simplify_levels_of_detail};
 
     fn go_on(_: Event) -> ControlFlow<()> {
         ControlFlow::Continue(())
@@ -245,7 +245,7 @@ mod tests {
         let options = ClosedOptions::default();
         let targets = [Target::Ratio(0.5), Target::Ratio(0.2), Target::Vertices(50)];
         let run = |listener: &mut Listener| {
-            _ = simplify_levels_of_detail(&Input::bare(&mesh), None, &options, &targets, listener).unwrap();
+            _ = simplify_levels_of_detail(&mesh, None, &options, &targets, listener).unwrap();
         };
         let events = collect_events(run);
         assert_eq!(stages(&events).iter().filter(|stage| **stage == "collapse").count(), 3);

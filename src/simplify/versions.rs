@@ -29,8 +29,8 @@ mod tests {
     use crate::linalg::golden::{GoldenCheck, Hash, Results, check};
     use crate::mesh::{Attributes, Channel, Role, TriMesh, shapes, vertex_normals, with_flat_normals};
     use crate::simplify::{
-        ClosedOptions, Input, Options, PaperOptions, Purpose, ScoreSource, Simplified, Symmetry, Target,
-        simplify_input, simplify_levels_of_detail, simplify_recorded,
+        ClosedOptions, Input, Options, PaperOptions, Purpose, ScoreSource, Simplified, Symmetry, Target, simplify,
+        simplify_levels_of_detail, simplify_recorded,
     };
 
     #[test]
@@ -139,7 +139,7 @@ mod tests {
     }
 
     fn hash_of(mesh: &TriMesh, options: &Options) -> u64 {
-        let result = simplify_input(&Input::bare(mesh), None, options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let result = simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap();
         hash(&result).value()
     }
 
@@ -166,7 +166,7 @@ mod tests {
         let attributes = Attributes { groups, wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Vertices(200));
-        hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_charts() -> u64 {
@@ -186,7 +186,7 @@ mod tests {
         let attributes = Attributes { groups: Vec::new(), wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Vertices(150));
-        hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_hard_edges() -> u64 {
@@ -194,7 +194,7 @@ mod tests {
         let attributes = with_flat_normals(&mesh, &Attributes::default(), "normal");
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Ratio(0.2));
-        hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_normals() -> u64 {
@@ -217,7 +217,7 @@ mod tests {
         let attributes = Attributes { groups: Vec::new(), wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Vertices(150));
-        hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_poses() -> u64 {
@@ -229,7 +229,7 @@ mod tests {
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let poses = ClosedOptions { purpose: Purpose::Poses, ..ClosedOptions::default() };
         let options = Options::with_closed(Target::Ratio(0.2), poses);
-        hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_levels() -> u64 {
@@ -237,7 +237,7 @@ mod tests {
         let targets = [Target::Ratio(0.5), Target::Ratio(0.25), Target::Vertices(100)];
         let options = ClosedOptions::default();
         let go_on = &mut |_| ControlFlow::Continue(());
-        let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &options, &targets, go_on).unwrap();
+        let levels = simplify_levels_of_detail(&mesh, None, &options, &targets, go_on).unwrap();
         levels.iter().fold(Hash::new(), |all, level| all.bytes(&hash(level).value().to_le_bytes())).value()
     }
 

@@ -1,10 +1,11 @@
 //! The closed assembly under a given importance, for training.
 
-use crate::mesh::{Frame, TriMesh};
+use crate::mesh::TriMesh;
 
-use super::closed::{ClosedRequest, Importance, Requirements, StageSettings, simplify_levels};
+use super::closed::{ClosedRequest, Importance, Levels, Task, simplify_levels};
+use super::input::Input;
 use super::limits::Limit;
-use super::options::{Refinements, SimplifyError};
+use super::options::{ClosedOptions, Refinements, SimplifyError};
 use super::progress::Progress;
 
 /// Result of [`simplify_with_importance`].
@@ -46,20 +47,12 @@ pub fn simplify_with_importance(
         return Err(SimplifyError::BadImportance);
     }
     let limit = Limit::from_vertices(n_vertices.max(1));
-    let request = ClosedRequest {
-        importance,
-        hidden: &[],
-        settings: StageSettings::default(),
-        refinements: *refinements,
-        frame: Frame::default(),
-        differentiable: false,
-        requirements: Requirements::default(),
-        forces_size: false,
-        price: None,
-    };
-    let levels = simplify_levels(mesh, &request, &[limit], None, Progress::SILENT)?;
+    let options = ClosedOptions { prune: false, ..ClosedOptions::default() };
+    let planned = ClosedRequest::new(&Input::bare(mesh), &Task::new(&options, None));
+    let request = ClosedRequest { importance, refinements: *refinements, ..planned };
+    let levels = simplify_levels(mesh, &request, Levels::new(&[limit]), Progress::SILENT)?;
     let closed = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;
-    Ok(WeightedResult { mesh: closed.mesh, vertex_of: closed.vertex_of })
+    Ok(WeightedResult { mesh: closed.simplified.mesh, vertex_of: closed.vertex_of })
 }
 
 fn is_importance(importance: Importance, n_vertices: usize) -> bool {

@@ -15,7 +15,7 @@ use crate::spatial::{Exposure, FaceTree, Labels, exposures};
 use super::collapse::{Collapse, CollapseEnd};
 use super::original::Original;
 use super::output::Output;
-use super::request::{DropRules, VisualProperties};
+use super::request::VisualProperties;
 
 const POINTS_PER_COMPONENT: usize = 64;
 const POINTS_OF_WHOLE: usize = 4096;
@@ -67,7 +67,7 @@ pub fn choose_dropped(
     original: &Original,
     output: &Output,
     cost: &VertexCost,
-    rules: &DropRules,
+    within: f64,
     visual: &VisualProperties,
 ) -> Option<DroppedFaces> {
     let (component_of_vertex, n) = output_components(output);
@@ -84,7 +84,7 @@ pub fn choose_dropped(
     // The price per freed vertex, area times squared distance to the rest, must be below that of the last merges, and a
     // viewer must not miss the component.
     components.find_losses(cost);
-    let is_dropped = components.choose(cost, rules.within);
+    let is_dropped = components.choose(cost, within);
     let n_components = is_dropped.iter().filter(|dropped| **dropped).count();
     let faces = || component_of_face.iter().map(|&component| is_dropped[component as usize]).collect();
     (n_components > 0).then(|| DroppedFaces { faces: faces(), n_components })
@@ -546,14 +546,13 @@ mod tests {
         let n = mesh.positions().len();
         let pass_prices = [(n + 50, pass_prices as f32)];
         let cost = VertexCost { pass_prices: &pass_prices, limit: Limit::from_vertices(n), must_fit: false };
-        let rules = DropRules { within, from_level: 0 };
         let alike = Attributes { groups: vec![0; surface.faces.len()], ..Attributes::default() };
         let attributes = Some(attributes.unwrap_or(&alike));
         choose_dropped(
             &original,
             &output,
             &cost,
-            &rules,
+            within,
             &VisualProperties { attributes, scene: None, is_weighed: false },
         )
     }

@@ -42,15 +42,29 @@ pub(super) use dropping::DroppedFaces;
 pub use importance::importance_of_scores;
 pub(super) use refine::duplicate_positions::separate_mirrored;
 pub use request::Importance;
-pub(super) use request::{ClosedRequest, DropRules, Half, Requirements};
+use request::Requirements;
+pub(super) use request::{ClosedRequest, Task};
 pub(super) use result::ClosedResult;
-pub(super) use saved_collapse::SavedCollapse;
-pub(super) use stage_settings::StageSettings;
+use saved_collapse::SavedCollapse;
 
 /// Least number of input vertices per output vertex at which flips run.
 // Below, the collapse finds good diagonals. Nineteen meshes, ratios 0.01 to 0.05: the mean distance is 0.7 % larger at
 // 30, 2.6 % without flips.
 const COARSE_RATIO: usize = 15;
+
+/// Sizes of one collapse, which fall.
+pub(super) struct Levels<'a, 'p> {
+    pub limits: &'a [Limit],
+    /// Number of sizes, from the first, at which no further component is dropped.
+    pub n_without_dropping: usize,
+    pub saved: Option<SavedCollapse<'p>>,
+}
+
+impl<'a> Levels<'a, '_> {
+    pub fn new(limits: &'a [Limit]) -> Self {
+        Self { limits, n_without_dropping: 0, saved: None }
+    }
+}
 
 pub(super) struct FinishedLevels<'a> {
     pub results: Vec<ClosedResult>,
@@ -62,8 +76,7 @@ pub(super) struct FinishedLevels<'a> {
 pub(super) fn simplify_levels<'a>(
     mesh: &TriMesh,
     request: &ClosedRequest,
-    limits: &[Limit],
-    saved: Option<SavedCollapse<'a>>,
+    Levels { limits, n_without_dropping, saved }: Levels<'_, 'a>,
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
     let mut levels = FinishedLevels { results: Vec::with_capacity(limits.len()), dropped: None, saved: None };
@@ -72,7 +85,9 @@ pub(super) fn simplify_levels<'a>(
     // Ceilings already bound the distance, and a price or an insisted size overrules the check.
     let checks_deviation = request.price.is_none() && !request.forces_size && !collapse.has_ceilings();
     let deviation_check = checks_deviation.then(|| DeviationCheck::new(&collapse, limits)).flatten();
-    let mut collapse = Some(with_copy_if_dropping(collapse, request, limits.len()));
+    // The copy continues after components are dropped.
+    let may_drop = request.requirements.drops_within.is_some() && n_without_dropping < limits.len();
+    let mut collapse = Some(if may_drop && !request.differentiable { collapse.with_copy() } else { collapse });
     for &limit in limits {
         // The last level takes the collapse itself, not a copy, to save memory.
         let Some(running) = collapse.take() else { break };
@@ -86,10 +101,10 @@ pub(super) fn simplify_levels<'a>(
         let output = base.output(&running);
         // A level is checked for components to drop before it is refined. If some go, the caller repeats the level
         // without them.
-        if let Some(rules) = request.requirements.drop.filter(|rules| levels.results.len() >= rules.from_level) {
+        if let Some(within) = request.requirements.drops_within.filter(|_| levels.results.len() >= n_without_dropping) {
             let cost = VertexCost::new(&running, limit, end);
             levels.dropped =
-                dropping::choose_dropped(&base.original, &output, &cost, &rules, &request.visual_properties());
+                dropping::choose_dropped(&base.original, &output, &cost, within, &request.visual_properties());
             if let Some(dropped) = &levels.dropped {
                 levels.saved =
                     running.take_copy().and_then(|copy| SavedCollapse::from_copy(dropped, &base, copy, limit));
@@ -119,11 +134,6 @@ fn start_or_continue<'a, 'p: 'a>(
         return Ok(continued);
     }
     start(mesh, request, limit, progress)
-}
-
-fn with_copy_if_dropping<'a>(collapse: Collapse<'a>, request: &ClosedRequest, n_levels: usize) -> Collapse<'a> {
-    let may_drop = request.requirements.drop.is_some_and(|rules| rules.from_level < n_levels);
-    if may_drop && !request.differentiable { collapse.with_copy() } else { collapse }
 }
 
 /// Runs a collapse to a limit, or to an earlier end where too few vertices are free to keep the shape.
@@ -160,15 +170,14 @@ impl CollapseBase<'_> {
         output
     }
 
-    fn report(&self, Requirements { edges, locked, .. }: &Requirements, end: CollapseEnd, plain: Report) -> Report {
-        Report {
-            outcome: end.outcome(),
-            components_keep_shape: end == CollapseEnd::LosesShape,
-            split_vertices: self.original.surface.n_split(),
-            kept_edges: edges.len(),
-            locked_vertices: locked.iter().filter(|&&locked| locked).count(),
-            ..plain
-        }
+    fn complete_report(&self, report: &mut Report, request: &ClosedRequest, end: CollapseEnd) {
+        let Requirements { edges, locked, .. } = &request.requirements;
+        report.scores = request.scores;
+        report.outcome = end.outcome();
+        report.components_keep_shape = end == CollapseEnd::LosesShape;
+        report.split_vertices = self.original.surface.n_split();
+        report.kept_edges = edges.len();
+        report.locked_vertices = locked.iter().filter(|&&locked| locked).count();
     }
 
     fn unit_of_prices(&self) -> f64 {
@@ -201,7 +210,7 @@ fn start<'a, 'p: 'a>(
     let mut original = prepare(mesh, requirements, progress.pulse);
     progress.enter("scores", n_faces)?;
     // Importance must precede the collapse, which copies the quadrics.
-    importance::weigh(&mut original.surface, request.importance, request.settings.strength, request.hidden);
+    importance::weigh(&mut original.surface, request.importance, request.settings.strength, &request.hidden);
     progress.enter("collapse", merges_to(limit, original.surface.n_vertices(), n_faces))?;
     // Without constraints the collapse takes its fast paths.
     let constrains = !original.features.is_empty() || !original.pins.is_empty();
@@ -254,13 +263,12 @@ fn refine(
     let (attributes, corner_map) = corner_values.unzip();
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));
     let mut closed = ClosedResult::new(original, output, positions, request.requirements.kept)?;
-    (closed.attributes, closed.derivative) = (attributes.unwrap_or_default(), derivative);
-    closed.map = corner_map.filter(|_| map).map(|corners| closed.build_map(original.mesh, corners));
-    closed.report = Report {
-        flipped_edges: n_flipped,
-        separated_vertices: n_separated,
-        ..base.report(&request.requirements, end, closed.report)
-    };
+    closed.derivative = derivative;
+    let map = corner_map.filter(|_| map).map(|corners| closed.build_map(original.mesh, corners));
+    let simplified = &mut closed.simplified;
+    (simplified.attributes, simplified.map) = (attributes.unwrap_or_default(), map);
+    (simplified.report.flipped_edges, simplified.report.separated_vertices) = (n_flipped, n_separated);
+    base.complete_report(&mut simplified.report, request, end);
     Ok(closed)
 }
 

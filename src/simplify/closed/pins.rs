@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::prepare::surface::PreparedSurface;
-use super::request::{Half, Requirements};
+use super::request::Requirements;
+use crate::simplify::input::Half;
 
 #[derive(Clone, Debug, Default)]
 pub struct Pins {

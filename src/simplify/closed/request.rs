@@ -2,13 +2,45 @@
 
 use crate::mesh::{Attributes, FeatureEdge, Frame, Role, UnitedMesh};
 use crate::model::Weights;
-use crate::simplify::options::{ClosedOptions, Purpose, Refinements};
+use crate::simplify::hidden::hidden_vertices;
+use crate::simplify::input::{Half, Input, kept_edges, locked_vertices};
+use crate::simplify::options::{ClosedOptions, Hidden, Purpose, Refinements, ScoreSource};
 
 use super::stage_settings::StageSettings;
 
+/// Options of a run, with what only the library asks for.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    pub options: &'a ClosedOptions,
+    pub weights: Option<&'a Weights>,
+    pub differentiable: bool,
+    /// True to reach the size even where too few vertices are free to keep the shape.
+    pub forces_size: bool,
+}
+
+impl<'a> Task<'a> {
+    pub fn new(options: &'a ClosedOptions, weights: Option<&'a Weights>) -> Self {
+        Self { options, weights, differentiable: false, forces_size: false }
+    }
+
+    /// Chooses the source of vertex scores: none if without effect, the network if the caller gives weights.
+    fn score_source(&self, settings: &StageSettings) -> ScoreSource {
+        match self.options.scores {
+            // The purposes Poses and Spectrum distribute the vertices by terms of their own, so scores need given
+            // weights there.
+            _ if settings.strength == 0.0 || self.options.purpose != Purpose::Shape && self.weights.is_none() => {
+                ScoreSource::Geometry
+            }
+            ScoreSource::Bending if self.weights.is_some() => ScoreSource::Network,
+            scores => scores,
+        }
+    }
+}
+
 pub struct ClosedRequest<'a> {
     pub importance: Importance<'a>,
-    pub hidden: &'a [bool],
+    pub scores: ScoreSource,
+    pub hidden: Vec<bool>,
     pub settings: StageSettings,
     pub refinements: Refinements,
     pub frame: Frame,
@@ -28,6 +60,32 @@ pub struct VisualProperties<'a> {
 }
 
 impl<'a> ClosedRequest<'a> {
+    /// Plans a run: options, constraints and weights become one request.
+    pub fn new(input: &Input<'a>, task: &Task<'a>) -> Self {
+        let Task { options, weights, differentiable, forces_size } = *task;
+        let settings = StageSettings::new(options.optimize, options.effort);
+        let scores = task.score_source(&settings);
+        let importance = match scores {
+            // The caller's importance overrules any score.
+            _ if !input.importance.is_empty() => Importance::Given(input.importance),
+            ScoreSource::Network => Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default())),
+            ScoreSource::Bending => Importance::Bending,
+            ScoreSource::Geometry => Importance::Even,
+        };
+        Self {
+            importance,
+            scores,
+            hidden: if options.hidden == Hidden::Cheap { hidden_vertices(input) } else { Vec::new() },
+            settings,
+            refinements: Refinements::default(),
+            frame: options.frame,
+            differentiable,
+            requirements: Requirements::new(input, options),
+            forces_size,
+            price: None,
+        }
+    }
+
     pub fn runs_flips(&self) -> bool {
         self.refinements.flips && self.settings.steps > 0
     }
@@ -43,10 +101,10 @@ impl<'a> ClosedRequest<'a> {
     }
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Requirements<'a> {
-    pub edges: &'a [FeatureEdge],
-    pub locked: &'a [bool],
+    pub edges: Vec<FeatureEdge>,
+    pub locked: Vec<bool>,
     pub kept: &'a [bool],
     pub subset: bool,
     pub purpose: Purpose,
@@ -54,16 +112,30 @@ pub struct Requirements<'a> {
     pub map: bool,
     pub scene: Option<&'a UnitedMesh>,
     pub allowed_distance: f64,
-    pub drop: Option<DropRules>,
+    /// Largest distance from the rest at which components may be dropped; `None` if all must stay.
+    pub drops_within: Option<f64>,
     pub half: Option<Half<'a>>,
 }
 
 impl<'a> Requirements<'a> {
-    pub fn from_options(options: &ClosedOptions, kept: &'a [bool]) -> Self {
-        // An infinite limit allows components to be dropped, but deformed only within the usual limits.
-        let allowed_distance = if options.prune_within.is_finite() { options.prune_within } else { 0.0 };
-        let ClosedOptions { subset, purpose, map, .. } = *options;
-        Self { kept, subset, purpose, map, allowed_distance, ..Self::default() }
+    fn new(input: &Input<'a>, options: &ClosedOptions) -> Self {
+        let ClosedOptions { subset, purpose, map, prune_within, .. } = *options;
+        // Constraints of the caller name vertices or faces that must remain.
+        let is_constrained = subset || options.lock_boundaries || !input.locked.is_empty() || input.half.is_some();
+        Self {
+            edges: kept_edges(input.mesh, input.attributes, options),
+            locked: locked_vertices(input, options),
+            kept: input.kept,
+            subset,
+            purpose,
+            attributes: Some(input.attributes).filter(|attributes| !attributes.is_empty()),
+            map,
+            scene: input.scene,
+            // An infinite limit allows components to be dropped, but deformed only within the usual limits.
+            allowed_distance: if prune_within.is_finite() { prune_within } else { 0.0 },
+            drops_within: (options.prune && !is_constrained).then_some(prune_within),
+            half: input.half,
+        }
     }
 
     pub fn is_asset(&self) -> bool {
@@ -79,19 +151,6 @@ impl<'a> Requirements<'a> {
         let has_targets = |of: &&Attributes| of.channels.iter().any(|channel| channel.role == Role::MorphPosition);
         self.attributes.filter(|_| self.purpose == Purpose::Poses).filter(has_targets)
     }
-}
-
-#[derive(Clone, Copy, Debug)]
-pub struct DropRules {
-    pub within: f64,
-    pub from_level: usize,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub struct Half<'a> {
-    pub axis: usize,
-    /// Marks vertices on the cut, n_vertices; each is on a cut edge.
-    pub on_plane: &'a [bool],
 }
 
 /// Source of vertex importance, a factor on each vertex's area.

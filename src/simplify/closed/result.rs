@@ -3,7 +3,6 @@
 use glam::Vec3;
 
 use crate::mesh::{Attributes, TriMesh};
-use crate::simplify::components::PrunedMesh;
 use crate::simplify::map;
 use crate::simplify::options::{Map, Report, Simplified, SimplifyError};
 
@@ -14,12 +13,8 @@ use super::original::Original;
 use super::output::Output;
 
 pub struct ClosedResult {
-    pub mesh: TriMesh,
-    pub attributes: Attributes,
-    pub report: Report,
-    pub map: Option<Map>,
+    pub simplified: Simplified,
     pub vertex_of: Vec<u32>,
-    pub source_vertices: Option<Vec<u32>>,
     pub derivative: Option<Derivative>,
     pub pass_prices: Vec<(usize, f64)>,
     pub on_plane: Vec<bool>,
@@ -46,17 +41,20 @@ impl ClosedResult {
         pulse.beat(0);
         let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
         let sources = || pins.origins().iter().map(|&v| original.surface.source(v)).collect();
-        Ok(Self {
+        let simplified = Simplified {
             attributes: Attributes::default(),
             report: Report::for_mesh(pulse, &mesh),
             map: None,
-            vertex_of,
             source_vertices: pins.is_subset().then(sources),
+            mesh,
+        };
+        Ok(Self {
+            simplified,
+            vertex_of,
             derivative: None,
             pass_prices: Vec::new(),
             on_plane: pins.into_plane_flags(),
             kept,
-            mesh,
         })
     }
 
@@ -65,25 +63,13 @@ impl ClosedResult {
     }
 
     pub fn restore_kept(&mut self, input_attributes: &Attributes) {
-        restore_values(&mut self.attributes, input_attributes, &self.kept);
+        restore_values(&mut self.simplified.attributes, input_attributes, &self.kept);
     }
 
     pub fn build_map(&self, mesh: &TriMesh, corners: CornerMap) -> Map {
-        let input_vertices = map::nearest_inputs(mesh, &self.mesh, &self.vertex_of);
+        let input_vertices = map::nearest_inputs(mesh, &self.simplified.mesh, &self.vertex_of);
         let output_vertices = self.vertex_of.clone();
         Map { output_vertices, input_vertices, corner_faces: corners.faces, corner_weights: corners.weights }
-    }
-
-    pub fn renumber(&mut self, mesh: &TriMesh, pruned: &PrunedMesh) {
-        pruned.add_to_report(&mut self.report);
-        self.map.iter_mut().for_each(|map| map::renumber_pruned_map(map, mesh, pruned));
-        self.source_vertices.iter_mut().flatten().for_each(|v| *v = pruned.sources[*v as usize]);
-        self.derivative = self.derivative.take().map(|derivative| derivative.extend_to(&pruned.sources));
-    }
-
-    pub fn into_result(self) -> (Simplified, Option<Derivative>) {
-        let Self { mesh, attributes, report, map, source_vertices, derivative, .. } = self;
-        (Simplified { mesh, attributes, source_vertices, map, report }, derivative)
     }
 }
 

@@ -9,16 +9,15 @@ mod unpaired_faces;
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Frame, TriMesh};
-use crate::model::Weights;
 
-use super::assemblies::{TargetSizes, Task, simplify_closed};
-use super::closed::{ClosedResult, Half};
+use super::assemblies::simplify_closed;
+use super::closed::{ClosedResult, Levels, Task};
 use super::components::count_components;
-use super::input::Input;
+use super::input::{Half, Input};
 use super::limits::resolve_levels;
 use super::options::{ClosedOptions, Hidden, Purpose, Report, Simplified, SimplifyError, Symmetry, Target};
 use super::progress::Progress;
-use super::used_mesh::UsedMesh;
+use super::sub_mesh::SubMesh;
 use doubled_attributes::GroupPairs;
 use image_plane::ImagePlane;
 use joined_halves::SimplifiedHalf;
@@ -26,7 +25,6 @@ use mirror_pairs::MirrorPairs;
 
 pub(super) fn simplify_symmetric(
     input: &Input,
-    weights: Option<&Weights>,
     task: &Task,
     symmetry: Symmetry,
     targets: &[Target],
@@ -34,21 +32,23 @@ pub(super) fn simplify_symmetric(
 ) -> Result<Vec<Simplified>, SimplifyError> {
     check(input, task)?;
     progress.enter("symmetry", input.mesh.faces().len())?;
-    let UsedMesh { mesh, sources, .. } = &UsedMesh::new(progress.pulse, input.mesh)?;
-    let importance = input.select_importance(sources.as_deref());
+    let used = SubMesh::of_used_vertices(progress.pulse, input)?;
+    let Input { mesh, attributes, importance, .. } = used.input();
     let limits = resolve_levels(mesh, targets)?;
     let frame = &task.options.frame;
     let (plane, pairs) = find_mirror_plane(mesh, symmetry, frame)?;
     // Corners of the half carry both sides' values through the simplification.
-    let (attributes, groups) = doubled_attributes::double_attributes(input.attributes, &pairs);
-    let mut half = cut::cut((mesh, attributes, &importance), &plane, &pairs)?;
+    let (attributes, groups) = doubled_attributes::double_attributes(attributes, &pairs);
+    let mut half = cut::cut((mesh, attributes, importance), &plane, &pairs)?;
     doubled_attributes::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
-    let mut of_half = Input::bare(&half.mesh);
-    (of_half.attributes, of_half.importance) = (&half.attributes, &half.importance);
+    let of_half = Input {
+        attributes: &half.attributes,
+        importance: &half.importance,
+        half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }),
+        ..Input::bare(&half.mesh)
+    };
     // Sizes are those of the whole mesh: the collapse counts both halves.
-    let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
-    let halves =
-        simplify_closed(&of_half, weights, &task, &TargetSizes { limits: &limits, n_without_dropping: 0 }, progress)?;
+    let halves = simplify_closed(&of_half, task, Levels::new(&limits), progress)?;
     halves.into_iter().map(|half| join_halves(half, &plane, &groups, task.options)).collect()
 }
 
@@ -93,7 +93,7 @@ fn join_halves(
     groups: &GroupPairs,
     options: &ClosedOptions,
 ) -> Result<Simplified, SimplifyError> {
-    let ClosedResult { mesh, attributes, report, on_plane, .. } = half;
+    let ClosedResult { simplified: Simplified { mesh, attributes, report, .. }, on_plane, .. } = half;
     let half = SimplifiedHalf { mesh: &mesh, attributes, on_plane: &on_plane };
     let (mesh, attributes, separated_vertices) = joined_halves::join_half(half, plane, groups, &options.frame)?;
     // Most counts are those of one half; components and duplicates are counted in the whole mesh.

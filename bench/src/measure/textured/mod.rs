@@ -11,7 +11,7 @@ use neural_mesh::appearance::VIEWS;
 use neural_mesh::mesh::{Attributes, TriMesh};
 use neural_mesh::metrics::{Surface, psnr, surface_distance};
 use neural_mesh::picture::{CornerNormals, DecodedMaterials, ShadedMesh, view_shaded};
-use neural_mesh::simplify::{Input, Options, Target, simplify_input};
+use neural_mesh::simplify::{Input, Options, Target, simplify};
 use serde::{Deserialize, Serialize};
 
 use attributed::{Weighting, simplify_weighted};
@@ -71,7 +71,7 @@ fn simplify_ours(original: &AttributedMesh, ratio: f64) -> Result<AttributedMesh
     let mut input = Input::bare(&original.mesh);
     input.attributes = &original.attributes;
     let options = Options::new(Target::Ratio(ratio));
-    let result = simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(()))?;
+    let result = simplify(&input, None, &options, &mut |_| ControlFlow::Continue(()))?;
     Ok(AttributedMesh { mesh: result.mesh, attributes: result.attributes })
 }
 

@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn known_prices_are_those_of_merges_at_charts() {
         let (mesh, edges) = charted_torus();
-        let original = prepare(&mesh, &Requirements { edges: &edges, ..Requirements::default() }, Pulse::NONE);
+        let original = prepare(&mesh, &Requirements { edges, ..Requirements::default() }, Pulse::NONE);
         for vertices in [400, 150, 60] {
             let collapse = Collapse::new(Pulse::NONE, &original.surface);
             let constraints = Some(Constraints::new(&original));

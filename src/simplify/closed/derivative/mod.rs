@@ -67,9 +67,8 @@ impl Derivative {
         derivative
     }
 
-    pub fn extend_to(mut self, sources: &[u32]) -> Self {
+    pub fn extend_to(&mut self, sources: &[u32]) {
         self.sources.iter_mut().for_each(|v| *v = sources[*v as usize]);
-        self
     }
 
     pub fn assignment(&self) -> impl Iterator<Item = (u32, u32)> {
@@ -123,31 +122,23 @@ fn gather(scale: &Normalisation, input: &[[f64; 3]], sources: &[u32]) -> Vec<DVe
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ClosedResult, simplify_levels};
+    use super::super::{ClosedResult, Levels, simplify_levels};
     use super::*;
     use crate::linalg::test_values::random;
-    use crate::mesh::{Frame, TriMesh, shapes};
-    use crate::simplify::closed::request::{ClosedRequest, Importance, Requirements};
-    use crate::simplify::closed::stage_settings::StageSettings;
+    use crate::mesh::{TriMesh, shapes};
+    use crate::simplify::closed::request::{ClosedRequest, Task};
+    use crate::simplify::input::Input;
     use crate::simplify::limits::Limit;
-    use crate::simplify::options::{Purpose, Refinements};
+    use crate::simplify::options::{ClosedOptions, Purpose};
     use crate::simplify::progress::Progress;
 
     fn run(mesh: &TriMesh, vertices: usize, purpose: Purpose) -> (ClosedResult, Derivative) {
         let limit = Limit::from_vertices(vertices);
         let factors: Vec<f32> = (0..mesh.positions().len()).map(|v| 1.0 + (v % 3) as f32).collect();
-        let request = ClosedRequest {
-            importance: Importance::Given(&factors),
-            hidden: &[],
-            settings: StageSettings::default(),
-            refinements: Refinements::default(),
-            frame: Frame::default(),
-            differentiable: true,
-            requirements: Requirements { purpose, ..Requirements::default() },
-            forces_size: false,
-            price: None,
-        };
-        let levels = simplify_levels(mesh, &request, &[limit], None, Progress::SILENT).unwrap().results;
+        let options = ClosedOptions { purpose, prune: false, ..ClosedOptions::default() };
+        let task = Task { differentiable: true, ..Task::new(&options, None) };
+        let request = ClosedRequest::new(&Input { importance: &factors, ..Input::bare(mesh) }, &task);
+        let levels = simplify_levels(mesh, &request, Levels::new(&[limit]), Progress::SILENT).unwrap().results;
         let mut closed = levels.into_iter().next().unwrap();
         let derivative = closed.derivative.take().unwrap();
         (closed, derivative)
@@ -200,7 +191,7 @@ mod tests {
             let mesh = shake(&mesh);
             let (closed, derivative) = run(&mesh, n, purpose);
             let input = gather(&derivative.scale, &in_doubles(&mesh), &derivative.sources);
-            let g = directions(closed.mesh.positions().len(), 7);
+            let g = directions(closed.simplified.mesh.positions().len(), 7);
             let gradient = derivative.backward_from(&derivative.evaluate(input.clone()), g.clone());
             for seed in 0..3 {
                 let along = directions(input.len(), seed);
@@ -231,7 +222,7 @@ mod tests {
             let near = |p: &[f64; 3], q: &[f32; 3]| {
                 (0..3).all(|k| (p[k] - f64::from(q[k])).abs() <= 1e-6 * f64::from(q[k].abs().max(1.0)))
             };
-            assert!(again.iter().zip(closed.mesh.positions()).all(|(p, q)| near(p, q)));
+            assert!(again.iter().zip(closed.simplified.mesh.positions()).all(|(p, q)| near(p, q)));
         }
     }
 }

@@ -43,7 +43,7 @@ mod tests {
     use super::*;
     use crate::mesh::pulse::Pulse;
     use crate::mesh::shapes;
-    use crate::simplify::closed::request::Half;
+    use crate::simplify::input::Half;
 
     #[test]
     fn a_vertex_on_the_cut_has_the_quadric_of_the_whole_mesh() {

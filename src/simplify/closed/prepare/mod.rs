@@ -31,7 +31,7 @@ fn prepare_surface<'a>(
     mut surface: PreparedSurface<'a>,
     requirements: &Requirements,
 ) -> Original<'a> {
-    let features = FeatureEdges::new(&surface, requirements.edges);
+    let features = FeatureEdges::new(&surface, &requirements.edges);
     let pins = Pins::new(&surface, requirements);
     surface.support_edges(features.held_edges());
     pins.plane().into_iter().for_each(|plane| half_quadrics::complete(&mut surface, plane));
