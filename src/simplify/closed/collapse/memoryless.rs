@@ -5,12 +5,14 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::linalg::{Isa, Work};
+use crate::mesh::pulse::PARALLEL;
+use crate::mesh::thread_ranges::indices_where;
 use crate::simplify::closed::prepare::surface::{Neighbour, add, line_along, plane_of, planes_around};
 
 use super::corner_table::{CornerStep, next};
 use super::history::{CollapseEvent, GHOST, Renewal};
 use super::pair::{CollapseVertex, add_growing_pull, add_pull};
-use super::state::Collapse;
+use super::state::{Collapse, REMOVED};
 
 const CHUNK: usize = 1024;
 
@@ -36,18 +38,24 @@ impl Collapse<'_> {
     pub(super) fn renew_quadrics(&mut self) -> Vec<u32> {
         let pass = self.pass;
         // A vertex is stale if it or a neighbour was merged in the last pass.
-        let is_stale = |&v: &u32| self.nodes[v as usize].changed.is_in(pass);
-        let stale: Vec<u32> = self.remaining().filter(is_stale).collect();
+        let is_stale = |_: u32, node: &CollapseVertex| node.corner != REMOVED && node.changed.is_in(pass);
+        let stale = indices_where(self.pulse.counting_if(false), &self.nodes[..self.n_inner], is_stale);
         let mut planes = vec![[0.0; 6]; stale.len()];
         planes.par_chunks_mut(CHUNK).zip(stale.par_chunks(CHUNK)).for_each(|(planes, stale)| {
             self.pulse.beat(0);
             Isa::best().run(PlaneSumTask { collapse: self, planes, vertices: stale });
         });
-        for (&v, planes) in stale.iter().zip(&planes) {
-            let node = &mut self.nodes[v as usize];
-            // Importance multiplies the planes; the pull is added afterwards.
-            node.planes = add_growing_pull(planes.map(|entry| entry * node.importance), self.poses.growing_pull());
-        }
+        let growing_pull = self.poses.growing_pull();
+        // `stale` ascends, so each chunk of nodes has a range of it.
+        let first = |chunk: usize| stale.partition_point(|&v| (v as usize) < chunk * PARALLEL);
+        self.nodes.par_chunks_mut(PARALLEL).enumerate().for_each(|(chunk, nodes)| {
+            let range = first(chunk)..first(chunk + 1);
+            for (&v, planes) in stale[range.clone()].iter().zip(&planes[range]) {
+                let node = &mut nodes[v as usize - chunk * PARALLEL];
+                // Importance multiplies the planes; the pull is added afterwards.
+                node.planes = add_growing_pull(planes.map(|entry| entry * node.importance), growing_pull);
+            }
+        });
         if !self.poses.is_empty() {
             stale.iter().for_each(|&v| self.renew_poses(v));
         }

@@ -20,6 +20,7 @@ mod pair;
 mod passes;
 mod poses;
 mod state;
+mod stretch;
 
 pub use attribute_quadrics::sum_attribute_quadrics;
 pub use constraints::Constraints;
