@@ -61,6 +61,7 @@ pub struct Group {
     pub values: Vec<f64>,
 }
 
+#[cfg(any(feature = "gltf", feature = "3mf"))]
 impl Group {
     pub(super) fn title(&self) -> String {
         [&self.material, &self.name, &self.object].into_iter().flatten().next().cloned().unwrap_or_default()

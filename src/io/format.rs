@@ -3,8 +3,6 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use crate::mesh::Role;
-
 /// Mesh file format; readers distinguish text from binary by content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -31,65 +29,15 @@ pub enum Format {
     Fbx,
 }
 
+/// Attributes that a format stores.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum StoredAttributes {
+    None,
+    Colours,
+    All,
+}
+
 impl Format {
-    /// Names that [`from_name`](Self::from_name) accepts, besides `vrm`.
-    pub const NAMES: [&str; 10] = ["obj", "ply", "ply-ascii", "stl", "stl-ascii", "off", "gltf", "glb", "3mf", "fbx"];
-
-    /// Returns whether the format stores single-precision coordinates without a local origin.
-    ///
-    /// ```
-    /// use neural_mesh::io::Format;
-    /// assert!(Format::StlAscii.is_single_precision() && !Format::Ply.is_single_precision() && !Format::Glb.is_single_precision());
-    /// ```
-    pub fn is_single_precision(self) -> bool {
-        matches!(self, Self::Stl | Self::StlAscii)
-    }
-
-    /// Returns whether the format stores positions and faces only.
-    ///
-    /// ```
-    /// use neural_mesh::io::Format;
-    /// assert!(Format::Off.is_bare() && Format::Stl.is_bare() && !Format::Obj.is_bare());
-    /// ```
-    pub fn is_bare(self) -> bool {
-        matches!(self, Self::Stl | Self::StlAscii | Self::Off)
-    }
-
-    /// Returns whether the format stores attributes of this role.
-    ///
-    /// ```
-    /// use neural_mesh::{io::Format, mesh::Role};
-    /// assert!(Format::Ply.holds(Role::Uv) && !Format::ThreeMf.holds(Role::Uv) && Format::ThreeMf.holds(Role::Colour));
-    /// ```
-    pub fn holds(self, role: Role) -> bool {
-        !self.is_bare() && (self != Self::ThreeMf || role == Role::Colour)
-    }
-
-    /// Returns the format called `name`, in any case.
-    ///
-    /// ```
-    /// use neural_mesh::io::Format;
-    /// assert_eq!(Format::from_name("PLY"), Some(Format::Ply));
-    /// assert_eq!(Format::from_name("vrm"), Some(Format::Glb));
-    /// assert_eq!(Format::from_name("doc"), None);
-    /// ```
-    pub fn from_name(name: &str) -> Option<Self> {
-        match name.to_ascii_lowercase().as_str() {
-            "obj" => Some(Self::Obj),
-            "ply" => Some(Self::Ply),
-            "ply-ascii" => Some(Self::PlyAscii),
-            "stl" => Some(Self::Stl),
-            "stl-ascii" => Some(Self::StlAscii),
-            "off" => Some(Self::Off),
-            "gltf" => Some(Self::Gltf),
-            // A VRM is a GLB with extensions.
-            "glb" | "vrm" => Some(Self::Glb),
-            "3mf" => Some(Self::ThreeMf),
-            "fbx" => Some(Self::Fbx),
-            _ => None,
-        }
-    }
-
     /// Returns the format of a path's extension, ignoring a final `.gz`.
     ///
     /// ```
@@ -138,22 +86,6 @@ impl Format {
             _ if text.starts_with(b"{") => Some(Self::Gltf),
             // Comments may come first; the search ends after ten thousand lines.
             _ => text.split(|&byte| byte == b'\n' || byte == b'\r').take(10_000).find_map(from_line),
-        }
-    }
-
-    /// Returns the name that [`from_name`](Self::from_name) accepts.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Obj => "obj",
-            Self::Ply => "ply",
-            Self::PlyAscii => "ply-ascii",
-            Self::Stl => "stl",
-            Self::StlAscii => "stl-ascii",
-            Self::Off => "off",
-            Self::Gltf => "gltf",
-            Self::Glb => "glb",
-            Self::ThreeMf => "3mf",
-            Self::Fbx => "fbx",
         }
     }
 }
@@ -222,13 +154,5 @@ mod tests {
         bytes.extend(123u32.to_le_bytes());
         bytes.resize(84 + 50 * 123, 0);
         assert_eq!(Format::from_content(&bytes), Some(Format::Stl));
-    }
-
-    #[test]
-    fn names_lead_back() {
-        for name in Format::NAMES {
-            let format = Format::from_name(name).unwrap();
-            assert_eq!(Format::from_name(format.name()), Some(format));
-        }
     }
 }

@@ -1,15 +1,8 @@
 //! Gzip-compressed mesh files.
 
 use std::borrow::Cow;
-use std::io::{Read, Write};
-
-use flate2::Compression;
-use flate2::bufread::GzDecoder;
-use flate2::write::GzEncoder;
 
 use super::ReadError;
-use super::memory::io_error;
-use crate::mesh::fallible_allocation::with_fallible_allocation;
 
 const MAGIC: &[u8] = b"\x1f\x8b";
 
@@ -24,16 +17,24 @@ pub(super) fn decompress(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     decompress_within(bytes, LIMIT.1.max(bytes.len().saturating_mul(LIMIT.0))).map(Cow::Owned)
 }
 
+#[cfg(not(feature = "gzip"))]
+fn decompress_within(_: &[u8], _: usize) -> Result<Vec<u8>, ReadError> {
+    Err(ReadError::file("this build reads no gzip", "build with the feature gzip or unpack the file"))
+}
+
 // Bytes after the last member are padding.
+#[cfg(feature = "gzip")]
 fn decompress_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
+    use crate::mesh::fallible_allocation::with_fallible_allocation;
+    use std::io::Read;
     let (mut out, mut rest) = (Vec::new(), bytes);
     // A file may have several members; their contents are concatenated.
     while rest.starts_with(MAGIC) {
-        let mut decoder = GzDecoder::new(rest);
+        let mut decoder = flate2::bufread::GzDecoder::new(rest);
         // One byte more than allowed shows that the limit is passed.
         let room = (most - out.len()) as u64 + 1;
         let damaged = |error: std::io::Error| match error.kind() {
-            std::io::ErrorKind::OutOfMemory => io_error(error),
+            std::io::ErrorKind::OutOfMemory => super::memory::io_error(error),
             _ => ReadError::file(format!("the gzip data is cut or damaged ({error})"), "fetch the file again"),
         };
         with_fallible_allocation(|| decoder.by_ref().take(room).read_to_end(&mut out)).map_err(damaged)?;
@@ -48,12 +49,19 @@ fn decompress_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
 }
 
 /// Compresses bytes; equal input gives equal output.
+#[cfg(feature = "gzip")]
 pub(super) fn compress(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
-    encoder.write_all(bytes)?;
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    std::io::Write::write_all(&mut encoder, bytes)?;
     encoder.finish()
 }
 
+#[cfg(not(feature = "gzip"))]
+pub(super) fn compress(_: &[u8]) -> std::io::Result<Vec<u8>> {
+    Err(std::io::Error::other("this build writes no gzip"))
+}
+
+#[cfg(feature = "gzip")]
 #[cfg(test)]
 mod tests {
     use super::*;

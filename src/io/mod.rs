@@ -10,22 +10,12 @@ mod extra;
 mod far_from_origin;
 #[cfg(feature = "fbx")]
 mod fbx;
-#[cfg(not(feature = "fbx"))]
-#[path = "no_fbx.rs"]
-mod fbx;
 mod folder;
 mod format;
+mod format_table;
 #[cfg(feature = "gltf")]
 mod gltf;
-#[cfg(not(feature = "gltf"))]
-#[path = "no_gltf.rs"]
-mod gltf;
-mod gltf_file;
 mod group_looks;
-#[cfg(feature = "gzip")]
-mod gzip;
-#[cfg(not(feature = "gzip"))]
-#[path = "no_gzip.rs"]
 mod gzip;
 mod images;
 mod material_libraries;
@@ -50,9 +40,6 @@ mod text;
 mod texture_comments;
 #[cfg(feature = "3mf")]
 mod threemf;
-#[cfg(not(feature = "3mf"))]
-#[path = "no_threemf.rs"]
-mod threemf;
 #[cfg(any(feature = "3mf", feature = "fbx"))]
 mod unique_materials;
 #[cfg(any(feature = "3mf", feature = "fbx"))]
@@ -68,6 +55,7 @@ pub use error::{FileLocation, ReadError, WriteError};
 pub use extra::{Column, ColumnLayout, Extra, Group, ReadMesh};
 pub use folder::Folder;
 pub use format::Format;
+pub use format_table::{can_read, write_obstacle};
 #[cfg(feature = "gltf")]
 pub use gltf::{Asset, AssetContents, AssetPart, SceneOptions, SimplifiedPart, write_gltf};
 pub use group_looks::read_looks;
@@ -85,8 +73,13 @@ pub(crate) use spool::Spool;
 pub use write_options::WriteOptions;
 pub use write_path::{compress_by_name, write_path};
 
-use crate::mesh::{Frame, RawMesh, TriMesh};
+use crate::mesh::{Attributes, Frame, RawMesh, TriMesh};
+use attributed_writer::WriteTask;
+use format_table::FormatRow;
 use write::Content;
+
+/// Returns the bytes of a companion file by its URI.
+type FileFetcher<'a> = dyn Fn(&str) -> Result<Vec<u8>, ReadError> + 'a;
 
 /// Reads a mesh from the bytes of a file, gzip-compressed or not; without a `format`, the content decides.
 ///
@@ -123,61 +116,33 @@ pub fn read_attributed(bytes: &[u8], format: Option<Format>) -> Result<ReadMesh,
     read_attributed_with(bytes, format, &refuse_external_file)
 }
 
-fn read_attributed_with(
+fn read_attributed_with(bytes: &[u8], format: Option<Format>, fetch: &FileFetcher) -> Result<ReadMesh, ReadError> {
+    read_by_row(bytes, format, |row, bytes| row.read(bytes, fetch))
+}
+
+fn read_with(bytes: &[u8], format: Option<Format>, fetch: &FileFetcher) -> Result<RawMesh, ReadError> {
+    read_by_row(bytes, format, |row, bytes| row.read_geometry(bytes, fetch))
+}
+
+fn read_by_row<T>(
     bytes: &[u8],
     format: Option<Format>,
-    fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
-) -> Result<ReadMesh, ReadError> {
+    read: impl Fn(&FormatRow, &[u8]) -> Result<T, ReadError>,
+) -> Result<T, ReadError> {
     // Decompression comes first: a compressed file shows only its gzip signature.
     let bytes = &gzip::decompress(bytes)?;
-    let format = detect_format(bytes, format)?;
-    // Formats without attributes return a mesh and notes only.
-    let bare = |(mesh, notes)| ReadMesh { mesh, notes, ..ReadMesh::default() };
-    let read = match format {
-        Format::Obj => obj::read_attributed(bytes),
-        Format::Ply | Format::PlyAscii => ply::read_attributed(bytes),
-        Format::Stl | Format::StlAscii => stl::read(bytes).map(|mesh| bare((mesh, stl::notes(bytes)))),
-        Format::Off => off::read_with_notes(bytes).map(bare),
-        Format::Gltf | Format::Glb => gltf::read_attributed(bytes, fetch),
-        Format::ThreeMf => threemf::read_attributed(bytes),
-        Format::Fbx => fbx::read_attributed(bytes),
-    };
-    // Readers do not know which of their names was given, so the format is added here.
-    let read = read.map_err(|error| ReadError { format: Some(format), ..error })?;
-    Ok(ReadMesh { format: Some(format), ..read })
-}
-
-fn refuse_external_file(uri: &str) -> Result<Vec<u8>, ReadError> {
-    let what = format!("the buffer {uri:?} is a separate file");
-    Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
-}
-
-fn detect_format(bytes: &[u8], format: Option<Format>) -> Result<Format, ReadError> {
     let format = format.or_else(|| Format::from_content(bytes)).ok_or_else(|| unknown_format_error(bytes))?;
     // This is the signature of UTF-16 text; without this check, a reader would complain about the first word.
     if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
         return Err(ReadError::file("the text is in UTF-16", "save it as UTF-8 or ASCII"));
     }
-    Ok(format)
+    // Readers do not know which of their names was given, so the format is added here.
+    read(format.row(), bytes).map_err(|error| ReadError { format: Some(format), ..error })
 }
 
-fn read_with(
-    bytes: &[u8],
-    format: Option<Format>,
-    fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
-) -> Result<RawMesh, ReadError> {
-    let bytes = &gzip::decompress(bytes)?;
-    let format = detect_format(bytes, format)?;
-    let mesh = match format {
-        Format::Obj => obj::read(bytes),
-        Format::Ply | Format::PlyAscii => ply::read(bytes),
-        Format::Stl | Format::StlAscii => stl::read(bytes),
-        Format::Off => off::read(bytes),
-        Format::Gltf | Format::Glb => gltf::read(bytes, fetch),
-        Format::ThreeMf => threemf::read(bytes),
-        Format::Fbx => fbx::read(bytes),
-    };
-    mesh.map_err(|error| ReadError { format: Some(format), ..error })
+fn refuse_external_file(uri: &str) -> Result<Vec<u8>, ReadError> {
+    let what = format!("the buffer {uri:?} is a separate file");
+    Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
 }
 
 fn unknown_format_error(bytes: &[u8]) -> ReadError {
@@ -192,36 +157,6 @@ fn unknown_format_error(bytes: &[u8]) -> ReadError {
             Format::NAMES.join(", ")
         ),
     )
-}
-
-/// Returns whether this build reads files of `format`.
-///
-/// ```
-/// use neural_mesh::io::{Format, can_read};
-/// assert!(can_read(Format::Ply));
-/// ```
-pub fn can_read(format: Format) -> bool {
-    match format {
-        Format::Fbx => fbx::CAN_READ,
-        _ => write_obstacle(format).is_none(),
-    }
-}
-
-const FBX_READ_ONLY: &str = "fbx can be read but not written: choose glb, which stores the same content";
-
-/// Returns why this build cannot write `format`, or `None` if it can.
-///
-/// ```
-/// use neural_mesh::io::{Format, write_obstacle};
-/// assert_eq!(write_obstacle(Format::Ply), None);
-/// ```
-pub fn write_obstacle(format: Format) -> Option<&'static str> {
-    match format {
-        Format::Gltf | Format::Glb => gltf::MISSING,
-        Format::ThreeMf => threemf::MISSING,
-        Format::Fbx => Some(FBX_READ_ONLY),
-        _ => None,
-    }
 }
 
 /// Writes a mesh as the bytes of a file, in the coordinates of `frame`.
@@ -256,28 +191,7 @@ pub fn write_exact(mesh: &TriMesh, positions: Vec<[f64; 3]>, format: Format) -> 
 }
 
 fn write_content(content: Content, format: Format) -> Result<Vec<u8>, WriteError> {
-    write_prepared(&prepare_content(content, format)?, format)
-}
-
-fn write_prepared(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
-    match format {
-        Format::Obj => Ok(obj::write(content)),
-        Format::Ply => Ok(ply::write_binary(content)),
-        Format::PlyAscii => Ok(ply::write_text(content)),
-        Format::Stl => stl::write_binary(content),
-        Format::StlAscii => stl::write_text(content),
-        Format::Off => Ok(off::write(content)),
-        Format::Gltf | Format::Glb => gltf::write(content, format),
-        Format::ThreeMf => threemf::write(content),
-        Format::Fbx => Err(WriteError { what: FBX_READ_ONLY.into() }),
-    }
-}
-
-// The content gets the digits that the format needs; rounding must keep the mesh.
-fn prepare_content(content: Content, format: Format) -> Result<Content, WriteError> {
-    // Readers of these texts may take short singles as doubles, which moves vertices.
-    let is_for_doubles = matches!(format, Format::Obj | Format::Off | Format::ThreeMf);
-    let content = if is_for_doubles { content.with_needed_digits() } else { content };
-    stored_precision::check_precision(&content, format)?;
-    Ok(content)
+    let (extra, options) = (Extra::default(), WriteOptions::new(format, ""));
+    let task = WriteTask { content, attributes: Attributes::NONE, extra: &extra, options: &options };
+    task.run().map(|written| written.bytes)
 }

@@ -1,18 +1,14 @@
 //! Geomview OFF as text: positions and faces.
 
-use super::ReadError;
 use super::memory::reserve;
 use super::text::Text;
-use super::write::{Content, push_rows};
+use super::write::Content;
+use super::{ReadError, ReadMesh};
 use crate::mesh::{Fans, RawMesh};
 
 const REMEDY: &str = "export the mesh again";
 
-pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
-    read_with_notes(bytes).map(|(mesh, _)| mesh)
-}
-
-pub(super) fn read_with_notes(bytes: &[u8]) -> Result<(RawMesh, Vec<String>), ReadError> {
+pub(super) fn read(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let mut text = Text::new(bytes);
     let mut notes = Vec::new();
     read_keyword(&mut text)?;
@@ -36,7 +32,7 @@ pub(super) fn read_with_notes(bytes: &[u8]) -> Result<(RawMesh, Vec<String>), Re
         notes.push("colours of off faces are dropped".into());
     }
     mesh.double = text.double;
-    Ok((mesh, notes))
+    Ok(ReadMesh { mesh, notes, ..ReadMesh::default() })
 }
 
 fn read_keyword(text: &mut Text) -> Result<(), ReadError> {
@@ -123,7 +119,19 @@ pub(super) fn write(content: &Content) -> Vec<u8> {
     let (n_vertices, n_faces) = (content.n_vertices(), content.faces.len());
     let mut out = Vec::with_capacity(40 * n_vertices + 24 * n_faces + 64);
     out.extend(format!("OFF\n{n_vertices} {n_faces} 0\n").as_bytes());
-    push_rows(&mut out, content);
+    for vertex in 0..n_vertices {
+        content.push_position(&mut out, vertex);
+        out.push(b'\n');
+    }
+    let mut digits = itoa::Buffer::new();
+    for face in content.faces {
+        out.push(b'3');
+        for &vertex in face {
+            out.push(b' ');
+            out.extend(digits.format(vertex).as_bytes());
+        }
+        out.push(b'\n');
+    }
     out
 }
 
@@ -143,7 +151,7 @@ mod tests {
             "\u{feff}  # a\r\n OFF # b\r\n# c\r\n3 1\r\n",
             "STOFF\n3 1 3\n",
         ] {
-            let mesh = read(format!("{start}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes()).unwrap();
+            let mesh = read(format!("{start}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes()).unwrap().mesh;
             assert_eq!((mesh.positions.len(), &mesh.faces[..]), (3, &FACE[..]), "{start}");
         }
     }
@@ -152,12 +160,12 @@ mod tests {
     fn colours_and_normals_are_passed_over() {
         let text =
             "NCOFF\n3 1 0\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0.5 0.5 0.5 1\n0 1 0 0 0 1 1 1 1 1\n3 0 1 2 255 0 0\n";
-        assert_eq!(read(text.as_bytes()).unwrap().faces, FACE);
+        assert_eq!(read(text.as_bytes()).unwrap().mesh.faces, FACE);
     }
 
     #[test]
     fn values_broken_over_lines() {
-        assert_eq!(read(b"OFF\n3\n1\n0\n0 0\n0\n1 0 0 0 1 0\n\n0 1 0\n3 0\n1 2\n").unwrap().faces, FACE);
+        assert_eq!(read(b"OFF\n3\n1\n0\n0 0\n0\n1 0 0 0 1 0\n\n0 1 0\n3 0\n1 2\n").unwrap().mesh.faces, FACE);
     }
 
     #[test]

@@ -90,29 +90,33 @@ impl Scalar {
         matches!(self, Self::F64 | Self::I32 | Self::U32)
     }
 
+    /// Returns the nearest number of an integer type, or `None` for other types.
+    fn to_integer(self, value: f64) -> Option<i64> {
+        let whole = value.round();
+        Some(match self {
+            Self::I8 => i64::from(whole as i8),
+            Self::U8 => i64::from(whole as u8),
+            Self::I16 => i64::from(whole as i16),
+            Self::U16 => i64::from(whole as u16),
+            Self::I32 => i64::from(whole as i32),
+            Self::U32 => i64::from(whole as u32),
+            Self::F32 | Self::F64 => return None,
+        })
+    }
+
     /// Appends a value as little-endian bytes; integers are rounded and clamped.
     pub(super) fn push_bytes(self, out: &mut Vec<u8>, value: f64) {
-        let whole = value.round();
-        match self {
-            Self::I8 => out.extend((whole as i8).to_le_bytes()),
-            Self::U8 => out.extend((whole as u8).to_le_bytes()),
-            Self::I16 => out.extend((whole as i16).to_le_bytes()),
-            Self::U16 => out.extend((whole as u16).to_le_bytes()),
-            Self::I32 => out.extend((whole as i32).to_le_bytes()),
-            Self::U32 => out.extend((whole as u32).to_le_bytes()),
-            Self::F32 => out.extend((value as f32).to_le_bytes()),
-            Self::F64 => out.extend(value.to_le_bytes()),
+        match (self, self.to_integer(value)) {
+            (_, Some(integer)) => out.extend_from_slice(&integer.to_le_bytes()[..self.size()]),
+            (Self::F32, _) => out.extend((value as f32).to_le_bytes()),
+            _ => out.extend(value.to_le_bytes()),
         }
     }
 
     pub(super) fn push_text(self, out: &mut Vec<u8>, value: f64) {
-        let mut bytes = Vec::with_capacity(8);
-        self.push_bytes(&mut bytes, value);
-        let held = self.decode(&bytes, false).unwrap_or(value);
-        if self.is_whole() {
-            out.extend(itoa::Buffer::new().format(held as i64).as_bytes());
-        } else {
-            push_single(out, value as f32);
+        match self.to_integer(value) {
+            Some(integer) => out.extend(itoa::Buffer::new().format(integer).as_bytes()),
+            None => push_single(out, value as f32),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Check that rounding keeps vertices distinct and faces their area.
+//! Precision of stored coordinates: rounding must keep vertices distinct and faces their area.
 
 use rustc_hash::FxHashMap;
 
@@ -10,7 +10,30 @@ use crate::mesh::has_area;
 const STEPS: f64 = 4.0;
 const WORTH_A_NOTE: f64 = 1e-6;
 
-pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), WriteError> {
+/// Precision of the coordinates that a format stores.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Precision {
+    Single,
+    // Single, relative to an origin in doubles.
+    Local,
+    // Single or double, as the file states.
+    Stated,
+    Double,
+}
+
+/// Gives the content the digits that the format needs.
+///
+/// # Errors
+/// [`WriteError`] if rounding damages the mesh.
+pub(super) fn prepare(content: Content, format: Format) -> Result<Content, WriteError> {
+    // Readers of texts without number types may take short singles as doubles, which moves vertices.
+    let is_for_doubles = format.row().precision == Precision::Double;
+    let content = if is_for_doubles { content.with_needed_digits() } else { content };
+    check_precision(&content, format)?;
+    Ok(content)
+}
+
+fn check_precision(content: &Content, format: Format) -> Result<(), WriteError> {
     // Single-precision positions without an origin are written exactly.
     if !content.is_rounded() {
         return Ok(());
@@ -32,14 +55,14 @@ pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), W
         (n, m) => format!("{n} vertices become equal and {m} faces lose their area"),
     };
     let name = format.name();
-    let what = match format {
-        _ if format.is_single_precision() => format!(
+    let what = match format.row().precision {
+        Precision::Single => format!(
             "{what} in single precision, the only precision of {name}: write ply, obj or glb, or move the mesh to the origin"
         ),
-        Format::Gltf | Format::Glb => format!(
+        Precision::Local => format!(
             "{what} in single precision, which {name} uses around an origin: write ply or obj, or move the mesh to the origin"
         ),
-        _ => format!(
+        Precision::Stated | Precision::Double => format!(
             "{what} even in double precision, as the mesh is too far from the origin: move the mesh to the origin"
         ),
     };
@@ -48,14 +71,13 @@ pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), W
 
 fn stored_positions(content: &Content, format: Format) -> Vec<[f64; 3]> {
     let positions = (0..content.n_vertices()).map(|vertex| content.position(vertex));
-    match format {
-        _ if format.is_single_precision() => positions.map(|p| p.map(|x| f64::from(x as f32))).collect(),
-        #[cfg(feature = "gltf")]
-        Format::Gltf | Format::Glb => {
+    match format.row().precision {
+        Precision::Single => positions.map(|p| p.map(|x| f64::from(x as f32))).collect(),
+        Precision::Local => {
             let (origin, local) = content.local_positions();
             local.iter().map(|p| std::array::from_fn(|axis| origin[axis] + f64::from(p[axis]))).collect()
         }
-        _ => positions.collect(),
+        Precision::Stated | Precision::Double => positions.collect(),
     }
 }
 

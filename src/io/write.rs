@@ -226,23 +226,3 @@ pub(super) fn push_single(out: &mut Vec<u8>, x: f32) {
 fn strip_point(text: &str) -> &str {
     text.strip_suffix(".0").unwrap_or(text)
 }
-
-pub(super) fn push_rows(out: &mut Vec<u8>, content: &Content) {
-    for vertex in 0..content.n_vertices() {
-        content.push_position(out, vertex);
-        out.push(b'\n');
-    }
-    push_faces(out, content.faces);
-}
-
-fn push_faces(out: &mut Vec<u8>, faces: &[[u32; 3]]) {
-    let mut digits = itoa::Buffer::new();
-    for face in faces {
-        out.push(b'3');
-        for &vertex in face {
-            out.push(b' ');
-            out.extend(digits.format(vertex).as_bytes());
-        }
-        out.push(b'\n');
-    }
-}

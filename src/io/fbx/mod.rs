@@ -18,20 +18,14 @@ use super::one_line::one_line;
 use super::unique_materials::UniqueMaterials;
 use super::units;
 use super::{Extra, Group, ReadError, ReadMesh};
-use crate::mesh::{Attributes, Look, PlacedMesh, RawMesh, merge_placed_meshes};
+use crate::mesh::{Look, PlacedMesh, merge_placed_meshes};
 use corners::{FbxMesh, convert_mesh};
-
-pub(super) const CAN_READ: bool = true;
 
 /// Largest memory in bytes: the first times the file's bytes, or the second if more.
 const MEMORY: (usize, usize) = (200, 64 << 20);
 
-pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
-    Ok(RawMesh { attributes: Attributes::default(), ..read_attributed(bytes)?.mesh })
-}
-
 /// Reads the meshes of a scene with attributes; nodes and materials become groups.
-pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
+pub(super) fn read(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let scene = load(bytes)?;
     let nodes: Vec<&Node> = scene.nodes.iter().map(|node| &**node).filter(|node| node.mesh.is_some()).collect();
     // A mesh of several nodes is converted once.
@@ -296,7 +290,7 @@ Connections:  {{
         P: "FrontAxisSign", "int", "Integer", "",-1
         P: "CoordAxis", "int", "Integer", "",0
         P: "CoordAxisSign", "int", "Integer", "",1"#;
-        let mesh = read(text("", axes).as_bytes()).unwrap();
+        let mesh = read(text("", axes).as_bytes()).unwrap().mesh;
         let near = |a: [f64; 3], b: [f64; 3]| (DVec3::from(a) - DVec3::from(b)).length() < 1e-9;
         assert!(near(mesh.positions[2], [1.0, 0.0, -1.0]), "{:?}", mesh.positions);
     }
@@ -306,10 +300,10 @@ Connections:  {{
         let whole = text("", "");
         let binary = [&b"Kaydara FBX Binary  \0\x1a\0"[..], &7400u32.to_le_bytes(), &[255; 40]].concat();
         for bytes in [&whole.as_bytes()[..300], b"", b"v 0 0 0\nf 1 1 1\n", &binary] {
-            if let Err(error) = read_attributed(bytes) {
+            if let Err(error) = read(bytes) {
                 assert!(error.what.starts_with("no valid FBX (") && !error.to_string().contains('\n'), "{error}");
             }
         }
-        assert!(read_attributed(&binary).is_err() && read_attributed(b"").is_err());
+        assert!(read(&binary).is_err() && read(b"").is_err());
     }
 }

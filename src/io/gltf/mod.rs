@@ -50,8 +50,8 @@ use std::collections::BTreeMap;
 pub use asset::Asset;
 pub use asset_part::AssetPart;
 pub use contents::AssetContents;
+pub(super) use new_asset::write;
 pub use new_asset::write_gltf;
-pub(super) use new_asset::{write, write_attributed};
 pub use scene_writer::SceneOptions;
 pub use simplified_part::SimplifiedPart;
 pub(super) use single_mesh::read_attributed;
@@ -64,8 +64,6 @@ use schema::{Primitive, Root};
 use super::ReadError;
 use super::far_from_origin::is_far_from_origin;
 use crate::mesh::RawMesh;
-
-pub(super) const MISSING: Option<&str> = None;
 
 const REMEDY: &str = "export the asset again";
 

@@ -14,11 +14,15 @@ use super::primitive::{AttributeStorage, PrimitiveVertices, PrimitiveWriter};
 use super::repack::drop_unused;
 use super::scene_writer::faces_by_group;
 use super::simplified_part::SimplifiedPart;
-use crate::io::gltf_file::GltfFile;
-use crate::io::write::Content;
+use crate::io::attributed_writer::{WriteTask, WrittenModel};
+use crate::io::companion_files::FileFinder;
+use crate::io::extra::Group;
+use crate::io::group_looks::read_looks;
 use crate::io::write_options::WriteOptions;
 use crate::io::{Format, OutputFile, Packing, WriteError};
-use crate::mesh::{Attributes, Channel, Look, PositionGrid, Role, linear_light};
+use crate::mesh::{Channel, Look, PositionGrid, Role, linear_light};
+
+const BASE_ONLY: &str = "gltf takes names, colours (Kd, Ke), roughness, metal and textures (map_Kd, map_Ke, norm) from a material library: its other properties are left out";
 
 /// Writes a mesh as a single glTF file: GLB, or JSON with the buffer inside.
 ///
@@ -43,15 +47,15 @@ pub fn write_gltf(
     group_names: &[String],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
-    let named = GroupProperties { groups: group_names, ..GroupProperties::default() };
+    let named = GroupProperties { names: group_names, ..GroupProperties::default() };
     let written = write_with_looks(part, origin, &named, &WriteOptions::new(format, ""))?;
     Ok((written.bytes, written.notes))
 }
 
 #[derive(Clone, Copy, Debug, Default)]
 struct GroupProperties<'a> {
-    groups: &'a [String],
-    objects: &'a [Option<String>],
+    names: &'a [String],
+    groups: &'a [Group],
     looks: &'a [Look],
 }
 
@@ -65,10 +69,10 @@ impl GroupProperties<'_> {
     ) -> Option<Value> {
         let look = self.looks.get(group as usize);
         let has_look = look.is_some_and(|look| look.texture.is_some());
-        if part.attributes.groups.is_empty() && self.groups.is_empty() && !has_look {
+        if part.attributes.groups.is_empty() && self.names.is_empty() && !has_look {
             return None;
         }
-        let name = self.groups.get(group as usize).cloned().unwrap_or_else(|| format!("group {group}"));
+        let name = self.names.get(group as usize).cloned().unwrap_or_else(|| format!("group {group}"));
         Some(materials.push(draft, &name, look))
     }
 
@@ -90,7 +94,7 @@ fn write_with_looks(
     origin: [f64; 3],
     named: &GroupProperties,
     options: &WriteOptions,
-) -> Result<GltfFile, WriteError> {
+) -> Result<WrittenModel, WriteError> {
     let WriteOptions { format, images: converter, .. } = *options;
     let packing = options.packing.as_ref();
     if !matches!(format, Format::Gltf | Format::Glb) {
@@ -127,7 +131,8 @@ fn write_with_looks(
     notes.append(&mut objects.materials.notes);
     let images = move_images(&mut draft, options);
     let buffer = pack_as(&mut draft, usize::MAX, packing)?;
-    Ok(GltfFile { bytes: one_file(draft.document, &buffer, format)?, images, n_vertices: objects.n_vertices, notes })
+    let bytes = one_file(draft.document, &buffer, format)?;
+    Ok(WrittenModel { bytes, companion_files: images, notes, n_vertices: Some(objects.n_vertices) })
 }
 
 fn move_images(draft: &mut Draft, options: &WriteOptions) -> Vec<OutputFile> {
@@ -168,7 +173,7 @@ impl<'a> ObjectPrimitives<'a> {
             primitive["material"] = material;
             self.groups.push(group as usize);
         }
-        let object = named.objects.get(group as usize).and_then(Option::as_deref);
+        let object = named.groups.get(group as usize).and_then(|group| group.object.as_deref());
         // Groups of one object go into one mesh, whatever their order.
         match self.named.iter_mut().find(|(known, _)| *known == object) {
             Some((_, primitives)) => primitives.push(primitive),
@@ -178,17 +183,11 @@ impl<'a> ObjectPrimitives<'a> {
 }
 
 /// Writes a mesh as glTF: flips v and makes sRGB colours linear.
-pub(in crate::io) fn write_attributed(
-    content: &Content,
-    attributes: &Attributes,
-    groups: &[String],
-    objects: &[Option<String>],
-    looks: &[Look],
-    options: &WriteOptions,
-) -> Result<GltfFile, WriteError> {
+pub(in crate::io) fn write(task: &WriteTask, _: &mut FileFinder) -> Result<WrittenModel, WriteError> {
+    let WriteTask { content, extra, options, .. } = task;
     // Single precision suffices relative to the origin, which the node stores in doubles.
     let (origin, positions) = content.local_positions();
-    let mut attributes = attributes.clone();
+    let mut attributes = task.attributes.clone();
     for channel in attributes.channels.iter_mut().filter(|channel| channel.role == Role::Uv) {
         channel.values.iter_mut().skip(1).step_by(2).for_each(|v| *v = 1.0 - *v);
     }
@@ -196,14 +195,16 @@ pub(in crate::io) fn write_attributed(
         let colours = channel.values.chunks_exact_mut(channel.width.max(1));
         colours.flat_map(|colour| colour.iter_mut().take(3)).for_each(|x| *x = linear_light(*x));
     }
+    // A mesh with one unnamed group has no material.
+    let is_material = |group: &&Group| !attributes.groups.is_empty() || group.material.is_some();
+    let groups: Vec<String> = extra.groups.iter().filter(is_material).map(Group::title).collect();
+    let (looks, missing) = read_looks(extra, options.allow_outside);
+    let named = GroupProperties { names: &groups, groups: &extra.groups, looks: &looks.of_groups };
     let part = SimplifiedPart { positions, faces: content.faces.to_vec(), attributes };
-    write_with_looks(part, origin, &GroupProperties { groups, objects, looks }, options)
-}
-
-pub(in crate::io) fn write(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
-    let (origin, positions) = content.local_positions();
-    let part = SimplifiedPart { positions, faces: content.faces.to_vec(), ..SimplifiedPart::default() };
-    write_gltf(part, origin, &[], format).map(|(bytes, _)| bytes)
+    let mut written = write_with_looks(part, origin, &named, options)?;
+    let of_library = (!extra.material_libraries.is_empty()).then(|| BASE_ONLY.into());
+    written.notes = of_library.into_iter().chain(missing).chain(written.notes).collect();
+    Ok(written)
 }
 
 fn empty_document() -> Value {

@@ -11,7 +11,7 @@ use super::text::Text;
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 use groups::ObjGroups;
 use wedges::ObjWedges;
-pub(super) use write::{write, write_attributed};
+pub(super) use write::write;
 
 // Cleanup drops faces with such an index.
 const NOWHERE: u32 = u32::MAX;

@@ -3,45 +3,66 @@
 use rustc_hash::FxHashMap;
 
 use super::find_channel;
+use crate::io::WriteError;
+use crate::io::attributed_writer::{WriteTask, WrittenModel};
+use crate::io::companion_files::FileFinder;
 use crate::io::extra::{Extra, Group, encode_text};
+use crate::io::material_libraries::Libraries;
+use crate::io::material_writer::MaterialLibrary;
+use crate::io::texture_comments::{copy_comment_textures, texture_number};
 use crate::io::write::{Content, push_singles};
 use crate::mesh::{Attributes, Channel, Role};
 
-pub(in crate::io) fn write(content: &Content) -> Vec<u8> {
-    let mut out = Vec::with_capacity(40 * content.n_vertices() + 24 * content.faces.len());
-    for vertex in 0..content.n_vertices() {
-        out.extend(b"v ");
-        content.push_position(&mut out, vertex);
-        out.push(b'\n');
-    }
-    let mut digits = itoa::Buffer::new();
-    for face in content.faces {
-        out.push(b'f');
-        for &vertex in face {
-            out.push(b' ');
-            out.extend(digits.format(vertex + 1).as_bytes());
-        }
-        out.push(b'\n');
-    }
-    out
-}
-
-pub(in crate::io) fn write_attributed(
-    content: &Content,
-    attributes: &Attributes,
-    extra: &Extra,
-    notes: &mut Vec<String>,
-) -> Vec<u8> {
-    let mut out = Vec::new();
+/// Writes an OBJ; its material libraries and textures are added to `finder`.
+pub(in crate::io) fn write(task: &WriteTask, finder: &mut FileFinder) -> Result<WrittenModel, WriteError> {
+    let WriteTask { content, attributes, .. } = task;
+    let extra = &with_libraries(task.extra, attributes, &task.options.name, finder);
+    let (mut out, mut notes) = (Vec::new(), Vec::new());
     for library in &extra.material_libraries {
         push_line(&mut out, b"mtllib", &encode_text(library, extra.latin1));
     }
-    push_vertices(&mut out, content, attributes, notes);
+    push_vertices(&mut out, content, attributes, &mut notes);
     let uvs = ValueLines::push(&mut out, b"vt ", find_channel(attributes, Role::Uv), attributes);
     let normals = ValueLines::push(&mut out, b"vn ", find_channel(attributes, Role::Normal), attributes);
     push_faces(&mut out, content, attributes, extra, &[uvs, normals]);
     notes.extend(describe_lost_channels(attributes));
-    out
+    Ok(WrittenModel { bytes: out, notes, n_vertices: Some(content.n_vertices()), ..WrittenModel::default() })
+}
+
+fn with_libraries(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut FileFinder) -> Extra {
+    let mut extra = Extra { material_libraries: Libraries::find(extra, finder).names, ..extra.clone() };
+    // OBJ cannot store numbers of faces (PLY columns such as `label`), so they become names of groups.
+    for group in extra.groups.iter_mut().filter(|group| group.name.is_none() && !group.values.is_empty()) {
+        let parts = extra.face_columns.iter().zip(&group.values);
+        let parts: Vec<String> = parts.map(|(column, value)| format!("{}_{value}", column.name)).collect();
+        group.name = Some(parts.join("_"));
+    }
+    // Materials that came with the mesh (glTF) become a library of their own.
+    let own = MaterialLibrary::from_looks(&extra, name, finder);
+    if !own.text.is_empty() {
+        let library = format!("{name}.mtl");
+        finder.add_file(library.as_ref(), &own.text);
+        extra.material_libraries.push(library);
+    }
+    // Textures of a PLY become a library, unless the mesh already names one.
+    let textures = copy_comment_textures(&extra, finder);
+    if !textures.is_empty() && extra.material_libraries.is_empty() {
+        let library = format!("{name}.mtl");
+        let texts = textures.iter().enumerate();
+        let text: String =
+            texts.map(|(i, texture)| format!("newmtl texture_{i}\nKd 1 1 1\nmap_Kd {texture}\n")).collect();
+        finder.add_file(library.as_ref(), text.as_bytes());
+        extra.material_libraries = vec![library];
+        if extra.groups.is_empty() && attributes.groups.is_empty() {
+            extra.groups = vec![Group::default()];
+        }
+        let number = |group: &Group| texture_number(&extra, group).filter(|&number| number < textures.len());
+        let numbers: Vec<Option<usize>> = extra.groups.iter().map(number).collect();
+        for (group, number) in extra.groups.iter_mut().zip(numbers) {
+            group.material = number.map(|number| format!("texture_{number}"));
+        }
+    }
+    extra
 }
 
 fn push_line(out: &mut Vec<u8>, word: &[u8], rest: &[u8]) {

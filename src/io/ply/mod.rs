@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use header::{Element, Encoding, Header};
 use source::Source;
-pub(super) use write::{write_attributed, write_binary, write_text};
+pub(super) use write::write;
 
 use super::extra::{Extra, ReadMesh};
 use super::memory::reserve;

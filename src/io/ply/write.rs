@@ -1,71 +1,104 @@
 //! Writing of PLY.
 
-use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
-use super::BLOCK;
 use super::columns::{layout_of, unit};
-use crate::io::Scalar;
-use crate::io::extra::{ColumnLayout, Extra};
-use crate::io::write::{Content, push_rows};
-use crate::mesh::{Attributes, Channel};
+use crate::io::attributed_writer::{WriteTask, WrittenModel};
+use crate::io::companion_files::FileFinder;
+use crate::io::extra::{Column, ColumnLayout, Extra, Group};
+use crate::io::material_libraries::Libraries;
+use crate::io::material_writer::MaterialLibrary;
+use crate::io::texture_comments::{comment_textures, copy_comment_textures, texture_name};
+use crate::io::write::Content;
+use crate::io::{Format, Scalar, WriteError};
+use crate::mesh::{Attributes, Channel, Role};
 
-fn write_header(content: &Content, encoding: &str) -> String {
-    let (n_vertices, n_faces) = (content.n_vertices(), content.faces.len());
-    let scalar = if content.double { "double" } else { "float" };
-    format!(
-        "ply\nformat {encoding} 1.0\nelement vertex {n_vertices}\nproperty {scalar} x\nproperty {scalar} y\n\
-         property {scalar} z\nelement face {n_faces}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-}
-
-pub(in crate::io) fn write_binary(content: &Content) -> Vec<u8> {
-    let header = write_header(content, "binary_little_endian").into_bytes();
-    let stride = if content.double { 24 } else { 12 };
-    let n_position_bytes = stride * content.n_vertices();
-    let mut out = vec![0; header.len() + n_position_bytes + 13 * content.faces.len()];
-    out[..header.len()].copy_from_slice(&header);
-    let (positions, faces) = out[header.len()..].split_at_mut(n_position_bytes);
-    positions.par_chunks_exact_mut(stride).with_min_len(BLOCK).enumerate().for_each(|(vertex, record)| {
-        let position = content.position(vertex);
-        if content.double {
-            record.as_chunks_mut().0.iter_mut().zip(position).for_each(|(bytes, x)| *bytes = x.to_le_bytes());
-        } else {
-            record.as_chunks_mut().0.iter_mut().zip(position).for_each(|(bytes, x)| *bytes = (x as f32).to_le_bytes());
-        }
-    });
-    faces.par_chunks_exact_mut(13).with_min_len(BLOCK).zip(content.faces).for_each(|(record, face)| {
-        record[0] = 3;
-        record[1..].as_chunks_mut().0.iter_mut().zip(face).for_each(|(bytes, v)| *bytes = v.to_le_bytes());
-    });
-    out
-}
-
-pub(in crate::io) fn write_text(content: &Content) -> Vec<u8> {
-    let mut out = write_header(content, "ascii").into_bytes();
-    push_rows(&mut out, content);
-    out
-}
-
-/// Writes a PLY with attributes; returns its bytes and its number of vertex rows.
-pub(in crate::io) fn write_attributed(
-    content: &Content,
-    attributes: &Attributes,
-    extra: &Extra,
-    as_text: bool,
-    notes: &mut Vec<String>,
-) -> (Vec<u8>, usize) {
+/// Writes a PLY; the textures of its materials are added to `finder`.
+pub(in crate::io) fn write(task: &WriteTask, finder: &mut FileFinder) -> Result<WrittenModel, WriteError> {
+    let WriteTask { content, attributes, options, .. } = task;
+    let mut notes = Vec::new();
+    let extra = &with_material_comments(task.extra, attributes, &options.name, finder, &mut notes);
+    let as_text = options.format == Format::PlyAscii;
     let columns = Columns::from_channels(attributes, extra);
     // A vertex at a seam gets a row for each set of values of its corners.
     let rows = VertexRows::from_wedges(content, attributes, &columns.of_vertices);
-    let n_repeated = rows.sources.len() - content.n_vertices();
+    let n_rows = rows.sources.len();
+    let n_repeated = n_rows - content.n_vertices();
     if n_repeated > 0 {
         notes.push(format!("ply stores one set of values per vertex: {n_repeated} vertices are duplicated at seams"));
     }
-    let mut out = write_full_header(content, extra, &columns, rows.sources.len(), as_text).into_bytes();
-    let mut writer = ValueWriter { out: &mut out, as_text };
+    let mut bytes = write_header(content, extra, &columns, n_rows, as_text).into_bytes();
+    bytes.reserve(16 * (n_rows + rows.faces.len()));
+    let mut writer = ValueWriter { out: &mut bytes, as_text };
     write_vertices(&mut writer, content, &rows, &columns);
     write_faces(&mut writer, &rows, &columns, attributes, extra);
-    (out, rows.sources.len())
+    Ok(WrittenModel { bytes, notes, n_vertices: Some(n_rows), ..WrittenModel::default() })
+}
+
+fn with_material_comments(
+    extra: &Extra,
+    attributes: &Attributes,
+    name: &str,
+    finder: &mut FileFinder,
+    notes: &mut Vec<String>,
+) -> Extra {
+    let mut textures = copy_comment_textures(extra, finder).into_iter();
+    let mut extra = extra.clone();
+    for comment in &mut extra.comments {
+        if texture_name(comment).is_some() {
+            *comment = textures.next().map_or_else(|| comment.clone(), |name| format!("comment TextureFile {name}"));
+        }
+    }
+    // PLY groups faces by number columns and has no names.
+    let named = |group: &Group| group.object.is_some() || group.name.is_some() || group.smoothing.is_some();
+    if extra.groups.iter().any(named) {
+        notes.push("ply cannot store objects, groups or smoothing groups: they are dropped".into());
+    }
+    // Without materials there is nothing to number.
+    if extra.materials().is_empty() {
+        return extra;
+    }
+    let mut libraries = Libraries::find(&extra, finder);
+    // Textures of the mesh's own materials count like those of its libraries.
+    libraries.textures.extend(MaterialLibrary::from_looks(&extra, name, finder).textures);
+    // A PLY cannot name material libraries, so only their textures are copied.
+    finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
+    notes.push("ply cannot store materials: faces carry material numbers, and comments name the textures".into());
+    let extra = with_material_numbers(extra, &libraries);
+    if comment_textures(&extra).nth(1).is_some() { with_texture_coordinates_of_faces(extra, attributes) } else { extra }
+}
+
+// With several textures, MeshLab reads only coordinates stored per face.
+fn with_texture_coordinates_of_faces(mut extra: Extra, attributes: &Attributes) -> Extra {
+    let is_uv = |channel: &&Channel| channel.role == Role::Uv && channel.width == 2;
+    if let Some(channel) = attributes.channels.iter().find(is_uv) {
+        let columns = vec![Column { name: "texcoord".into(), scalar: Scalar::F32 }; 2];
+        extra.layouts.retain(|layout| layout.channel != channel.name);
+        extra.layouts.push(ColumnLayout { channel: channel.name.clone(), columns, per_corner: true });
+    }
+    extra
+}
+
+// The column is called `texnumber` if every material has a texture.
+fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
+    let materials: Vec<String> = extra.materials().into_iter().map(String::from).collect();
+    let of_materials: FxHashMap<&String, &String> =
+        libraries.textures.iter().rev().map(|(name, at)| (name, at)).collect();
+    let textures: Option<Vec<_>> = materials.iter().map(|material| of_materials.get(material)).collect();
+    let name = if textures.is_some() { "texnumber" } else { "material_index" };
+    let names = textures.into_iter().flatten().map(|place| format!("comment TextureFile {place}"));
+    extra.comments.extend(names);
+    // A single material needs no column.
+    if materials.len() > 1 {
+        extra.face_columns.push(Column { name: name.into(), scalar: Scalar::I32 });
+        let numbers: FxHashMap<&String, usize> = materials.iter().zip(0..).collect();
+        for group in &mut extra.groups {
+            let number = group.material.as_ref().and_then(|material| numbers.get(material));
+            // -1 means no material.
+            group.values.push(number.map_or(-1.0, |&number| number as f64));
+        }
+    }
+    extra
 }
 
 fn write_vertices(writer: &mut ValueWriter, content: &Content, rows: &VertexRows, columns: &Columns) {
@@ -157,7 +190,7 @@ impl VertexRows {
     }
 }
 
-fn write_full_header(content: &Content, extra: &Extra, columns: &Columns, n_rows: usize, as_text: bool) -> String {
+fn write_header(content: &Content, extra: &Extra, columns: &Columns, n_rows: usize, as_text: bool) -> String {
     let encoding = if as_text { "ascii" } else { "binary_little_endian" };
     let mut header = format!("ply\nformat {encoding} 1.0\n");
     // Comments come before the elements, where readers expect texture names.

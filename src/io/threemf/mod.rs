@@ -13,28 +13,22 @@ use glam::DMat4;
 use quick_xml::XmlVersion;
 use quick_xml::events::BytesStart;
 
-pub(super) use write::{write, write_attributed};
+pub(super) use write::write;
 
 use super::extra::has_too_many_groups;
 use super::far_from_origin::is_far_from_origin;
 use super::memory::instance_limit;
 use super::units;
 use super::{Extra, ReadError, ReadMesh};
-use crate::mesh::{Attributes, PlacedMesh, RawMesh, merge_placed_meshes};
+use crate::mesh::{PlacedMesh, merge_placed_meshes};
 use document::{ModelDocument, Reference, parse};
 use faces::{IgnoredContent, ObjectMeshes};
 use package::Package;
 
-pub(super) const MISSING: Option<&str> = None;
-
 const DEPTH: usize = 64;
 
-pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
-    Ok(RawMesh { attributes: Attributes::default(), ..read_attributed(bytes)?.mesh })
-}
-
 /// Reads the build of a package; objects and materials become groups.
-pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
+pub(super) fn read(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let mut models = Models::open(bytes)?;
     let root = models.root.clone();
     // Only objects that the build lists are printed, so others are not read.
@@ -208,7 +202,7 @@ mod tests {
     use super::*;
     use crate::io::{Format, Model, WriteOptions, write_attributed};
     use crate::mesh::cleanup::{CleanOptions, clean};
-    use crate::mesh::shapes;
+    use crate::mesh::{Attributes, shapes};
 
     const RELATIONS: &str = r#"<Relationships><Relationship Target="/3D/m.model" Id="a"
         Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
@@ -247,7 +241,7 @@ mod tests {
     }
 
     fn read_model(resources: &str, build: &str) -> Result<ReadMesh, ReadError> {
-        read_attributed(&package(&[("3D/m.model", &model(resources, build))]))
+        read(&package(&[("3D/m.model", &model(resources, build))]))
     }
 
     #[test]
@@ -259,7 +253,7 @@ mod tests {
             r#"<item objectid="1" transform="1 0 0 0 1 0 0 0 1 0 0 10"/>"#,
         );
         let parts = [("3D/m.model", root.as_str()), ("3D/other.model", other.as_str())];
-        let read = read_attributed(&package(&parts)).unwrap();
+        let read = read(&package(&parts)).unwrap();
         assert_eq!(read.mesh.positions[..4], [[1.0, 0.0, 10.0], [1.0, 2.0, 10.0], [-1.0, 0.0, 10.0], [1.0, 0.0, 12.0]]);
         // Mirrored, it is turned round.
         assert_eq!((read.mesh.positions[5], read.mesh.faces[4]), ([-1.0, 0.0, 10.0], [4, 5, 6]));
@@ -366,19 +360,19 @@ mod tests {
             assert!(error.contains(expected) && !error.contains('\n'), "{error}");
         }
         let sliced = model(&whole, item).replace("3dmanufacturing/production", "3dmanufacturing/slice");
-        let error = read_attributed(&package(&[("3D/m.model", &sliced)])).unwrap_err().to_string();
+        let error = read(&package(&[("3D/m.model", &sliced)])).unwrap_err().to_string();
         assert!(
             error.contains("needs the extension \"http://schemas.microsoft.com/3dmanufacturing/slice/2015/06\""),
             "{error}"
         );
-        assert!(read_attributed(&package(&[])).unwrap_err().what.contains("contains no 3D model"));
+        assert!(read(&package(&[])).unwrap_err().what.contains("contains no 3D model"));
     }
 
     #[test]
     fn bombs_and_circles_do_not_fill_the_memory() {
         let blanks = " ".repeat(20 << 20);
         let bomb = package(&[("3D/m.model", &model(&blanks, ""))]);
-        let error = read_attributed(&bomb).unwrap_err();
+        let error = read(&bomb).unwrap_err();
         assert!(error.what.contains("unpacks to more than"), "{error}");
         let mut resources = format!(r#"<object id="0">{}</object>"#, tetrahedron(""));
         for id in 1..40 {

@@ -7,6 +7,9 @@ use rustc_hash::FxHashMap;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
+use crate::io::attributed_writer::{WriteTask, WrittenModel, describe_losses};
+use crate::io::companion_files::FileFinder;
+use crate::io::group_looks::read_looks;
 use crate::io::write::Content;
 use crate::io::{Extra, WriteError, units};
 use crate::mesh::{Attributes, Channel, Look, Role, srgb};
@@ -24,21 +27,15 @@ const RELATIONS: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
 const MATERIALS: u32 = 1;
 const COLOURS: u32 = 2;
 
-pub(in crate::io) fn write(content: &Content) -> Result<Vec<u8>, WriteError> {
-    write_attributed(content, Attributes::NONE, &Extra::default(), &[]).map(|(bytes, _)| bytes)
-}
-
-pub(in crate::io) fn write_attributed(
-    content: &Content,
-    attributes: &Attributes,
-    extra: &Extra,
-    looks: &[Look],
-) -> Result<(Vec<u8>, Vec<String>), WriteError> {
-    let mut notes = Vec::new();
+pub(in crate::io) fn write(task: &WriteTask, _: &mut FileFinder) -> Result<WrittenModel, WriteError> {
+    let WriteTask { content, attributes, extra, options } = task;
+    let (looks, missing) = read_looks(extra, options.allow_outside);
+    let losses = describe_losses(options.format, attributes, extra);
+    let mut notes = losses.into_iter().chain(missing).collect();
     // Objects come first: if they cannot be separate, the rest changes.
     let objects = group_by_object(content, attributes, extra, &mut notes);
     let palette = Palette::from_channels(attributes);
-    let mut materials = BaseMaterials::from_groups(attributes, extra, looks);
+    let mut materials = BaseMaterials::from_groups(attributes, extra, &looks.of_groups);
     // If corners have colours, a face without a material needs no white material of its own.
     if palette.colours.is_empty() {
         materials.add_plain();
@@ -56,10 +53,10 @@ pub(in crate::io) fn write_attributed(
     }
     out.extend(b"</build>\n</model>\n");
     notes.extend(paint.notes(content));
-    let packed = package(&out).map_err(|error| WriteError {
+    let bytes = package(&out).map_err(|error| WriteError {
         what: format!("the zip archive of the 3MF cannot be made: {error}: write ply or obj"),
     })?;
-    Ok((packed, notes))
+    Ok(WrittenModel { bytes, notes, n_vertices: Some(content.n_vertices()), ..WrittenModel::default() })
 }
 
 fn package(model: &[u8]) -> zip::result::ZipResult<Vec<u8>> {
