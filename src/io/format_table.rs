@@ -14,6 +14,7 @@ use super::threemf;
 use super::{FileFetcher, Format, ReadError, WriteError, obj, off, ply, stl};
 use crate::mesh::{Attributes, RawMesh, Role};
 
+type Reader<T> = fn(&[u8], &FileFetcher) -> Result<T, ReadError>;
 type Writer = fn(&WriteTask, &mut FileFinder) -> Result<WrittenModel, WriteError>;
 
 pub(super) struct FormatRow {
@@ -23,9 +24,9 @@ pub(super) struct FormatRow {
     pub attributes: StoredAttributes,
     pub precision: Precision,
     // `None` if this build does not read the format.
-    read: Option<fn(&[u8], &FileFetcher) -> Result<ReadMesh, ReadError>>,
+    read: Option<Reader<ReadMesh>>,
     // Faster reader of positions and faces alone.
-    read_geometry: Option<fn(&[u8], &FileFetcher) -> Result<RawMesh, ReadError>>,
+    read_geometry: Option<Reader<RawMesh>>,
     // `None` if this build does not write the format.
     write: Option<Writer>,
     // Problem and remedy of a build without the reader, and without the writer.

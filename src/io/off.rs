@@ -20,7 +20,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     mesh.faces.reserve(n_faces.min(possible));
     let mut is_more_said = false;
     for vertex in 0..n_vertices {
-        mesh.positions.push(read_position(&mut text, vertex, n_vertices)?);
+        let position = text.position(Text::skip_space);
+        let problem = || text.error(format!("vertex {vertex} of {n_vertices} needs three numbers"), REMEDY);
+        mesh.positions.push(position.ok_or_else(problem)?);
         // Only the position is read; the rest of the line is noted.
         is_more_said |= !text.is_line_done();
         text.skip_line();
@@ -71,17 +73,6 @@ fn read_counts(text: &mut Text) -> Result<[usize; 3], ReadError> {
     }
     text.skip_line();
     Ok(counts)
-}
-
-fn read_position(text: &mut Text, vertex: usize, n_vertices: usize) -> Result<[f64; 3], ReadError> {
-    let mut position = [0.0; 3];
-    for x in &mut position {
-        text.skip_space();
-        *x = text
-            .number()
-            .ok_or_else(|| text.error(format!("vertex {vertex} of {n_vertices} needs three numbers"), REMEDY))?;
-    }
-    Ok(position)
 }
 
 /// Reads the faces; returns whether a line has values after its vertex indices.

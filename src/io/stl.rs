@@ -75,7 +75,8 @@ fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
             0 => break,
             _ if word.eq_ignore_ascii_case(b"vertex") => {
                 corners.push(mesh.positions.len() as u32);
-                mesh.positions.push(read_position(&mut text)?);
+                let position = text.position(Text::skip_space);
+                mesh.positions.push(position.ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?);
             }
             _ if word.eq_ignore_ascii_case(b"facet") => open = true,
             // Facets may have more than three corners, which the format forbids and programs write.
@@ -91,15 +92,6 @@ fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
     fans.triangulate(&mesh.positions, &mut mesh.faces);
     mesh.double = text.double;
     Ok(mesh)
-}
-
-fn read_position(text: &mut Text) -> Result<[f64; 3], ReadError> {
-    let mut position = [0.0; 3];
-    for x in &mut position {
-        text.skip_space();
-        *x = text.number().ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?;
-    }
-    Ok(position)
 }
 
 /// Writes a binary STL.

@@ -108,6 +108,16 @@ impl<'a> Text<'a> {
         Some(number.value)
     }
 
+    /// Reads three numbers, each after `skip`.
+    pub fn position(&mut self, skip: impl Fn(&mut Self)) -> Option<[f64; 3]> {
+        let mut position = [0.0; 3];
+        for x in &mut position {
+            skip(self);
+            *x = self.number()?;
+        }
+        Some(position)
+    }
+
     pub fn integer(&mut self) -> Option<i64> {
         let rest = self.rest();
         let negative = rest.first() == Some(&b'-');

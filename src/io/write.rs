@@ -23,16 +23,14 @@ pub(super) struct Content<'a> {
 }
 
 enum Positions<'a> {
-    // Positions of the mesh, moved by the frame.
-    Local(&'a [[f32; 3]], Frame),
-    // Exact position of each vertex if given, else that of the mesh, moved by the frame.
-    Kept(&'a [[f32; 3]], Frame, Vec<Option<[f64; 3]>>),
+    // Exact position of each vertex if present, else that of the mesh, moved by the frame.
+    Mixed(&'a [[f32; 3]], Frame, Vec<Option<[f64; 3]>>),
     Exact(Vec<[f64; 3]>),
 }
 
 impl<'a> Content<'a> {
     pub fn from_mesh(mesh: &'a TriMesh, frame: &Frame) -> Self {
-        let positions = Positions::Local(mesh.positions(), *frame);
+        let positions = Positions::Mixed(mesh.positions(), *frame, Vec::new());
         let single = frame.origin.map(|origin| !frame.double || origin == 0.0);
         Self { positions, faces: mesh.faces(), double: single != [true; 3], single }
     }
@@ -60,29 +58,26 @@ impl<'a> Content<'a> {
         // Doubles are needed if either the frame or an exact position needs them.
         let bare = Self::from_mesh(mesh, frame);
         let double = bare.double || kept.iter().flatten().flatten().any(|&x| is_double(x));
-        Ok(Self { positions: Positions::Kept(mesh.positions(), *frame, kept), double, ..bare })
+        Ok(Self { positions: Positions::Mixed(mesh.positions(), *frame, kept), double, ..bare })
     }
 
     pub fn n_vertices(&self) -> usize {
         match &self.positions {
-            Positions::Local(positions, _) | Positions::Kept(positions, ..) => positions.len(),
+            Positions::Mixed(positions, ..) => positions.len(),
             Positions::Exact(positions) => positions.len(),
         }
     }
 
     fn exact_position(&self, vertex: usize) -> Option<[f64; 3]> {
         match &self.positions {
-            Positions::Local(..) => None,
-            Positions::Kept(_, _, kept) => kept[vertex],
+            Positions::Mixed(_, _, exact) => exact.get(vertex).copied().flatten(),
             Positions::Exact(positions) => Some(positions[vertex]),
         }
     }
 
     pub fn identity(&self, vertex: usize) -> [u64; 3] {
         match &self.positions {
-            Positions::Local(positions, _) | Positions::Kept(positions, ..) => {
-                positions[vertex].map(|x| u64::from((x + 0.0).to_bits()))
-            }
+            Positions::Mixed(positions, ..) => positions[vertex].map(|x| u64::from((x + 0.0).to_bits())),
             Positions::Exact(positions) => positions[vertex].map(|x| (x + 0.0).to_bits()),
         }
     }
@@ -91,8 +86,7 @@ impl<'a> Content<'a> {
         let has_given_area = || has_area(face.map(|vertex| self.position(vertex as usize)));
         let is_given = || face.iter().all(|&vertex| self.exact_position(vertex as usize).is_some());
         match &self.positions {
-            Positions::Local(local, _) => has_area(face.map(|vertex| local[vertex as usize].map(f64::from))),
-            Positions::Kept(local, ..) => {
+            Positions::Mixed(local, ..) => {
                 has_area(face.map(|vertex| local[vertex as usize].map(f64::from))) && (!is_given() || has_given_area())
             }
             Positions::Exact(_) => has_given_area(),
@@ -102,8 +96,8 @@ impl<'a> Content<'a> {
     /// Returns whether the file may have other positions than the mesh.
     pub fn is_rounded(&self) -> bool {
         match &self.positions {
-            Positions::Local(_, frame) => frame.origin != [0.0; 3],
-            _ => true,
+            Positions::Mixed(_, frame, exact) => !exact.is_empty() || frame.origin != [0.0; 3],
+            Positions::Exact(_) => true,
         }
     }
 
@@ -151,8 +145,9 @@ impl<'a> Content<'a> {
 
     pub fn position(&self, vertex: usize) -> [f64; 3] {
         match &self.positions {
-            Positions::Local(positions, frame) => frame.to_file(positions[vertex]),
-            Positions::Kept(positions, frame, kept) => kept[vertex].unwrap_or_else(|| frame.to_file(positions[vertex])),
+            Positions::Mixed(positions, frame, exact) => {
+                exact.get(vertex).copied().flatten().unwrap_or_else(|| frame.to_file(positions[vertex]))
+            }
             Positions::Exact(positions) => positions[vertex],
         }
     }
@@ -162,8 +157,8 @@ impl<'a> Content<'a> {
         let origin = match &self.positions {
             // A frame of doubles has its origin; positions that are all singles need none; others take their first
             // vertex.
-            Positions::Local(_, frame) | Positions::Kept(_, frame, _) if frame.double => frame.origin,
-            Positions::Local(..) | Positions::Kept(..) => [0.0; 3],
+            Positions::Mixed(_, frame, _) if frame.double => frame.origin,
+            Positions::Mixed(..) => [0.0; 3],
             Positions::Exact(positions) if !positions.iter().flatten().any(|&x| is_double(x)) => [0.0; 3],
             Positions::Exact(positions) => positions.first().copied().unwrap_or_default(),
         };

@@ -14,7 +14,7 @@ use super::placements::placements;
 use super::schema::Root;
 use crate::io::memory::read_file;
 use crate::io::uri::{fetch, path_inside};
-use crate::io::{Folder, Format, OutputFile, ReadError, gzip, refuse_external_file};
+use crate::io::{FileFetcher, Folder, Format, OutputFile, ReadError, gzip, refuse_external_file};
 
 /// glTF or GLB file with its companion files.
 pub struct Asset {
@@ -90,11 +90,7 @@ impl Asset {
         Self::from_bytes(bytes, &refuse_external_file)
     }
 
-    fn from_container(
-        bytes: &[u8],
-        container: Container<'static>,
-        fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
-    ) -> Result<Self, ReadError> {
+    fn from_container(bytes: &[u8], container: Container<'static>, fetch: &FileFetcher) -> Result<Self, ReadError> {
         let (json, _) = container::split_chunks(bytes)?;
         let broken = |error| ReadError::file(format!("the JSON is malformed or not glTF ({error})"), REMEDY);
         let document = serde_json::from_slice(json).map_err(broken)?;
@@ -190,11 +186,7 @@ fn largest_scale(data: &Data, accessor: usize, limit: usize) -> Result<f64, Read
     Ok(values.chunks_exact(width).map(volume).fold(0.0, f64::max).cbrt())
 }
 
-fn fetch_images(
-    root: &Root,
-    fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
-    notes: &mut Vec<String>,
-) -> Vec<OutputFile> {
+fn fetch_images(root: &Root, fetch: &FileFetcher, notes: &mut Vec<String>) -> Vec<OutputFile> {
     let mut images: Vec<OutputFile> = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()).filter(|uri| !uri.starts_with("data:")) {
         let Some(path) = path_inside(uri) else {

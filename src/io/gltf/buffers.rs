@@ -7,8 +7,8 @@ use rustc_hash::FxHashMap;
 
 use super::REMEDY;
 use super::load_uri::load_uri;
-use crate::io::ReadError;
 use crate::io::uri::path_inside;
+use crate::io::{FileFetcher, ReadError};
 
 pub(super) struct AssetBuffers<'a> {
     files: Vec<Cow<'a, [u8]>>,
@@ -20,7 +20,7 @@ impl<'a> AssetBuffers<'a> {
     pub fn load<'b>(
         buffers: impl Iterator<Item = (Option<&'b str>, bool)>,
         embedded: Option<&'a [u8]>,
-        fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
+        fetch: &FileFetcher,
     ) -> Result<Self, ReadError> {
         let files = vec![Cow::Borrowed(&[][..]), Cow::Borrowed(embedded.unwrap_or(&[]))];
         let mut held = Self { files, of_buffers: Vec::new() };
@@ -42,7 +42,7 @@ impl<'a> AssetBuffers<'a> {
         &mut self,
         uri: &str,
         known: &mut FxHashMap<PathBuf, usize>,
-        fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
+        fetch: &FileFetcher,
     ) -> Result<usize, ReadError> {
         // Files are compared by path, since several URIs may name one file.
         let path = path_inside(uri).filter(|_| !uri.starts_with("data:"));

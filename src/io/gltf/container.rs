@@ -7,8 +7,8 @@ use super::accessor::Data;
 use super::buffers::AssetBuffers;
 use super::schema::Root;
 use super::{REMEDY, compressed, draco};
-use crate::io::ReadError;
 use crate::io::memory::instance_limit;
+use crate::io::{FileFetcher, ReadError};
 
 pub(super) struct Container<'a> {
     pub root: Root,
@@ -17,7 +17,7 @@ pub(super) struct Container<'a> {
 }
 
 impl<'a> Container<'a> {
-    pub fn open(bytes: &'a [u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
+    pub fn open(bytes: &'a [u8], fetch: &FileFetcher) -> Result<Self, ReadError> {
         let (json, embedded) = split_chunks(bytes)?;
         // The version is checked before parsing: glTF 1.0 has another structure and would fail with a misleading error.
         refuse_version_1(json)?;

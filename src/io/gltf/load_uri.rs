@@ -4,9 +4,9 @@ use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
 use super::REMEDY;
-use crate::io::ReadError;
+use crate::io::{FileFetcher, ReadError};
 
-pub(super) fn load_uri(uri: &str, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Vec<u8>, ReadError> {
+pub(super) fn load_uri(uri: &str, fetch: &FileFetcher) -> Result<Vec<u8>, ReadError> {
     let Some(data) = uri.strip_prefix("data:") else { return fetch(uri) };
     let lenient = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
     let engine = GeneralPurpose::new(&base64::alphabet::STANDARD, lenient);

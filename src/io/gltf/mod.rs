@@ -61,8 +61,8 @@ use container::Container;
 use glam::DMat4;
 use schema::{Primitive, Root};
 
-use super::ReadError;
 use super::far_from_origin::is_far_from_origin;
+use super::{FileFetcher, ReadError};
 use crate::mesh::RawMesh;
 
 const REMEDY: &str = "export the asset again";
@@ -71,7 +71,7 @@ const REMEDY: &str = "export the asset again";
 const REFUSED: &str = "EXT_mesh_gpu_instancing";
 
 /// Reads the geometry of a glTF; `fetch` returns the bytes of a buffer file by its URI.
-pub(super) fn read(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<RawMesh, ReadError> {
+pub(super) fn read(bytes: &[u8], fetch: &FileFetcher) -> Result<RawMesh, ReadError> {
     // All bytes are at hand from here on, and every access to them is checked.
     let container = Container::open(bytes, fetch)?;
     refuse_instancing(&container.root)?;

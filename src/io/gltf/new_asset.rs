@@ -95,8 +95,7 @@ fn write_with_looks(
     named: &GroupProperties,
     options: &WriteOptions,
 ) -> Result<WrittenModel, WriteError> {
-    let WriteOptions { format, images: converter, .. } = *options;
-    let packing = options.packing.as_ref();
+    let (format, packing) = (options.format, options.packing.as_ref());
     if !matches!(format, Format::Gltf | Format::Glb) {
         return Err(WriteError { what: format!("{} is not glTF: choose gltf or glb", format.name()) });
     }
@@ -110,7 +109,7 @@ fn write_with_looks(
     let mut notes = rename_channels(&mut part);
     let mut draft = Draft { document: empty_document(), views: Vec::new() };
     let uvs = packing.map(|_| named.uv_grids(&part)).unwrap_or_default();
-    let materials = MaterialWriter::new(converter);
+    let materials = MaterialWriter::new(options.images);
     let mut objects = ObjectPrimitives { materials, groups: Vec::new(), named: Vec::new(), n_vertices: 0 };
     for (group, faces) in faces_by_group(&part) {
         let (surface, compress) = (Some(group as usize), packing.is_some_and(Packing::is_compressed));

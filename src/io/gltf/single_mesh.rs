@@ -8,18 +8,15 @@ use super::asset::Asset;
 use super::asset_part::AssetPart;
 use super::placements::{MeshPlacement, placements};
 use super::{refuse_instancing, spend};
-use crate::io::ReadError;
 use crate::io::extra::{Extra, Group, ReadMesh};
 use crate::io::far_from_origin::is_far_from_origin;
+use crate::io::{FileFetcher, ReadError};
 use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, merge_placed_meshes, srgb};
 
 const LEFT: &str = "tangents, skins and morph targets are left out: only a scene keeps them";
 
 /// Reads a glTF as one mesh, or its geometry alone if the rest is broken.
-pub(in crate::io) fn read_attributed(
-    bytes: &[u8],
-    fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
-) -> Result<ReadMesh, ReadError> {
+pub(in crate::io) fn read_attributed(bytes: &[u8], fetch: &FileFetcher) -> Result<ReadMesh, ReadError> {
     // Images and materials may be broken while the geometry is fine.
     let asset = match Asset::from_bytes(bytes, fetch) {
         Ok(asset) => asset,

@@ -87,11 +87,8 @@ impl<'a> ObjReader<'a> {
 
     fn read_vertex(&mut self, text: &mut Text) -> Result<(), ReadError> {
         // Coordinates that are not finite are left to cleanup.
-        let mut position = [0.0; 3];
-        for x in &mut position {
-            text.skip_blanks();
-            *x = text.number().ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?;
-        }
+        let position = text.position(Text::skip_blanks);
+        let position = position.ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?;
         reserve(&mut self.mesh.positions, 1)?;
         self.mesh.positions.push(position);
         // A single number after the position is a weight; three numbers are a colour.

@@ -25,13 +25,18 @@ type PositionReceiver<'a> = dyn FnMut([f64; 3]) + 'a;
 pub struct Pieces {
     path: PathBuf,
     kind: PiecesKind,
+    // Zero for STL, which has no vertices to keep in memory.
+    n_vertices: u64,
+    n_faces: u64,
+    is_double: bool,
+    other_content: Option<String>,
 }
 
 #[derive(Debug)]
 enum PiecesKind {
     Ply(ply::PlyLayout),
-    Stl { n_faces: u64 },
-    Obj { n_vertices: u64, double: bool, has_more: bool },
+    Stl,
+    Obj,
 }
 
 impl Pieces {
@@ -48,53 +53,36 @@ impl Pieces {
     /// assert_eq!(n_triangles, 5856);
     /// ```
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let kind = match Format::from_path(path) {
+        let pieces = match Format::from_path(path) {
             // A compressed file cannot be read from the middle.
             _ if Format::without_gz(path) != path => None,
-            Some(Format::Ply) => ply::layout(path)?.map(PiecesKind::Ply),
-            Some(Format::Stl) => stl::n_faces(path)?.map(|n_faces| PiecesKind::Stl { n_faces }),
-            Some(Format::Obj) => Some(obj::scan(path)?),
+            Some(Format::Ply) => ply::open_pieces(path)?,
+            Some(Format::Stl) => stl::open_pieces(path)?,
+            Some(Format::Obj) => Some(obj::open_pieces(path)?),
             _ => None,
         };
         let what = "only OBJ and binary PLY and STL can be read in blocks";
-        let kind = kind.ok_or_else(|| ReadError::file(what, "convert the mesh or allow more memory"))?;
-        Ok(Self { path: path.into(), kind })
+        pieces.ok_or_else(|| ReadError::file(what, "convert the mesh or allow more memory"))
     }
 
     /// Returns the number of faces; for OBJ, estimates two per vertex.
     pub fn n_faces(&self) -> u64 {
-        match &self.kind {
-            PiecesKind::Ply(layout) => layout.n_faces(),
-            PiecesKind::Stl { n_faces } => *n_faces,
-            PiecesKind::Obj { n_vertices, .. } => 2u64.saturating_mul(*n_vertices),
-        }
+        self.n_faces
     }
 
     /// Describes content of the file besides geometry.
     pub fn other_content(&self) -> Option<String> {
-        match &self.kind {
-            PiecesKind::Ply(layout) => layout.other_properties(),
-            PiecesKind::Stl { .. } => None,
-            PiecesKind::Obj { has_more, .. } => has_more.then(|| "texture coordinates, normals or materials".into()),
-        }
+        self.other_content.clone()
     }
 
     /// Returns the bytes kept in memory while triangles are read.
     pub fn n_memory_bytes(&self) -> u64 {
-        match &self.kind {
-            PiecesKind::Ply(layout) => 12u64.saturating_mul(layout.n_vertices()),
-            PiecesKind::Stl { .. } => 0,
-            PiecesKind::Obj { n_vertices, .. } => 12u64.saturating_mul(*n_vertices),
-        }
+        12u64.saturating_mul(self.n_vertices)
     }
 
     /// Returns whether the file's positions need double precision.
     pub fn is_double(&self) -> bool {
-        match &self.kind {
-            PiecesKind::Ply(layout) => layout.is_double(),
-            PiecesKind::Stl { .. } => false,
-            PiecesKind::Obj { double, .. } => *double,
-        }
+        self.is_double
     }
 
     /// Passes every position to `take`; STL has one per corner.
@@ -104,10 +92,10 @@ impl Pieces {
     pub fn each_position(&self, take: &mut dyn FnMut([f64; 3])) -> Result<(), ReadError> {
         match &self.kind {
             PiecesKind::Ply(layout) => layout.each_position(self.open_file()?, take),
-            PiecesKind::Stl { n_faces } => stl::each_triangle(self.open_file()?, *n_faces, |corners| {
+            PiecesKind::Stl => stl::each_triangle(self.open_file()?, self.n_faces, |corners| {
                 corners.iter().for_each(|p| take(p.map(f64::from)));
             }),
-            PiecesKind::Obj { .. } => obj::each_position(self.open_file()?, take),
+            PiecesKind::Obj => obj::each_position(self.open_file()?, take),
         }
     }
 
@@ -117,9 +105,8 @@ impl Pieces {
     /// As [`each_position`](Self::each_position), and if memory for the positions is lacking.
     pub fn each_triangle(&self, frame: &Frame, take: &mut dyn FnMut(Triangle)) -> Result<u64, ReadError> {
         let mut n_broken = 0;
-        // STL has no vertices to keep in memory.
-        if let PiecesKind::Stl { n_faces } = &self.kind {
-            stl::each_triangle(self.open_file()?, *n_faces, |corners| {
+        if let PiecesKind::Stl = self.kind {
+            stl::each_triangle(self.open_file()?, self.n_faces, |corners| {
                 emit_triangle(corners.map(|p| Some(frame.to_local(p.map(f64::from)))), take, &mut n_broken);
             })?;
             return Ok(n_broken);
@@ -145,7 +132,7 @@ impl Pieces {
 
     fn positions(&self, frame: &Frame) -> Result<Vec<[f32; 3]>, ReadError> {
         let mut positions = Vec::new();
-        let n = usize::try_from(self.n_memory_bytes() / 12).unwrap_or(usize::MAX);
+        let n = usize::try_from(self.n_vertices).unwrap_or(usize::MAX);
         let what = "the vertices need more memory than is available";
         make_room(&mut positions, n)
             .map_err(|_| ReadError::file(what, "allow more memory or convert the mesh to STL"))?;

@@ -3,28 +3,30 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::{PiecesKind, PositionReceiver, REMEDY, open, unreadable};
+use super::{Pieces, PiecesKind, PositionReceiver, REMEDY, open, unreadable};
 use crate::io::ReadError;
 use crate::io::text::Text;
 
 const RUN: usize = 1 << 20;
 const LONGEST_LINE: usize = 64 << 20;
 
-pub fn scan(path: &Path) -> Result<PiecesKind, ReadError> {
-    let (mut n_vertices, mut double, mut has_more) = (0, false, false);
+pub fn open_pieces(path: &Path) -> Result<Pieces, ReadError> {
+    let (mut n_vertices, mut is_double, mut has_more) = (0u64, false, false);
     each_line(open(path)?, &mut |text, line| {
         match line {
             ObjLine::Vertex => {
                 position(text)?;
                 n_vertices += 1;
-                double |= text.double;
+                is_double |= text.double;
             }
             ObjLine::Face => {}
             ObjLine::More => has_more = true,
         }
         Ok(())
     })?;
-    Ok(PiecesKind::Obj { n_vertices, double, has_more })
+    let other_content = has_more.then(|| "texture coordinates, normals or materials".into());
+    let (kind, n_faces) = (PiecesKind::Obj, n_vertices.saturating_mul(2));
+    Ok(Pieces { path: path.into(), kind, n_vertices, n_faces, is_double, other_content })
 }
 
 pub fn each_position(file: impl Read, take: &mut PositionReceiver) -> Result<(), ReadError> {
@@ -59,12 +61,7 @@ pub fn each_face(file: impl Read, take: &mut dyn FnMut(&[i64])) -> Result<(), Re
 }
 
 fn position(text: &mut Text) -> Result<[f64; 3], ReadError> {
-    let mut position = [0.0; 3];
-    for x in &mut position {
-        text.skip_blanks();
-        *x = text.number().ok_or_else(|| ReadError::file("a vertex needs three numbers", REMEDY))?;
-    }
-    Ok(position)
+    text.position(Text::skip_blanks).ok_or_else(|| ReadError::file("a vertex needs three numbers", REMEDY))
 }
 
 #[derive(Clone, Copy, PartialEq)]

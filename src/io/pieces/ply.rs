@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::{PositionReceiver, number, read_beginning, unreadable};
+use super::{Pieces, PiecesKind, PositionReceiver, number, read_beginning, unreadable};
 use crate::io::ply::header::{Element, Encoding, Header, PlyProperty};
 use crate::io::{ReadError, Scalar};
 
@@ -21,10 +21,9 @@ pub struct PlyLayout {
     axes: [(usize, Scalar); 3],
     faces: Element,
     corners: usize,
-    others: Vec<String>,
 }
 
-pub fn layout(path: &Path) -> Result<Option<PlyLayout>, ReadError> {
+pub fn open_pieces(path: &Path) -> Result<Option<Pieces>, ReadError> {
     // The header of a mesh is not longer than this.
     let header = Header::parse(&read_beginning(path, LONGEST_HEADER)?)?;
     let big = match header.encoding {
@@ -46,28 +45,15 @@ pub fn layout(path: &Path) -> Result<Option<PlyLayout>, ReadError> {
     let of_vertices =
         vertices.properties.iter().map(|it| &it.name).filter(|name| !["x", "y", "z"].contains(&name.as_str()));
     let of_faces = faces.properties.iter().enumerate().filter(|(at, _)| *at != corners).map(|(_, it)| &it.name);
-    let others = of_vertices.chain(of_faces).cloned().collect();
-    let (n_vertices, faces) = (vertices.count as u64, faces.clone());
-    Ok(Some(PlyLayout { big, body: header.body as u64, n_vertices, stride, axes, faces, corners, others }))
+    let others: Vec<&str> = of_vertices.chain(of_faces).map(String::as_str).collect();
+    let other_content = (!others.is_empty()).then(|| others.join(", "));
+    let is_double = axes.iter().any(|(_, scalar)| scalar.is_wide());
+    let (n_vertices, n_faces, faces) = (vertices.count as u64, faces.count as u64, faces.clone());
+    let kind = PiecesKind::Ply(PlyLayout { big, body: header.body as u64, n_vertices, stride, axes, faces, corners });
+    Ok(Some(Pieces { path: path.into(), kind, n_vertices, n_faces, is_double, other_content }))
 }
 
 impl PlyLayout {
-    pub fn n_vertices(&self) -> u64 {
-        self.n_vertices
-    }
-
-    pub fn n_faces(&self) -> u64 {
-        self.faces.count as u64
-    }
-
-    pub fn other_properties(&self) -> Option<String> {
-        (!self.others.is_empty()).then(|| self.others.join(", "))
-    }
-
-    pub fn is_double(&self) -> bool {
-        self.axes.iter().any(|(_, scalar)| scalar.is_wide())
-    }
-
     pub fn each_position<R: Read + Seek>(
         &self,
         mut file: BufReader<R>,

@@ -3,11 +3,11 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::{Triangle, read_beginning, unreadable};
+use super::{Pieces, PiecesKind, Triangle, read_beginning, unreadable};
 use crate::io::ReadError;
 
-/// Returns the number of faces, or `None` for an STL in text form.
-pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
+/// Opens an STL; returns `None` for one in text form.
+pub fn open_pieces(path: &Path) -> Result<Option<Pieces>, ReadError> {
     // The header is 80 bytes, the count four.
     let start = read_beginning(path, 84)?;
     let n_bytes = std::fs::metadata(path).map_err(|error| unreadable(&error))?.len();
@@ -18,8 +18,11 @@ pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
     // The size decides first: binary headers may begin with `solid` as well.
     let fits = 84 + 50 * u64::from(count) <= n_bytes;
     let is_text = start.trim_ascii_start().starts_with(b"solid") && !start.contains(&0);
+    let (kind, n_faces) = (PiecesKind::Stl, u64::from(count));
     match (is_text, fits) {
-        (_, true) => Ok(Some(u64::from(count))),
+        (_, true) => {
+            Ok(Some(Pieces { path: path.into(), kind, n_vertices: 0, n_faces, is_double: false, other_content: None }))
+        }
         (true, false) => Ok(None),
         (false, false) => Err(unreadable(&std::io::ErrorKind::UnexpectedEof.into())),
     }

@@ -1,27 +1,28 @@
 //! Stanford PLY, text and binary.
 
-mod attributed;
 mod columns;
 pub(super) mod header;
+mod reader;
 mod source;
 mod write;
 
 use rayon::prelude::*;
 
 use header::{Element, Encoding, Header};
+use reader::PlyReader;
 use source::Source;
 pub(super) use write::write;
 
-use super::extra::{Extra, ReadMesh};
+use super::extra::ReadMesh;
 use super::memory::reserve;
 use super::text::Text;
 use super::{ReadError, Scalar};
-use crate::mesh::{Fans, RawMesh};
+use crate::mesh::RawMesh;
 
 const BLOCK: usize = 1 << 14;
 
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
-    read_geometry(bytes, &Header::parse(bytes)?)
+    Ok(PlyReader::read(bytes, Header::parse(bytes)?, false)?.mesh)
 }
 
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
@@ -30,12 +31,10 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let is_repeated = |name: &str| header.elements.iter().filter(|element| element.name == name).count() > 1;
     // Two tables of vertices would need their columns merged; such files are rare.
     if is_repeated("vertex") || is_repeated("face") {
-        let mesh = read_geometry(bytes, &header)?;
         let notes = vec!["the file has two tables of vertices or of faces: only the geometry is kept".into()];
-        let extra = Extra { comments: header.comments, ..Extra::default() };
-        return Ok(ReadMesh { mesh, extra, notes, format: None });
+        return Ok(ReadMesh { notes, ..PlyReader::read(bytes, header, false)? });
     }
-    attributed::read(bytes, header)
+    PlyReader::read(bytes, header, true)
 }
 
 fn open<'a>(bytes: &'a [u8], header: &Header) -> Source<'a> {
@@ -50,96 +49,6 @@ fn open<'a>(bytes: &'a [u8], header: &Header) -> Source<'a> {
         Encoding::LittleEndian => Source::Binary { bytes, at: header.body, big: false },
         Encoding::BigEndian => Source::Binary { bytes, at: header.body, big: true },
     }
-}
-
-fn read_geometry(bytes: &[u8], header: &Header) -> Result<RawMesh, ReadError> {
-    let mut source = open(bytes, header);
-    let (mut mesh, mut fans) = (RawMesh::default(), Fans::default());
-    for element in &header.elements {
-        match element.name.as_str() {
-            "vertex" => read_vertices(&mut source, element, &mut mesh)?,
-            "face" => read_faces(&mut source, element, &mut mesh, &mut fans)?,
-            "tristrips" => read_strips(&mut source, element, &mut mesh)?,
-            _ => walk(&mut source, &RowRange { element, start: 0, list: None }, |_| (), |_, _| ())?,
-        }
-    }
-    fans.triangulate(&mesh.positions, &mut mesh.faces);
-    Ok(mesh)
-}
-
-struct RowRange<'a> {
-    element: &'a Element,
-    start: usize,
-    list: Option<usize>,
-}
-
-/// Reads an element's rows; passes requested lists to `take_list` and scalars to `take`.
-fn walk(
-    source: &mut Source,
-    rows: &RowRange,
-    mut take_list: impl FnMut(&[u32]),
-    mut take: impl FnMut(usize, f64),
-) -> Result<(), ReadError> {
-    let RowRange { element, start, list: wanted } = *rows;
-    // An element without properties takes no bytes, whatever its count: a loop over it could take forever.
-    let n_rows = if element.properties.is_empty() { 0 } else { element.count };
-    let mut list = Vec::new();
-    for row in start..n_rows {
-        let mut next = |scalar| source.scalar(scalar).ok_or_else(|| source.cut_error(element, row));
-        for (i, property) in element.properties.iter().enumerate() {
-            let Some(length) = property.length else {
-                take(i, next(property.scalar)?);
-                continue;
-            };
-            // A count that is negative or no number means none.
-            let n_values = next(length)?.max(0.0) as u64;
-            list.clear();
-            for _ in 0..n_values {
-                let value = next(property.scalar)?;
-                if Some(i) == wanted {
-                    list.push(index(value));
-                }
-            }
-            if Some(i) == wanted {
-                take_list(&list);
-            }
-        }
-        source.end_row();
-    }
-    Ok(())
-}
-
-fn index(value: f64) -> u32 {
-    if value >= 0.0 { value as u32 } else { u32::MAX }
-}
-
-fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
-    let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
-    mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
-    // Rows of equal length are decoded in parallel, after the check that all of them exist.
-    if let (Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
-        // The count is compared with the bytes before memory is reserved.
-        let Some(records) = records(&bytes[*at..], element.count, stride) else {
-            return Err(source.cut_error(element, source.n_bytes_left() / stride));
-        };
-        let scalars = axes.map(|axis| (offsets[axis], element.properties[axis].scalar));
-        reserve(&mut mesh.positions, element.count)?;
-        decode_positions(records, stride, scalars, *big, &mut mesh.positions);
-        *at += records.len();
-        return Ok(());
-    }
-    let mut position = [0.0; 3];
-    let last = axes.into_iter().max();
-    let rows = RowRange { element, start: 0, list: None };
-    let take = |property, value| {
-        if let Some(axis) = axes.iter().position(|&axis| axis == property) {
-            position[axis] = value;
-        }
-        if last == Some(property) {
-            mesh.positions.push(position);
-        }
-    };
-    walk(source, &rows, |_| (), take)
 }
 
 fn records(bytes: &[u8], count: usize, stride: usize) -> Option<&[u8]> {
@@ -166,19 +75,6 @@ fn decode_positions(
             |record: &[u8], (offset, scalar): (usize, Scalar)| scalar.decode(&record[offset..], big).unwrap_or(0.0);
         positions.par_extend(records.map(|record| scalars.map(|scalar| decode(record, scalar))));
     }
-}
-
-fn read_faces(source: &mut Source, element: &Element, mesh: &mut RawMesh, fans: &mut Fans) -> Result<(), ReadError> {
-    let list = element.list(&["vertex_indices", "vertex_index"]);
-    // An empty table of faces may lack the list.
-    if list.is_none() && element.count > 0 {
-        return Err(element.missing_error("list of vertex_indices"));
-    }
-    // Nearly all files consist of triangles, which are decoded in parallel; other faces go through the loop.
-    let start = read_leading_triangles(source, element, &mut mesh.faces)?;
-    let RawMesh { faces, dropped_faces, .. } = mesh;
-    let take_list = |corners: &[u32]| *dropped_faces += usize::from(!fans.push(corners, faces));
-    walk(source, &RowRange { element, start, list }, take_list, |_, _| ())
 }
 
 // Faces are read up to the first polygon.
@@ -211,24 +107,6 @@ fn read_leading_triangles(
 fn triangle(record: &[u8], decode: impl Fn([u8; 4]) -> u32) -> [u32; 3] {
     let (corners, _) = record[1..].as_chunks::<4>();
     std::array::from_fn(|corner| decode(corners[corner]))
-}
-
-fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
-    let list = element.list(&["vertex_indices", "vertex_index"]);
-    let list = Some(list.ok_or_else(|| element.missing_error("list of vertex_indices"))?);
-    let take = |indices: &[u32]| {
-        // -1 starts a new strip; each index after the first two makes a face with those before it.
-        for strip in indices.split(|&index| index == u32::MAX) {
-            for (i, corners) in strip.windows(3).enumerate() {
-                let [a, b, c] = [corners[0], corners[1], corners[2]];
-                // Strips repeat a vertex to turn, which makes no face.
-                if a != b && b != c && c != a {
-                    mesh.faces.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
-                }
-            }
-        }
-    };
-    walk(source, &RowRange { element, start: 0, list }, take, |_, _| ())
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Reading of a PLY with attributes.
+//! Reading of a PLY, with or without attributes.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -6,45 +6,37 @@ use rustc_hash::FxHashMap;
 use super::columns::{ChannelPlan, unit};
 use super::header::{Element, Header};
 use super::source::Source;
-use super::{BLOCK, index, open, read_faces, read_strips, read_vertices, records};
+use super::{BLOCK, decode_positions, open, read_leading_triangles, records};
 use crate::io::extra::{Column, ColumnLayout, Extra, Group, ReadMesh, has_too_many_groups, replace_non_finite};
+use crate::io::memory::reserve;
 use crate::io::{ReadError, Scalar};
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 
 // With more distinct combinations, the numbers of faces identify faces and not groups.
 const MOST_GROUPS: usize = 1 << 16;
 
-pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> {
-    let mut reader = PlyReader::default();
-    let mut source = open(bytes, &header);
-    // Corners of strips carry no texture coordinates, so those of faces would not cover the mesh.
-    let with_strips = header.elements.iter().any(|element| element.name == "tristrips");
-    for element in &header.elements {
-        match element.name.as_str() {
-            "vertex" => reader.read_vertices(&mut source, element)?,
-            "face" => reader.read_faces(&mut source, element, with_strips)?,
-            "tristrips" => read_strips(&mut source, element, &mut reader.mesh)?,
-            _ => {
-                for_each_row(&mut source, element, |_| ())?;
-                if element.count > 0 {
-                    reader.notes.push(format!("{} rows of the element {} dropped", element.count, element.name));
-                }
-            }
-        }
-    }
-    Ok(reader.finish(header.comments))
-}
+const LIST_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 type RowValues = [Vec<f64>];
 
-fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&RowValues)) -> Result<(), ReadError> {
-    let mut row = vec![Vec::new(); element.properties.len()];
+fn for_each_row(
+    source: &mut Source,
+    element: &Element,
+    first: usize,
+    mut take: impl FnMut(&RowValues),
+) -> Result<(), ReadError> {
+    let mut row = vec![vec![0.0]; element.properties.len()];
     // An element without properties takes no bytes, whatever its count: a loop over it could take forever.
     let n_rows = if row.is_empty() { 0 } else { element.count };
-    for number in 0..n_rows {
+    for number in first..n_rows {
         for (property, values) in element.properties.iter().zip(&mut row) {
             let mut next = |scalar| source.scalar(scalar).ok_or_else(|| source.cut_error(element, number));
-            let n_values = property.length.map_or(Ok(1.0), &mut next)?.max(0.0f64) as u64;
+            let Some(length) = property.length else {
+                values[0] = next(property.scalar)?;
+                continue;
+            };
+            // A count that is negative or no number means none.
+            let n_values = next(length)?.max(0.0) as u64;
             values.clear();
             for _ in 0..n_values {
                 values.push(next(property.scalar)?);
@@ -56,8 +48,13 @@ fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&Ro
     Ok(())
 }
 
+fn index(value: f64) -> u32 {
+    if value >= 0.0 { value as u32 } else { u32::MAX }
+}
+
 #[derive(Default)]
-struct PlyReader {
+pub(super) struct PlyReader {
+    reads_attributes: bool,
     mesh: RawMesh,
     fans: Fans,
     channels: Vec<Channel>,
@@ -68,27 +65,55 @@ struct PlyReader {
 }
 
 impl PlyReader {
+    pub fn read(bytes: &[u8], header: Header, reads_attributes: bool) -> Result<ReadMesh, ReadError> {
+        let mut reader = Self { reads_attributes, ..Self::default() };
+        let mut source = open(bytes, &header);
+        // Corners of strips carry no texture coordinates, so those of faces would not cover the mesh.
+        let with_strips = header.elements.iter().any(|element| element.name == "tristrips");
+        for element in &header.elements {
+            match element.name.as_str() {
+                "vertex" => reader.read_vertices(&mut source, element)?,
+                "face" => reader.read_faces(&mut source, element, with_strips)?,
+                "tristrips" => reader.read_strips(&mut source, element)?,
+                _ => {
+                    for_each_row(&mut source, element, 0, |_| ())?;
+                    if element.count > 0 {
+                        reader.notes.push(format!("{} rows of the element {} dropped", element.count, element.name));
+                    }
+                }
+            }
+        }
+        Ok(reader.finish(header.comments))
+    }
+
     fn read_vertices(&mut self, source: &mut Source, element: &Element) -> Result<(), ReadError> {
         let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
+        // Whole numbers of 32 bits need doubles as well.
+        self.mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
         // The names of columns alone decide which columns form a channel.
-        let plans = ChannelPlan::for_element(element, &axes);
+        let plans = if self.reads_attributes { ChannelPlan::for_element(element, &axes) } else { Vec::new() };
         // Lists per vertex fit no channel.
         for property in element.properties.iter().filter(|property| property.length.is_some()) {
             self.notes.push(format!("the list {} of the vertices is dropped", property.name));
         }
         let mut tables = vec![Vec::new(); plans.len()];
-        if let (&mut Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
-            read_vertices(source, element, &mut self.mesh)?;
-            let records = records(&bytes[at..], element.count, stride).unwrap_or_default();
+        let positions = &mut self.mesh.positions;
+        // Rows of equal length are decoded in parallel, after the check that all of them exist.
+        if let (Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
+            // The count is compared with the bytes before memory is reserved.
+            let Some(records) = records(&bytes[*at..], element.count, stride) else {
+                return Err(source.cut_error(element, source.n_bytes_left() / stride));
+            };
+            let scalars = axes.map(|axis| (offsets[axis], element.properties[axis].scalar));
+            reserve(positions, element.count)?;
+            decode_positions(records, stride, scalars, *big, positions);
             for (table, plan) in tables.iter_mut().zip(&plans) {
-                *table = decode_channel(records, stride, &channel_values(plan, element, Some(&offsets)), big);
+                *table = decode_channel(records, stride, &channel_values(plan, element, Some(&offsets)), *big);
             }
+            *at += records.len();
         } else {
             let columns: Vec<_> = plans.iter().map(|plan| channel_values(plan, element, None)).collect();
-            let positions = &mut self.mesh.positions;
-            // Whole numbers of 32 bits need doubles as well.
-            self.mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
-            for_each_row(source, element, |row| {
+            for_each_row(source, element, 0, |row| {
                 positions.push(axes.map(|axis| row[axis][0]));
                 for (table, columns) in tables.iter_mut().zip(&columns) {
                     table.extend(columns.iter().map(|column| (row[column.property][0] / column.unit) as f32));
@@ -117,15 +142,15 @@ impl PlyReader {
     }
 
     fn read_faces(&mut self, source: &mut Source, element: &Element, with_strips: bool) -> Result<(), ReadError> {
-        let list = element.list(&["vertex_indices", "vertex_index"]);
-        // Without other properties the fast path applies.
-        let (Some(list), true) = (list, element.properties.len() > 1) else {
-            return read_faces(source, element, &mut self.mesh, &mut self.fans);
+        let Some(list) = element.list(&LIST_NAMES) else {
+            // An empty table of faces may lack the list.
+            return if element.count > 0 { Err(element.missing_error("list of vertex_indices")) } else { Ok(()) };
         };
-        let texcoord = element.list(&["texcoord"]).filter(|_| !with_strips);
+        let texcoord = element.list(&["texcoord"]).filter(|_| self.reads_attributes && !with_strips);
         // Columns of whole numbers are taken as groups of faces: materials, labels, components.
         let is_group = |&i: &usize| element.properties[i].length.is_none() && element.properties[i].scalar.is_whole();
-        let columns: Vec<usize> = (0..element.properties.len()).filter(is_group).collect();
+        let columns: Vec<usize> =
+            (0..element.properties.len()).filter(|i| self.reads_attributes && is_group(i)).collect();
         for (i, property) in element.properties.iter().enumerate() {
             if i != list && Some(i) != texcoord && !columns.contains(&i) {
                 self.notes.push(format!("the property {} of the faces is dropped", property.name));
@@ -136,7 +161,9 @@ impl PlyReader {
         self.groups.columns = columns.iter().map(column).collect();
         self.corners = texcoord.map(|_| CornerNumbers::default());
         let mut polygon = Vec::new();
-        for_each_row(source, element, |row| {
+        // Nearly all files consist of triangles, which are decoded in parallel; other faces go through the loop.
+        let first = read_leading_triangles(source, element, &mut self.mesh.faces)?;
+        for_each_row(source, element, first, |row| {
             polygon.clear();
             polygon.extend(row[list].iter().map(|&value| index(value)));
             if let (Some(corners), Some(texcoord)) = (&mut self.corners, texcoord) {
@@ -145,6 +172,23 @@ impl PlyReader {
             let is_face = self.fans.push(&polygon, &mut self.mesh.faces);
             self.mesh.dropped_faces += usize::from(!is_face);
             self.groups.assign(columns.iter().map(|&i| row[i][0] as i64), self.mesh.faces.len());
+        })
+    }
+
+    fn read_strips(&mut self, source: &mut Source, element: &Element) -> Result<(), ReadError> {
+        let list = element.list(&LIST_NAMES).ok_or_else(|| element.missing_error("list of vertex_indices"))?;
+        for_each_row(source, element, 0, |row| {
+            let indices: Vec<u32> = row[list].iter().map(|&value| index(value)).collect();
+            // -1 starts a new strip; each index after the first two makes a face with those before it.
+            for strip in indices.split(|&index| index == u32::MAX) {
+                for (i, corners) in strip.windows(3).enumerate() {
+                    let [a, b, c] = [corners[0], corners[1], corners[2]];
+                    // Strips repeat a vertex to turn, which makes no face.
+                    if a != b && b != c && c != a {
+                        self.mesh.faces.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
+                    }
+                }
+            }
         })
     }
 
