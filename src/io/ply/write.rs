@@ -1,7 +1,12 @@
 //! Writing of PLY.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::BLOCK;
 use super::columns::{layout_of, unit};
 use crate::io::attributed_writer::{WriteTask, WrittenModel};
 use crate::io::companion_files::FileFinder;
@@ -12,6 +17,9 @@ use crate::io::texture_comments::{comment_textures, copy_comment_textures, textu
 use crate::io::write::Content;
 use crate::io::{Format, Scalar, WriteError};
 use crate::mesh::{Attributes, Channel, Role};
+
+/// Blocks of rows that are written in parallel before they are joined.
+const BATCH: usize = 32;
 
 /// Writes a PLY; the textures of its materials are added to `finder`.
 pub(in crate::io) fn write(task: &WriteTask, finder: &mut FileFinder) -> Result<WrittenModel, WriteError> {
@@ -29,9 +37,10 @@ pub(in crate::io) fn write(task: &WriteTask, finder: &mut FileFinder) -> Result<
     }
     let mut bytes = write_header(content, extra, &columns, n_rows, as_text).into_bytes();
     bytes.reserve(16 * (n_rows + rows.faces.len()));
-    let mut writer = ValueWriter { out: &mut bytes, as_text };
-    write_vertices(&mut writer, content, &rows, &columns);
-    write_faces(&mut writer, &rows, &columns, attributes, extra);
+    write_rows(&mut bytes, n_rows, as_text, |writer, row| write_vertex(writer, content, rows.sources[row], &columns));
+    write_rows(&mut bytes, rows.faces.len(), as_text, |writer, face| {
+        write_face(writer, face, rows.faces[face], &columns, attributes, extra);
+    });
     Ok(WrittenModel { bytes, notes, n_vertices: Some(n_rows), ..WrittenModel::default() })
 }
 
@@ -101,34 +110,52 @@ fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
     extra
 }
 
-fn write_vertices(writer: &mut ValueWriter, content: &Content, rows: &VertexRows, columns: &Columns) {
-    for &(vertex, wedge) in &rows.sources {
-        writer.position(content, vertex as usize);
-        for (channel, layout) in &columns.of_vertices {
-            let value = wedge.map(|wedge| channel.value(wedge));
-            for (i, column) in layout.columns.iter().enumerate() {
-                let stated = value.map_or(0.0, |value| f64::from(value[i]));
-                writer.value(column.scalar, stated * unit(channel.role, column.scalar));
-            }
+/// Writes rows in parallel, a batch of blocks at a time to save memory.
+fn write_rows(out: &mut Vec<u8>, n_rows: usize, as_text: bool, write: impl Fn(&mut ValueWriter, usize) + Sync) {
+    let block = |rows: Range<usize>| {
+        let mut writer = ValueWriter { out: Vec::with_capacity(16 * rows.len()), as_text };
+        for row in rows {
+            write(&mut writer, row);
+            writer.end_row();
         }
-        writer.end_of_row();
+        writer.out
+    };
+    let starts: Vec<usize> = (0..n_rows).step_by(BLOCK).collect();
+    for starts in starts.chunks(BATCH) {
+        let blocks = starts.par_iter().map(|&start| block(start..n_rows.min(start + BLOCK)));
+        blocks.collect::<Vec<_>>().iter().for_each(|block| out.extend_from_slice(block));
     }
 }
 
-fn write_faces(writer: &mut ValueWriter, rows: &VertexRows, columns: &Columns, attributes: &Attributes, extra: &Extra) {
-    for (face, corners) in rows.faces.iter().enumerate() {
-        writer.value(Scalar::U8, 3.0);
-        corners.iter().for_each(|&row| writer.value(Scalar::I32, f64::from(row)));
-        if let (Some((channel, layout)), Some(wedges)) = (columns.of_corners, attributes.wedges.get(face)) {
-            writer.value(Scalar::U8, (3 * channel.width) as f64);
-            let values = wedges.iter().flat_map(|&wedge| channel.value(wedge));
-            values.for_each(|&value| writer.value(layout.columns[0].scalar, f64::from(value)));
+fn write_vertex(writer: &mut ValueWriter, content: &Content, (vertex, wedge): (u32, Option<u32>), columns: &Columns) {
+    writer.position(content, vertex as usize);
+    for (channel, layout) in &columns.of_vertices {
+        let value = wedge.map(|wedge| channel.value(wedge));
+        for (i, column) in layout.columns.iter().enumerate() {
+            let stated = value.map_or(0.0, |value| f64::from(value[i]));
+            writer.value(column.scalar, stated * unit(channel.role, column.scalar));
         }
-        let values = extra.group(attributes.group(face as u32)).map_or(&[][..], |group| &group.values);
-        for (i, column) in extra.face_columns.iter().enumerate() {
-            writer.value(column.scalar, values.get(i).copied().unwrap_or(0.0));
-        }
-        writer.end_of_row();
+    }
+}
+
+fn write_face(
+    writer: &mut ValueWriter,
+    face: usize,
+    corners: [u32; 3],
+    columns: &Columns,
+    attributes: &Attributes,
+    extra: &Extra,
+) {
+    writer.value(Scalar::U8, 3.0);
+    corners.into_iter().for_each(|row| writer.value(Scalar::I32, f64::from(row)));
+    if let (Some((channel, layout)), Some(wedges)) = (columns.of_corners, attributes.wedges.get(face)) {
+        writer.value(Scalar::U8, (3 * channel.width) as f64);
+        let values = wedges.iter().flat_map(|&wedge| channel.value(wedge));
+        values.for_each(|&value| writer.value(layout.columns[0].scalar, f64::from(value)));
+    }
+    let values = extra.group(attributes.group(face as u32)).map_or(&[][..], |group| &group.values);
+    for (i, column) in extra.face_columns.iter().enumerate() {
+        writer.value(column.scalar, values.get(i).copied().unwrap_or(0.0));
     }
 }
 
@@ -155,19 +182,19 @@ impl<'a> Columns<'a> {
     }
 }
 
-struct VertexRows {
+struct VertexRows<'a> {
     // Vertex of each row, and a wedge with its values; the first n_vertices rows are the vertices in order.
     sources: Vec<(u32, Option<u32>)>,
-    faces: Vec<[u32; 3]>,
+    faces: Cow<'a, [[u32; 3]]>,
 }
 
-impl VertexRows {
-    fn from_wedges(content: &Content, attributes: &Attributes, channels: &[(&Channel, ColumnLayout)]) -> Self {
+impl<'a> VertexRows<'a> {
+    fn from_wedges(content: &Content<'a>, attributes: &Attributes, channels: &[(&Channel, ColumnLayout)]) -> Self {
         let mut sources: Vec<(u32, Option<u32>)> = (0..content.n_vertices() as u32).map(|v| (v, None)).collect();
-        let mut faces = content.faces.to_vec();
         if channels.is_empty() {
-            return Self { sources, faces };
+            return Self { sources, faces: Cow::Borrowed(content.faces) };
         }
+        let mut faces = content.faces.to_vec();
         // The rows of one vertex form a chain, so that a corner finds an equal row by a short walk.
         let mut next: Vec<Option<u32>> = vec![None; sources.len()];
         let same = |a: u32, b: u32| a == b || channels.iter().all(|(channel, _)| channel.value(a) == channel.value(b));
@@ -186,7 +213,7 @@ impl VertexRows {
                 }
             }
         }
-        Self { sources, faces }
+        Self { sources, faces: Cow::Owned(faces) }
     }
 }
 
@@ -213,32 +240,32 @@ fn write_header(content: &Content, extra: &Extra, columns: &Columns, n_rows: usi
     header + "end_header\n"
 }
 
-struct ValueWriter<'a> {
-    out: &'a mut Vec<u8>,
+struct ValueWriter {
+    out: Vec<u8>,
     as_text: bool,
 }
 
-impl ValueWriter<'_> {
+impl ValueWriter {
     fn value(&mut self, scalar: Scalar, value: f64) {
         if self.as_text {
-            scalar.push_text(self.out, value);
+            scalar.push_text(&mut self.out, value);
             self.out.push(b' ');
         } else {
-            scalar.push_bytes(self.out, value);
+            scalar.push_bytes(&mut self.out, value);
         }
     }
 
     fn position(&mut self, content: &Content, vertex: usize) {
         if self.as_text {
-            content.push_position(self.out, vertex);
+            content.push_position(&mut self.out, vertex);
             self.out.push(b' ');
         } else {
             let scalar = if content.double { Scalar::F64 } else { Scalar::F32 };
-            content.position(vertex).into_iter().for_each(|x| scalar.push_bytes(self.out, x));
+            content.position(vertex).into_iter().for_each(|x| scalar.push_bytes(&mut self.out, x));
         }
     }
 
-    fn end_of_row(&mut self) {
+    fn end_row(&mut self) {
         // The last blank of a row becomes the line end.
         if let Some(last) = self.out.last_mut().filter(|_| self.as_text) {
             *last = b'\n';

@@ -146,6 +146,21 @@ mod tests {
         }
     }
 
+    #[test]
+    fn cheapest_edges_do_not_depend_on_the_number_of_threads() {
+        let mesh = shapes::wavy_sphere(6, 10.0);
+        let cheapest = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let (_, mut collapse) = begin(&mesh);
+                collapse.run(Limit::from_vertices(30_000));
+                collapse.begin_pass();
+                collapse.cheapest.iter().map(|edge| edge.0).collect::<Vec<u64>>()
+            })
+        };
+        assert!(cheapest(1) == cheapest(3));
+    }
+
     fn charted_torus() -> (TriMesh, Vec<FeatureEdge>) {
         let mesh = shapes::torus(60, 30, 2.0, 0.5);
         let chart = |face: &[u32; 3]| {
