@@ -35,8 +35,6 @@ mod textures;
 #[cfg(feature = "train")]
 mod train;
 mod usage;
-#[cfg(not(any(feature = "meshopt", feature = "train")))]
-mod without_features;
 
 /// Program under test.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_neural-mesh");

@@ -1,8 +1,18 @@
 //! Builds without a feature name it and how to get it.
+//!
+//! A program of its own, which is compiled in seconds beside a default build.
+#![cfg(not(any(feature = "meshopt", feature = "train")))]
+// The helpers are written for all tests of the program.
+#![allow(dead_code, unused_imports)]
+
+mod common;
 
 use std::fs;
 
-use crate::common::*;
+use common::*;
+
+/// Program under test.
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_neural-mesh");
 
 #[test]
 fn commands_that_are_not_there_say_how_to_get_them() {
