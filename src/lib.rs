@@ -30,7 +30,7 @@
 //! | files in and out | [`io::read`], [`io::read_attributed`], [`io::write`], [`io::write_attributed`]; glTF scenes: [`io::Asset`] |
 //! | a valid mesh from a file's contents | [`mesh::cleanup::clean`], which returns a [`mesh::TriMesh`] and its [`mesh::Frame`] |
 //! | a broken mesh repaired | [`repair::fill_holes`], [`repair::printable`] |
-//! | a number of vertices or faces | [`simplify::simplify`], of a mesh or of an [`simplify::Input`] with textures, normals, materials |
+//! | a number of vertices or faces | [`simplify::simplify`], of a mesh, or of a [`simplify::Input`] with textures, normals, materials |
 //! | a distance, a file size, levels | [`search::simplify_to_error`], [`search::simplify_to_size`], [`simplify::simplify_levels_of_detail`] |
 //! | files that do not fit into memory | [`blocks::simplify_pieces`]; among workers [`blocks::cut`], [`blocks::simplify_block`], [`blocks::join`] |
 //! | a mesh of points without faces | [`simplify::mesh_points`] |

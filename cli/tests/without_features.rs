@@ -1,6 +1,6 @@
 //! Builds without a feature name it and how to get it.
 //!
-//! A program of its own, which is compiled in seconds beside a default build.
+//! A separate test program, so that a build without features compiles no other tests.
 #![cfg(not(any(feature = "meshopt", feature = "train")))]
 // The helpers are written for all tests of the program.
 #![allow(dead_code, unused_imports)]

@@ -72,8 +72,8 @@ fn plan_blocks(mesh: &TriMesh, n_blocks: usize) -> BlockPlan {
 
 /// Simplifies a block with merges that cost at most `price`; shared vertices stay.
 ///
-/// `price` is a squared distance times area; `share` is the expected share of remaining vertices over all blocks. Of
-/// `options`, only scores, purpose, creases and frame are used.
+/// `price` is a squared distance times area; `share` is the expected share of remaining vertices over all blocks. Only
+/// these `options` have an effect: `scores`, `optimize`, `effort`, `purpose` (on the scores), `crease_angle` and `frame`.
 ///
 /// # Errors
 /// As for [`simplify`](crate::simplify::simplify).

@@ -169,7 +169,7 @@ impl From<SimplifyError> for OutOfCoreError {
 
 /// Simplifies the geometry of a file in blocks.
 ///
-/// Of `options`, the blocks use only scores, creases and purpose of the closed assembly.
+/// Blocks are simplified by the closed assembly with the `options` that [`simplify_block`](super::simplify_block) uses.
 ///
 /// # Errors
 /// [`OutOfCoreError`]; too little memory is reported before any work.

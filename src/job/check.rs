@@ -65,7 +65,7 @@ impl Job {
         Ok(())
     }
 
-    /// Rejects options that the paper's assembly has not.
+    /// Rejects options that the paper's assembly lacks.
     pub(super) fn check_paper(&self) -> Result<(), JobError> {
         let options = self.closed_options();
         let given = [

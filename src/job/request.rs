@@ -21,7 +21,7 @@ use super::size::{Bound, Count, Goal};
 pub struct Job {
     /// Options of the simplifier.
     pub options: Options,
-    /// Seed that the report names, and of the paper's sampling.
+    /// Seed of the paper's sampling, in place of that in `options`; also in the report.
     pub seed: u64,
     /// Goal of the job; most goals replace `options.target`.
     pub goal: Goal,

@@ -52,7 +52,7 @@ use saved_collapse::SavedCollapse;
 // 30, 2.6 % without flips.
 const COARSE_RATIO: usize = 15;
 
-/// Sizes of one collapse, which fall.
+/// Sizes at which one collapse makes results, in falling order.
 pub(super) struct Levels<'a, 'p> {
     pub limits: &'a [Limit],
     /// Number of sizes, from the first, at which no further component is dropped.

@@ -8,7 +8,7 @@ use crate::simplify::options::{ClosedOptions, Hidden, Purpose, Refinements, Scor
 
 use super::stage_settings::StageSettings;
 
-/// Options of a run, with what only the library asks for.
+/// Options and weights of a run, and settings that callers outside of the crate cannot make.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
     pub options: &'a ClosedOptions,

@@ -1,12 +1,14 @@
-//! Stretches of a collapse: consecutive vertices, and the faces beside them in memory.
+//! Stretches of a collapse: consecutive vertices with a range of faces, most of which touch only these vertices.
 
 use std::ops::Range;
 
 use super::state::{Collapse, REMOVED};
 
-/// Least and largest number of vertices of a stretch.
+/// Least number of vertices of a stretch.
 const LEAST: usize = 1 << 12;
+/// Largest number of vertices of a stretch.
 const MOST: usize = 1 << 16;
+/// Number of stretches per thread, within these bounds.
 const PER_THREAD: usize = 4;
 
 /// Faces of a stretch, and a row for each of its vertices.
@@ -44,7 +46,7 @@ impl Collapse<'_> {
         stretches
     }
 
-    /// Returns about where the faces begin whose vertices are all from `vertex` on.
+    /// Returns about the first face whose vertices are all `vertex` or later ones.
     fn first_face_at(&self, vertex: usize) -> usize {
         // Faces are nearly in the order of their smallest vertices, so it is the last face at the vertex.
         let present = (vertex..self.n_inner).find(|&v| self.nodes[v].corner != REMOVED);
