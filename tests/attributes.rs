@@ -15,7 +15,7 @@ use neural_mesh::simplify::{
 
 fn simplify_with_attributes(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Simplified {
     let input = with_changes(Input::bare(mesh), |input| input.attributes = attributes);
-    simplify(&input, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
+    simplify(input, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 fn octant(p: Vec3) -> u32 {
@@ -150,7 +150,7 @@ fn held_vertices_never_spoil_the_rest() {
     assert!(sizes[0].0 && !sizes[2].0, "{sizes:?}");
     // Levels of detail stop where a single result of their size stops.
     let levels = simplify_levels_of_detail(
-        &with_changes(Input::bare(&mesh), |input| input.attributes = &attributes),
+        with_changes(Input::bare(&mesh), |input| input.attributes = &attributes),
         None,
         &ClosedOptions::default(),
         &[Target::Vertices(4000), Target::Vertices(500)],
@@ -332,7 +332,7 @@ fn attributes_of_another_mesh_are_refused() {
     let mesh = shapes::icosphere(1);
     let attributes = Attributes { groups: vec![1], ..Attributes::default() };
     let input = with_changes(Input::bare(&mesh), |input| input.attributes = &attributes);
-    let result = simplify(&input, None, &Options::new(Target::Vertices(9)), &mut |_| ControlFlow::Continue(()));
+    let result = simplify(input, None, &Options::new(Target::Vertices(9)), &mut |_| ControlFlow::Continue(()));
     assert!(result.is_err_and(|error| error.to_string().contains("attributes")));
 }
 

@@ -235,10 +235,12 @@ fn files_say_what_they_are() {
 fn every_file_of_tests_is_compiled() {
     for folder in ["tests", "cli/tests", "bench/tests"] {
         let main = std::fs::read_to_string(root().join(folder).join("main.rs")).unwrap();
+        let manifest = std::fs::read_to_string(root().join(folder).join("../Cargo.toml")).unwrap();
         for source in sources(folder) {
             let inside = source.path[folder.len() + 1..].trim_end_matches(".rs");
             let name = inside.split('/').next().unwrap();
-            assert!(name == "main" || main.contains(&format!("mod {name};\n")), "{folder}/main.rs lacks {name}");
+            let is_program = name == "main" || manifest.contains(&format!("[[test]]\nname = \"{name}\"\n"));
+            assert!(is_program || main.contains(&format!("mod {name};\n")), "{folder}/main.rs lacks {name}");
         }
     }
 }

@@ -139,7 +139,7 @@ fn down_to_the_smallest_it_stays_a_closed_mirrored_surface() {
     for mesh in [bumpy(3), shapes::torus(24, 12, 1.0, 0.4), shapes::cuboid([1.0; 3], 5), shapes::many_boxes(3)] {
         for n in [40, 20, 12, 9, 5, 4, 1] {
             let found = simplify(
-                &Input::bare(&mesh),
+                Input::bare(&mesh),
                 None,
                 &options(Target::Vertices(n), Symmetry::Across(Axis::Y)),
                 &mut go_on,
@@ -387,7 +387,7 @@ fn each_side_keeps_its_own_texture_and_groups() {
         let attributes = Attributes { wedges, channels, groups };
         let input = with_changes(Input::bare(&mesh), |input| input.attributes = &attributes);
         let asked = options(Target::Vertices(250), Symmetry::Across(Axis::X));
-        let result = simplify(&input, None, &asked, &mut go_on).unwrap();
+        let result = simplify(input, None, &asked, &mut go_on).unwrap();
         assert_closed_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
         let carried = &result.attributes;

@@ -2,8 +2,6 @@
 //!
 //! A separate test program, so that a build without features compiles no other tests.
 #![cfg(not(any(feature = "meshopt", feature = "train")))]
-// The helpers are written for all tests of the program.
-#![allow(dead_code, unused_imports)]
 
 mod common;
 

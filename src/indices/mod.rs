@@ -264,7 +264,7 @@ pub fn prune_components(buffers: &Buffers, error: f64) -> Result<Vec<[u32; 3]>, 
     let prune_below = 2.0 * error * buffers.extent();
     let options = ClosedOptions { prune_below, prune: false, subset: true, ..ClosedOptions::default() };
     let options = Options::with_closed(Target::Ratio(1.0), options);
-    match simplify(&surface.to_input(), None, &options, &mut |_| ControlFlow::Continue(())) {
+    match simplify(surface.to_input(), None, &options, &mut |_| ControlFlow::Continue(())) {
         Err(SimplifyError::Empty) => Ok(Vec::new()),
         made => Ok(surface.corner_vertices(&made?)),
     }

@@ -20,7 +20,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     mesh.faces.reserve(n_faces.min(possible));
     let mut is_more_said = false;
     for vertex in 0..n_vertices {
-        let position = text.position(Text::skip_space);
+        let position = text.read_position(Text::skip_space);
         let problem = || text.error(format!("vertex {vertex} of {n_vertices} needs three numbers"), REMEDY);
         mesh.positions.push(position.ok_or_else(problem)?);
         // Only the position is read; the rest of the line is noted.

@@ -75,7 +75,7 @@ fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
             0 => break,
             _ if word.eq_ignore_ascii_case(b"vertex") => {
                 corners.push(mesh.positions.len() as u32);
-                let position = text.position(Text::skip_space);
+                let position = text.read_position(Text::skip_space);
                 mesh.positions.push(position.ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?);
             }
             _ if word.eq_ignore_ascii_case(b"facet") => open = true,

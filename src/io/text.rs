@@ -109,7 +109,7 @@ impl<'a> Text<'a> {
     }
 
     /// Reads three numbers, each after `skip`.
-    pub fn position(&mut self, skip: impl Fn(&mut Self)) -> Option<[f64; 3]> {
+    pub fn read_position(&mut self, skip: impl Fn(&mut Self)) -> Option<[f64; 3]> {
         let mut position = [0.0; 3];
         for x in &mut position {
             skip(self);

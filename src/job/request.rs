@@ -1,7 +1,7 @@
 //! Jobs: all options for the simplification of a document.
 
 use crate::io::{Format, PackOptions};
-use crate::simplify::{ClosedOptions, Options, Target};
+use crate::simplify::{Assembly, ClosedOptions, Options, Target};
 
 use super::size::{Bound, Count, Goal};
 
@@ -21,7 +21,7 @@ use super::size::{Bound, Count, Goal};
 pub struct Job {
     /// Options of the simplifier.
     pub options: Options,
-    /// Seed of the paper's sampling, in place of that in `options`; also in the report.
+    /// Seed that the report names.
     pub seed: u64,
     /// Goal of the job; most goals replace `options.target`.
     pub goal: Goal,
@@ -66,9 +66,10 @@ pub struct Job {
 impl Job {
     /// Makes a job with these options and this format; the rest has defaults.
     pub fn new(options: Options, format: Format) -> Self {
+        let seed = if let Assembly::Paper(paper) = &options.assembly { paper.seed } else { 0 };
         Self {
             options,
-            seed: 0,
+            seed,
             goal: Goal::Target,
             format,
             names: Names::default(),

@@ -107,7 +107,7 @@ fn simplify_to_goal(
     let single_result = |result| SimplifiedResults::new(vec![result], job);
     // The check has refused goals that need the closed assembly, except for a single level.
     match (&job.goal, options.assembly.as_closed()) {
-        (Goal::Levels(sizes), Some(closed)) => {
+        (Goal::Levels(sizes), Some(closed)) if !sizes.is_empty() => {
             let target = |size: &LevelSize| resolve_target(size.target(document.mesh().faces().len()), document, job);
             let targets: Vec<Target> = sizes.iter().map(target).collect();
             let forward_event = &mut |event| watch.event(event);
@@ -147,7 +147,7 @@ fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
             closed.seam_error = job.seam_texels.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
             closed.symmetric = closed.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
         }
-        Assembly::Paper(paper) => paper.seed = job.seed,
+        Assembly::Paper(_) => {}
     }
     Ok(options)
 }

@@ -428,7 +428,7 @@ mod tests {
         let fine = shapes::icosphere(4);
         let options = Options::new(Target::Vertices(shapes::icosphere(2).positions().len()));
         let input = Input::bare(&fine);
-        let coarse = simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let coarse = simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         let original = PlacedOriginal::from_input(&input);
         let prover = |left| Prover { left: Cell::new(left), ..Prover::new(&original, 0.2) };
         let (enough, few) = (prover(10_000_000), prover(1000));

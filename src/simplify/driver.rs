@@ -60,7 +60,7 @@ fn run_closed(
     }
     progress.enter("surface", input.mesh.faces().len())?;
     // Unused vertices are removed first and restored in the results.
-    let used = SubMesh::of_used_vertices(progress.pulse, input)?;
+    let used = SubMesh::without_unused_vertices(progress.pulse, input)?;
     let input = used.input();
     let mut limits = resolve_levels(input.mesh, targets)?;
     // A target at or above the input size returns the input.
@@ -94,7 +94,7 @@ fn run_paper(
     progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
     input.check()?;
-    let used = SubMesh::of_used_vertices(progress.pulse, input)?;
+    let used = SubMesh::without_unused_vertices(progress.pulse, input)?;
     let input = used.input();
     let limit = resolve_limit(input.mesh, target)?;
     let mut simplified = if limit.is_met_by(input.mesh) {

@@ -212,7 +212,7 @@ mod tests {
                 .all(|(&face, group)| attributes.groups[face as usize] == *group)
         );
         let whole = Options::new(Target::Vertices(made.mesh.positions().len() * 24 / 25));
-        let result = simplify(&made.input(None), None, &whole, &mut go_on).unwrap();
+        let result = simplify(made.input(None), None, &whole, &mut go_on).unwrap();
         assert!(topology(&result.mesh).is_closed_manifold());
         let kept = |group| count_faces(&result.attributes, group) == count_faces(&made.attributes, group);
         assert!(kept(3) && kept(1) && kept(0) && !kept(2));

@@ -50,7 +50,7 @@ impl<'a> SubMesh<'a> {
     ///
     /// # Errors
     /// [`SimplifyError::Empty`] for a mesh without faces.
-    pub fn of_used_vertices(pulse: Pulse, input: &Input<'a>) -> Result<Self, SimplifyError> {
+    pub fn without_unused_vertices(pulse: Pulse, input: &Input<'a>) -> Result<Self, SimplifyError> {
         let mesh = input.mesh;
         if mesh.faces().is_empty() {
             return Err(SimplifyError::Empty);

@@ -166,7 +166,7 @@ mod tests {
         let attributes = Attributes { groups, wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Vertices(200));
-        hash(&simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_charts() -> u64 {
@@ -186,7 +186,7 @@ mod tests {
         let attributes = Attributes { groups: Vec::new(), wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Vertices(150));
-        hash(&simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_hard_edges() -> u64 {
@@ -194,7 +194,7 @@ mod tests {
         let attributes = with_flat_normals(&mesh, &Attributes::default(), "normal");
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Ratio(0.2));
-        hash(&simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_normals() -> u64 {
@@ -217,7 +217,7 @@ mod tests {
         let attributes = Attributes { groups: Vec::new(), wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Vertices(150));
-        hash(&simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_poses() -> u64 {
@@ -229,7 +229,7 @@ mod tests {
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let poses = ClosedOptions { purpose: Purpose::Poses, ..ClosedOptions::default() };
         let options = Options::with_closed(Target::Ratio(0.2), poses);
-        hash(&simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_levels() -> u64 {

@@ -87,7 +87,7 @@ impl<'a> ObjReader<'a> {
 
     fn read_vertex(&mut self, text: &mut Text) -> Result<(), ReadError> {
         // Coordinates that are not finite are left to cleanup.
-        let position = text.position(Text::skip_blanks);
+        let position = text.read_position(Text::skip_blanks);
         let position = position.ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?;
         reserve(&mut self.mesh.positions, 1)?;
         self.mesh.positions.push(position);

@@ -17,7 +17,8 @@ use crate::mesh::{Attributes, Channel, Role};
 pub(in crate::io) fn write(task: &WriteTask, finder: &mut FileFinder) -> Result<WrittenModel, WriteError> {
     let WriteTask { content, attributes, .. } = task;
     let extra = &with_libraries(task.extra, attributes, &task.options.name, finder);
-    let (mut out, mut notes) = (Vec::new(), Vec::new());
+    let mut out = Vec::with_capacity(40 * content.n_vertices() + 24 * content.faces.len());
+    let mut notes = Vec::new();
     for library in &extra.material_libraries {
         push_line(&mut out, b"mtllib", &encode_text(library, extra.latin1));
     }

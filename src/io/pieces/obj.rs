@@ -61,7 +61,7 @@ pub fn each_face(file: impl Read, take: &mut dyn FnMut(&[i64])) -> Result<(), Re
 }
 
 fn position(text: &mut Text) -> Result<[f64; 3], ReadError> {
-    text.position(Text::skip_blanks).ok_or_else(|| ReadError::file("a vertex needs three numbers", REMEDY))
+    text.read_position(Text::skip_blanks).ok_or_else(|| ReadError::file("a vertex needs three numbers", REMEDY))
 }
 
 #[derive(Clone, Copy, PartialEq)]

@@ -18,8 +18,8 @@ use crate::io::write::Content;
 use crate::io::{Format, Scalar, WriteError};
 use crate::mesh::{Attributes, Channel, Role};
 
-/// Blocks of rows that are written in parallel before they are joined.
-const BATCH: usize = 32;
+// Blocks of rows that are written in parallel before they are joined: work for 64 threads, about 16 MiB.
+const BATCH: usize = 64;
 
 /// Writes a PLY; the textures of its materials are added to `finder`.
 pub(in crate::io) fn write(task: &WriteTask, finder: &mut FileFinder) -> Result<WrittenModel, WriteError> {
@@ -37,10 +37,9 @@ pub(in crate::io) fn write(task: &WriteTask, finder: &mut FileFinder) -> Result<
     }
     let mut bytes = write_header(content, extra, &columns, n_rows, as_text).into_bytes();
     bytes.reserve(16 * (n_rows + rows.faces.len()));
-    write_rows(&mut bytes, n_rows, as_text, |writer, row| write_vertex(writer, content, rows.sources[row], &columns));
-    write_rows(&mut bytes, rows.faces.len(), as_text, |writer, face| {
-        write_face(writer, face, rows.faces[face], &columns, attributes, extra);
-    });
+    let table = Table { content, attributes, extra, columns, rows };
+    write_rows(&mut bytes, n_rows, as_text, |writer, row| table.write_vertex(writer, row));
+    write_rows(&mut bytes, content.faces.len(), as_text, |writer, face| table.write_face(writer, face));
     Ok(WrittenModel { bytes, notes, n_vertices: Some(n_rows), ..WrittenModel::default() })
 }
 
@@ -127,35 +126,40 @@ fn write_rows(out: &mut Vec<u8>, n_rows: usize, as_text: bool, write: impl Fn(&m
     }
 }
 
-fn write_vertex(writer: &mut ValueWriter, content: &Content, (vertex, wedge): (u32, Option<u32>), columns: &Columns) {
-    writer.position(content, vertex as usize);
-    for (channel, layout) in &columns.of_vertices {
-        let value = wedge.map(|wedge| channel.value(wedge));
-        for (i, column) in layout.columns.iter().enumerate() {
-            let stated = value.map_or(0.0, |value| f64::from(value[i]));
-            writer.value(column.scalar, stated * unit(channel.role, column.scalar));
-        }
-    }
+struct Table<'a> {
+    content: &'a Content<'a>,
+    attributes: &'a Attributes,
+    extra: &'a Extra,
+    columns: Columns<'a>,
+    rows: VertexRows<'a>,
 }
 
-fn write_face(
-    writer: &mut ValueWriter,
-    face: usize,
-    corners: [u32; 3],
-    columns: &Columns,
-    attributes: &Attributes,
-    extra: &Extra,
-) {
-    writer.value(Scalar::U8, 3.0);
-    corners.into_iter().for_each(|row| writer.value(Scalar::I32, f64::from(row)));
-    if let (Some((channel, layout)), Some(wedges)) = (columns.of_corners, attributes.wedges.get(face)) {
-        writer.value(Scalar::U8, (3 * channel.width) as f64);
-        let values = wedges.iter().flat_map(|&wedge| channel.value(wedge));
-        values.for_each(|&value| writer.value(layout.columns[0].scalar, f64::from(value)));
+impl Table<'_> {
+    fn write_vertex(&self, writer: &mut ValueWriter, row: usize) {
+        let (vertex, wedge) = self.rows.sources[row];
+        writer.position(self.content, vertex as usize);
+        for (channel, layout) in &self.columns.of_vertices {
+            let value = wedge.map(|wedge| channel.value(wedge));
+            for (i, column) in layout.columns.iter().enumerate() {
+                let stated = value.map_or(0.0, |value| f64::from(value[i]));
+                writer.value(column.scalar, stated * unit(channel.role, column.scalar));
+            }
+        }
     }
-    let values = extra.group(attributes.group(face as u32)).map_or(&[][..], |group| &group.values);
-    for (i, column) in extra.face_columns.iter().enumerate() {
-        writer.value(column.scalar, values.get(i).copied().unwrap_or(0.0));
+
+    fn write_face(&self, writer: &mut ValueWriter, face: usize) {
+        let Self { attributes, extra, columns, .. } = self;
+        writer.value(Scalar::U8, 3.0);
+        self.rows.faces[face].into_iter().for_each(|row| writer.value(Scalar::I32, f64::from(row)));
+        if let (Some((channel, layout)), Some(wedges)) = (columns.of_corners, attributes.wedges.get(face)) {
+            writer.value(Scalar::U8, (3 * channel.width) as f64);
+            let values = wedges.iter().flat_map(|&wedge| channel.value(wedge));
+            values.for_each(|&value| writer.value(layout.columns[0].scalar, f64::from(value)));
+        }
+        let values = extra.group(attributes.group(face as u32)).map_or(&[][..], |group| &group.values);
+        for (i, column) in extra.face_columns.iter().enumerate() {
+            writer.value(column.scalar, values.get(i).copied().unwrap_or(0.0));
+        }
     }
 }
 

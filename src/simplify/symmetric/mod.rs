@@ -32,7 +32,7 @@ pub(super) fn simplify_symmetric(
 ) -> Result<Vec<Simplified>, SimplifyError> {
     check(input, task)?;
     progress.enter("symmetry", input.mesh.faces().len())?;
-    let used = SubMesh::of_used_vertices(progress.pulse, input)?;
+    let used = SubMesh::without_unused_vertices(progress.pulse, input)?;
     let Input { mesh, attributes, importance, .. } = used.input();
     let limits = resolve_levels(mesh, targets)?;
     let frame = &task.options.frame;

@@ -91,7 +91,7 @@ fn measure(path: &Path) -> Result<Option<LevelsCase>> {
 
 fn simplify_levels(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
     let (input, options, targets) = (Input::bare(mesh), ClosedOptions::default(), LEVELS.map(Target::Ratio));
-    let levels = simplify_levels_of_detail(&input, None, &options, &targets, &mut |_| ControlFlow::Continue(()))?;
+    let levels = simplify_levels_of_detail(input, None, &options, &targets, &mut |_| ControlFlow::Continue(()))?;
     Ok(levels.into_iter().map(|level| level.mesh).collect())
 }
 
