@@ -29,7 +29,11 @@ impl Limit {
     }
 
     pub fn is_met_by(self, mesh: &TriMesh) -> bool {
-        self.vertices >= mesh.positions().len() && self.faces >= mesh.faces().len()
+        self.is_met_by_size((mesh.positions().len(), mesh.faces().len()))
+    }
+
+    pub fn is_met_by_size(self, (n_vertices, n_faces): (usize, usize)) -> bool {
+        self.vertices >= n_vertices && self.faces >= n_faces
     }
 }
 

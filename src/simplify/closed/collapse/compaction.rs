@@ -39,18 +39,20 @@ impl Compaction {
 
     /// Moves the remaining rows to the front, each mapped by `change`.
     pub fn compact_rows<T: Copy + Send>(&self, rows: &mut [T], change: impl Fn(T) -> T + Sync) {
-        let compact_chunk = |(task, rows): (usize, &mut [T])| {
-            let n_before = &self.n_before[task * CHUNK..][..rows.len() + 1];
+        // One range per thread: all rows but those of the first range move twice.
+        let n_rows = rows.len().div_ceil(rayon::current_num_threads()).max(CHUNK);
+        let compact_range = |(task, rows): (usize, &mut [T])| {
+            let n_before = &self.n_before[task * n_rows..][..rows.len() + 1];
             for from in 0..rows.len() {
                 if n_before[from] < n_before[from + 1] {
                     rows[(n_before[from] - n_before[0]) as usize] = change(rows[from]);
                 }
             }
         };
-        rows.par_chunks_mut(CHUNK).enumerate().for_each(compact_chunk);
+        rows.par_chunks_mut(n_rows).enumerate().for_each(compact_range);
         // Each task moved rows within its own range; now the ranges are joined.
-        for from in (0..rows.len()).step_by(CHUNK) {
-            let [to, end] = [from, rows.len().min(from + CHUNK)].map(|row| self.n_before[row] as usize);
+        for from in (0..rows.len()).step_by(n_rows).skip(1) {
+            let [to, end] = [from, rows.len().min(from + n_rows)].map(|row| self.n_before[row] as usize);
             rows.copy_within(from..from + end - to, to);
         }
     }

@@ -1,17 +1,20 @@
 //! Corner table: the vertex at each corner, and the corner across the opposite edge.
 
-use std::ops::Range;
+use std::ops::{Deref, DerefMut, Range};
 
 use super::compaction::Compaction;
 
 pub(super) const NONE: u32 = u32::MAX;
 const SORTED_FROM: usize = 32;
 
+/// Corners of consecutive faces: of all in vectors, or of a part in slices.
 #[derive(Clone, Default)]
-pub(super) struct CornerTable {
+pub(super) struct CornerTable<S = Vec<u32>> {
     /// Vertex at each corner, n_faces x 4; [`NONE`] in every last slot and in removed faces.
-    vertices: Vec<u32>,
-    across: Vec<u32>,
+    vertices: S,
+    across: S,
+    /// Number of the first corner.
+    first: u32,
 }
 
 #[inline(always)]
@@ -45,23 +48,22 @@ impl CornerStep {
     }
 }
 
-pub(super) struct VertexWalk<'a> {
-    corners: &'a CornerTable,
+pub(super) struct VertexWalk<'a, S> {
+    corners: &'a CornerTable<S>,
     vertex: u32,
     end: u32,
     next: Option<CornerStep>,
 }
 
-impl Iterator for VertexWalk<'_> {
+impl<S: Deref<Target = [u32]>> Iterator for VertexWalk<'_, S> {
     type Item = CornerStep;
 
     #[inline(always)]
     fn next(&mut self) -> Option<CornerStep> {
         let step = self.next?;
         // The next face is across the edge opposite `from`.
-        let opposite = self.corners.corner_across(step.from);
-        let at = self.corners.corner_at(opposite, self.vertex);
-        self.next = (at != self.end).then(|| CornerStep { at, from: third_corner(opposite, at) });
+        let next = self.corners.step_across(self.corners.corner_across(step.from), self.vertex);
+        self.next = next.filter(|next| next.at != self.end);
         Some(step)
     }
 }
@@ -80,7 +82,7 @@ impl CornerTable {
             vertices[*place as usize..][..3].copy_from_slice(&face);
             *place += 4;
         }
-        let mut table = Self { across: vec![NONE; vertices.len()], vertices };
+        let mut table = Self { across: vec![NONE; vertices.len()], vertices, first: 0 };
         // Corners whose opposite edges have one smaller end form a linked list, stored in `across` for now.
         let mut firsts = vec![NONE; n_vertices];
         for c in 0..table.vertices.len() as u32 {
@@ -110,24 +112,9 @@ impl CornerTable {
         self.vertices.len() / 4
     }
 
-    #[inline(always)]
-    pub fn vertex(&self, corner: u32) -> u32 {
-        self.vertices[corner as usize]
-    }
-
-    #[inline(always)]
-    pub fn edge(&self, corner: u32) -> [u32; 2] {
-        [self.vertex(next(corner)), self.vertex(previous(corner))]
-    }
-
     fn ends(&self, corner: u32) -> [u32; 2] {
         let [a, b] = self.edge(corner);
         [a.min(b), a.max(b)]
-    }
-
-    #[inline(always)]
-    pub fn corner_across(&self, corner: u32) -> u32 {
-        self.across[corner as usize]
     }
 
     /// Returns the remaining faces in a range, each as first corner number, vertices, and corners across its edges.
@@ -140,41 +127,20 @@ impl CornerTable {
         faces.map(|(first, (&[a, b, c, _], &[d, e, f, _]))| (first, [a, b, c], [d, e, f]))
     }
 
-    /// Returns the number of the edge opposite `corner`: the smaller of the two corners that face this edge.
-    #[inline(always)]
-    pub fn number_of_edge(&self, corner: u32) -> u32 {
-        corner.min(self.corner_across(corner))
-    }
-
-    #[inline(always)]
-    pub fn corner_at(&self, corner: u32, vertex: u32) -> u32 {
-        let next = next(corner);
-        if self.vertex(next) == vertex { next } else { previous(corner) }
-    }
-
-    #[inline(always)]
-    pub fn walk_around(&self, first: CornerStep) -> VertexWalk<'_> {
-        VertexWalk { corners: self, vertex: self.vertex(first.at), end: first.at, next: Some(first) }
-    }
-
-    #[inline(always)]
-    pub fn set_vertex(&mut self, corner: u32, vertex: u32) {
-        self.vertices[corner as usize] = vertex;
-    }
-
-    /// Removes the face of `corner`, whose opposite edge collapsed; joins the faces across its other edges.
-    ///
-    /// Returns corners at the vertex of `corner` and at the merged vertex.
-    #[inline(always)]
-    pub fn remove_face(&mut self, corner: u32) -> [u32; 2] {
-        // The two neighbours of the removed face become neighbours of each other.
-        let apex = self.vertex(corner);
-        let [first, other] = [next(corner), previous(corner)].map(|c| self.corner_across(c));
-        (self.across[first as usize], self.across[other as usize]) = (other, first);
-        let face = (corner & !3) as usize;
-        self.vertices[face..face + 3].fill(NONE);
-        let at_apex = self.corner_at(first, apex);
-        [at_apex, third_corner(first, at_apex)]
+    /// Splits the table into parts that end at these faces.
+    pub fn split(&mut self, face_ends: impl Iterator<Item = usize>) -> Vec<CornerTable<&mut [u32]>> {
+        let (mut vertices, mut across) = (&mut self.vertices[..], &mut self.across[..]);
+        let mut first = 0;
+        let part = |end: usize| {
+            let mid = 4 * end - first;
+            let [of_vertices, of_across];
+            (of_vertices, vertices) = std::mem::take(&mut vertices).split_at_mut(mid);
+            (of_across, across) = std::mem::take(&mut across).split_at_mut(mid);
+            let part = CornerTable { vertices: of_vertices, across: of_across, first: first as u32 };
+            first = 4 * end;
+            part
+        };
+        face_ends.map(part).collect()
     }
 
     pub fn retain(&mut self, mut stays: impl FnMut([u32; 3]) -> bool) {
@@ -208,6 +174,79 @@ impl CornerTable {
 
     pub fn faces(&self) -> impl Iterator<Item = [u32; 3]> {
         self.vertices.chunks_exact(4).filter(|slots| slots[0] != NONE).map(|slots| [slots[0], slots[1], slots[2]])
+    }
+}
+
+impl<S: Deref<Target = [u32]>> CornerTable<S> {
+    #[inline(always)]
+    pub fn vertex(&self, corner: u32) -> u32 {
+        self.vertices[(corner - self.first) as usize]
+    }
+
+    #[inline(always)]
+    pub fn edge(&self, corner: u32) -> [u32; 2] {
+        [self.vertex(next(corner)), self.vertex(previous(corner))]
+    }
+
+    #[inline(always)]
+    pub fn corner_across(&self, corner: u32) -> u32 {
+        self.across[(corner - self.first) as usize]
+    }
+
+    /// Returns the number of the edge opposite `corner`: the smaller of the two corners that face this edge.
+    #[inline(always)]
+    pub fn number_of_edge(&self, corner: u32) -> u32 {
+        corner.min(self.corner_across(corner))
+    }
+
+    #[inline(always)]
+    pub fn corner_at(&self, corner: u32, vertex: u32) -> u32 {
+        let next = next(corner);
+        if self.vertex(next) == vertex { next } else { previous(corner) }
+    }
+
+    #[inline(always)]
+    pub fn walk_around(&self, first: CornerStep) -> VertexWalk<'_, S> {
+        VertexWalk { corners: self, vertex: self.vertex(first.at), end: first.at, next: Some(first) }
+    }
+
+    /// Returns the step of a walk around `vertex` into the face of `opposite`, over the edge opposite that corner;
+    /// `None` if that face is not in this part.
+    #[inline(always)]
+    pub fn step_across(&self, opposite: u32, vertex: u32) -> Option<CornerStep> {
+        let next = next(opposite);
+        let at_next = *self.vertices.get(next.wrapping_sub(self.first) as usize)?;
+        let at = if at_next == vertex { next } else { previous(opposite) };
+        Some(CornerStep { at, from: third_corner(opposite, at) })
+    }
+
+    #[inline(always)]
+    pub fn holds(&self, corner: u32) -> bool {
+        (corner.wrapping_sub(self.first) as usize) < self.across.len()
+    }
+}
+
+impl<S: DerefMut<Target = [u32]>> CornerTable<S> {
+    #[inline(always)]
+    pub fn set_vertex(&mut self, corner: u32, vertex: u32) {
+        self.vertices[(corner - self.first) as usize] = vertex;
+    }
+
+    /// Removes the face of `corner`, whose opposite edge collapsed; joins the faces across its other edges.
+    ///
+    /// Returns corners at the vertex of `corner` and at the merged vertex.
+    #[inline(always)]
+    pub fn remove_face(&mut self, corner: u32) -> [u32; 2] {
+        // The two neighbours of the removed face become neighbours of each other.
+        let apex = self.vertex(corner);
+        let [first, other] = [next(corner), previous(corner)].map(|c| self.corner_across(c));
+        for (from, to) in [(first, other), (other, first)] {
+            self.across[(from - self.first) as usize] = to;
+        }
+        let face = ((corner & !3) - self.first) as usize;
+        self.vertices[face..face + 3].fill(NONE);
+        let at_apex = self.corner_at(first, apex);
+        [at_apex, third_corner(first, at_apex)]
     }
 }
 

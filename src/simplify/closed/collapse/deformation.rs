@@ -5,12 +5,12 @@ use glam::Vec3;
 use crate::geometry::triangle::nearest_point;
 
 use super::end_ring::EndRing;
-use super::state::Collapse;
+use super::merge::Merger;
 
 /// Share of the allowed deformation below which distances are not measured exactly.
 const NEGLIGIBLE: f32 = 0.02;
 
-impl Collapse<'_> {
+impl Merger<'_> {
     /// Returns the deformation still allowed after both ends moved to `x`; negative if exceeded.
     #[inline(always)]
     pub(super) fn ceiling_after(&self, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3) -> f32 {
@@ -18,15 +18,15 @@ impl Collapse<'_> {
             return f32::INFINITY;
         }
         // The stricter end decides; infinite ceilings skip the measurement.
-        let ceiling = self.ids(ends).into_iter().map(|v| self.ceilings[v as usize]).fold(f32::INFINITY, f32::min);
+        let ceiling = self.stretch.ids(ends).into_iter().map(|v| self.ceilings[v as usize]).fold(f32::INFINITY, f32::min);
         if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, end_rings, x, ceiling) }
     }
 
     /// Measures the largest distance between the faces before and after a merge; stops once it exceeds `most`.
     #[inline(never)]
     fn distance_of_merge(&self, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3, most: f32) -> f32 {
-        let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
-        let [u, v] = ends.map(|w| self.nodes[w as usize].position);
+        let place = |w: u32| (!self.stretch.is_ghost(w)).then(|| self.stretch.node(w).position);
+        let [u, v] = ends.map(|w| self.stretch.node(w).position);
         // `before` holds the faces that stay and the two that vanish, `after` those that stay.
         let (mut before, mut after) = (Vec::with_capacity(16), Vec::with_capacity(16));
         for (here, star) in [u, v].into_iter().zip(end_rings) {
@@ -57,13 +57,13 @@ impl Collapse<'_> {
 
     fn measure_along_curves(&self, farthest: &mut Farthest, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3) {
         // Curves separate regions that a viewer distinguishes, such as panes or tiles.
-        let Some(constraints) = &self.constraints else { return };
+        let Some(constraints) = &self.rules.constraints else { return };
         let (mut before, mut after) = (Vec::new(), Vec::new());
         for (end, star) in ends.into_iter().zip(end_rings) {
-            let here = self.nodes[end as usize].position;
-            let along = constraints.held_neighbours(self.nodes[end as usize].id);
-            for &w in star.ring.iter().filter(|&&w| !self.is_ghost(w) && along.contains(&self.nodes[w as usize].id)) {
-                let there = self.nodes[w as usize].position;
+            let here = self.stretch.node(end).position;
+            let along = constraints.held_neighbours(self.stretch.node(end).id);
+            for &w in star.ring.iter().filter(|&&w| !self.stretch.is_ghost(w) && along.contains(&self.stretch.node(w).id)) {
+                let there = self.stretch.node(w).position;
                 before.push([here, there, there]);
                 if !ends.contains(&w) {
                     after.push([x, there, there]);

@@ -1,6 +1,7 @@
 //! One-rings of the ends of an edge.
 
-use super::corner_table::{CornerStep, CornerTable, third_corner};
+use super::corner_table::{CornerStep, third_corner};
+use super::stretch::{Stretch, Within};
 
 #[derive(Clone, Default)]
 pub(super) struct EndRing {
@@ -11,13 +12,13 @@ pub(super) struct EndRing {
 
 impl EndRing {
     #[inline(always)]
-    pub fn gather(&mut self, corners: &CornerTable, end: u32, corner: u32) {
+    pub fn gather(&mut self, stretch: &Stretch, end: u32, corner: u32) -> Within<()> {
         self.ring.clear();
         self.corners.clear();
-        let at = corners.corner_at(corner, end);
-        for step in corners.walk_around(CornerStep { at, from: third_corner(corner, at) }) {
-            self.ring.push(corners.vertex(step.from));
+        let at = stretch.corners.corner_at(corner, end);
+        stretch.walk(end, CornerStep { at, from: third_corner(corner, at) }, |step| {
+            self.ring.push(stretch.corners.vertex(step.from));
             self.corners.push(step.at);
-        }
+        })
     }
 }

@@ -5,12 +5,14 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::linalg::{Isa, Work};
+use crate::mesh::pulse::PARALLEL;
+use crate::mesh::thread_ranges::indices_where;
 use crate::simplify::closed::prepare::surface::{Neighbour, add, line_along, plane_of, planes_around};
 
 use super::corner_table::{CornerStep, next};
 use super::history::{CollapseEvent, GHOST, Renewal};
 use super::pair::{CollapseVertex, add_growing_pull, add_pull};
-use super::state::Collapse;
+use super::state::{Collapse, REMOVED};
 
 const CHUNK: usize = 1024;
 
@@ -36,19 +38,25 @@ impl Collapse<'_> {
     pub(super) fn renew_quadrics(&mut self) -> Vec<u32> {
         let pass = self.pass;
         // A vertex is stale if it or a neighbour was merged in the last pass.
-        let is_stale = |&v: &u32| self.nodes[v as usize].changed.is_in(pass);
-        let stale: Vec<u32> = self.remaining().filter(is_stale).collect();
+        let is_stale = |_: u32, node: &CollapseVertex| node.corner != REMOVED && node.changed.is_in(pass);
+        let stale = indices_where(self.pulse.counting_if(false), &self.nodes[..self.n_inner], is_stale);
         let mut planes = vec![[0.0; 6]; stale.len()];
         planes.par_chunks_mut(CHUNK).zip(stale.par_chunks(CHUNK)).for_each(|(planes, stale)| {
             self.pulse.beat(0);
             Isa::best().run(PlaneSumTask { collapse: self, planes, vertices: stale });
         });
-        for (&v, planes) in stale.iter().zip(&planes) {
-            let node = &mut self.nodes[v as usize];
-            // Importance multiplies the planes; the pull is added afterwards.
-            node.planes = add_growing_pull(planes.map(|entry| entry * node.importance), self.poses.growing_pull());
-        }
-        if !self.poses.is_empty() {
+        let growing_pull = self.rules.poses.growing_pull();
+        // `stale` ascends, so each chunk of nodes has a range of it.
+        let first = |chunk: usize| stale.partition_point(|&v| (v as usize) < chunk * PARALLEL);
+        self.nodes.par_chunks_mut(PARALLEL).enumerate().for_each(|(chunk, nodes)| {
+            let range = first(chunk)..first(chunk + 1);
+            for (&v, planes) in stale[range.clone()].iter().zip(&planes[range]) {
+                let node = &mut nodes[v as usize - chunk * PARALLEL];
+                // Importance multiplies the planes; the pull is added afterwards.
+                node.planes = add_growing_pull(planes.map(|entry| entry * node.importance), growing_pull);
+            }
+        });
+        if !self.rules.poses.is_empty() {
             stale.iter().for_each(|&v| self.renew_poses(v));
         }
         if self.history.is_some() {
@@ -77,14 +85,14 @@ impl Collapse<'_> {
     pub(super) fn renew_poses(&mut self, v: u32) {
         let ring = self.ring(v);
         let CollapseVertex { id, importance, .. } = self.nodes[v as usize];
-        for k in 0..self.poses.n_poses() {
+        for k in 0..self.rules.poses.n_poses() {
             // Connectivity is shared by all poses, positions are not.
             let neighbour = |&w: &u32| match self.is_ghost(w) {
                 true => Neighbour::Ghost,
-                false => Neighbour::At(self.poses.vertex_poses(self.nodes[w as usize].id)[k].position),
+                false => Neighbour::At(self.rules.poses.vertex_poses(self.nodes[w as usize].id)[k].position),
             };
-            let planes = planes_around(self.poses.vertex_poses(id)[k].position, ring.iter().map(neighbour));
-            self.poses.vertex_poses_mut(id)[k].planes = add_pull(planes.map(|entry| entry * importance));
+            let planes = planes_around(self.rules.poses.vertex_poses(id)[k].position, ring.iter().map(neighbour));
+            self.rules.poses.vertex_poses_mut(id)[k].planes = add_pull(planes.map(|entry| entry * importance));
         }
     }
 
@@ -93,7 +101,7 @@ impl Collapse<'_> {
         let ring = self.ring(v);
         let place = |i: usize| (!self.is_ghost(ring[i])).then(|| self.nodes[ring[i] as usize].position);
         let ids = ring.iter().map(|&w| if self.is_ghost(w) { GHOST } else { self.nodes[w as usize].id });
-        let renewal = Renewal::new(id, ids.collect(), position, place, [importance, self.poses.growing_pull()]);
+        let renewal = Renewal::new(id, ids.collect(), position, place, [importance, self.rules.poses.growing_pull()]);
         self.history.get_or_insert_default().push(CollapseEvent::Renewal(renewal));
     }
 
@@ -101,7 +109,7 @@ impl Collapse<'_> {
     fn sum_planes(&self, v: u32) -> [f32; 6] {
         let CollapseVertex { position, corner, degree, .. } = self.nodes[v as usize];
         // The common case is one walk without allocations. Folds and constraints take the general sum.
-        if self.constraints.is_none() && degree > 0 {
+        if self.rules.constraints.is_none() && degree > 0 {
             let place = |corner: u32| {
                 let w = self.corners.vertex(corner);
                 (!self.is_ghost(w)).then(|| self.nodes[w as usize].position - position)
@@ -124,7 +132,7 @@ impl Collapse<'_> {
     fn sum_planes_with_folds(&self, v: u32) -> [f32; 6] {
         let node = &self.nodes[v as usize];
         // Edges along the cut of a half are no boundary of the whole mesh, so they get no lines.
-        let pins = self.constraints.as_ref().map(|constraints| &constraints.pins);
+        let pins = self.rules.constraints.as_ref().map(|constraints| &constraints.pins);
         let mut ring = Vec::with_capacity(node.degree as usize);
         for w in self.neighbors(v) {
             let CollapseVertex { position, id, .. } = self.nodes[w as usize];

@@ -1,7 +1,6 @@
 //! Passes of a collapse: merges at the cheapest prices of the present surface.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
@@ -11,8 +10,12 @@ use crate::mesh::thread_ranges::indices_where;
 use crate::simplify::limits::Limit;
 
 use super::cheapest_edge::CheapestEdge;
-use super::pair::{CollapseVertex, LastChange, WIDTH, prices};
-use super::state::{Collapse, CollapseEnd, REMOVED};
+use super::history::CollapseEvent;
+use super::merge::{Candidate, Merger, Merges};
+use super::pair::{CollapseVertex, WIDTH, prices};
+use super::rules::Rules;
+use super::state::{Collapse, CollapseEnd, REMOVED, merges_to, whole_size};
+use super::stretch::{self, StretchEnd};
 
 /// Vertices visited by a pass, per remaining merge.
 // Thirteen meshes: at 1.5 the mean distance is 24 % larger, at 0.6 equal, in more passes.
@@ -28,18 +31,8 @@ const LEAST_VISITS: usize = 64;
 const VISIT_GROWTH: usize = 8;
 /// Consecutive passes without a merge after which all edges are tried.
 const MOST_IDLE_PASSES: i32 = 3;
-/// Share of a vertex's `wait` below which its edges have failed already.
-const WAIT_SLACK: f32 = 0.999;
-const CHUNK: usize = 1 << 13;
 const BATCH: usize = 128;
 const BETWEEN_BEATS: usize = 4096;
-
-#[derive(Clone, Copy)]
-struct Candidate {
-    price: f32,
-    vertex: u32,
-    edge: u32,
-}
 
 struct Pricing<'a, 'b> {
     collapse: &'a Collapse<'b>,
@@ -47,8 +40,10 @@ struct Pricing<'a, 'b> {
     faces: Range<usize>,
     /// Marks vertices without a known cheapest edge; empty to mark all.
     is_unknown: &'a [bool],
-    cheapest: &'a [AtomicU64],
-    is_single_threaded: bool,
+    first_vertex: u32,
+    cheapest: &'a mut [CheapestEdge],
+    /// Edges of vertices outside of `cheapest`.
+    others: Vec<(u32, CheapestEdge)>,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -58,10 +53,10 @@ struct PricedEdge {
 }
 
 impl Work for Pricing<'_, '_> {
-    type Output = ();
+    type Output = Vec<(u32, CheapestEdge)>;
 
     #[inline(always)]
-    fn run(self) {
+    fn run(mut self) -> Self::Output {
         let (mut edges, mut n) = ([PricedEdge::default(); BATCH + 4], 0);
         for (first, [a, b, c], across) in self.collapse.corners.faces_in(self.faces.clone()) {
             if self.are_known([a, b, c]) {
@@ -81,6 +76,7 @@ impl Work for Pricing<'_, '_> {
             }
         }
         self.price(&edges[..n]);
+        self.others
     }
 }
 
@@ -92,7 +88,7 @@ impl Pricing<'_, '_> {
     }
 
     #[inline(always)]
-    fn price(&self, edges: &[PricedEdge]) {
+    fn price(&mut self, edges: &[PricedEdge]) {
         for edges in edges.chunks(WIDTH) {
             // Groups of fewer than eight are filled with the first edge.
             let node = |edge: &PricedEdge, end: usize| &self.collapse.nodes[edge.ends[end] as usize];
@@ -107,28 +103,26 @@ impl Pricing<'_, '_> {
     }
 
     #[inline(always)]
-    fn update_cheapest(&self, edge: &PricedEdge, plain: f32) {
+    fn update_cheapest(&mut self, edge: &PricedEdge, plain: f32) {
         // Eight plain prices are computed at once; constraints, attributes and poses replace a few.
         let is_special = self.collapse.is_special_edge(edge.ends);
-        let price = if is_special { self.collapse.constrained_price(edge.ends[0], edge.ends[1]) } else { plain };
-        let known = CheapestEdge::new(price, edge.number);
+        let nodes = || edge.ends.map(|v| &self.collapse.nodes[v as usize]);
+        let price = if is_special { self.collapse.rules.price(nodes()) } else { plain };
+        let priced = CheapestEdge::new(price, edge.number);
         for v in edge.ends {
-            let cheapest = &self.cheapest[v as usize];
-            // A plain store is cheaper than an atomic minimum, and one thread needs no more.
-            if self.is_single_threaded {
-                cheapest.store(cheapest.load(Relaxed).min(known.0), Relaxed);
-            } else {
-                cheapest.fetch_min(known.0, Relaxed);
+            match self.cheapest.get_mut(v.wrapping_sub(self.first_vertex) as usize) {
+                Some(cheapest) => *cheapest = priced.min(*cheapest),
+                None => self.others.push((v, priced)),
             }
         }
     }
 }
 
-struct Visits<'a, 'b> {
-    collapse: &'a mut Collapse<'b>,
+struct Visits<'a, 'm> {
+    merger: &'a mut Merger<'m>,
     candidates: &'a [Candidate],
     most_price: f32,
-    limit: Limit,
+    has_reached: &'a dyn Fn(&Merger) -> bool,
 }
 
 impl Work for Visits<'_, '_> {
@@ -136,15 +130,11 @@ impl Work for Visits<'_, '_> {
 
     #[inline(always)]
     fn run(self) {
-        for candidates in self.candidates.chunks(BETWEEN_BEATS) {
-            let n_before = self.collapse.n_vertices;
-            for candidate in candidates {
-                if self.collapse.has_reached(self.limit) {
-                    break;
-                }
-                self.collapse.visit(candidate, self.most_price);
+        for candidate in self.candidates {
+            if (self.has_reached)(self.merger) {
+                break;
             }
-            self.collapse.pulse.beat(n_before - self.collapse.n_vertices);
+            self.merger.visit(candidate, self.most_price);
         }
     }
 }
@@ -172,7 +162,10 @@ impl Collapse<'_> {
             let is_last = self.merges_to(limit) as f64 <= LAST_SHARE * n_all as f64;
             let (candidates, most_price) = self.candidates(limit, n_idle_passes, is_last);
             let before = self.n_vertices;
-            Isa::best().run(Visits { collapse: self, candidates: &candidates, most_price, limit });
+            match is_last {
+                true => self.visit(&candidates, most_price, limit),
+                false => self.visit_in_stretches(&candidates, most_price, limit),
+            }
             // The highest price of a pass with merges is what a vertex costs at that size.
             if self.n_vertices < before {
                 let highest = candidates.iter().map(|candidate| candidate.price).fold(0.0, f32::max);
@@ -188,7 +181,7 @@ impl Collapse<'_> {
     }
 
     fn end_reason(&self, limit: Limit) -> CollapseEnd {
-        match (&self.constraints, self.was_turn_forbidden) {
+        match (&self.rules.constraints, self.was_turn_forbidden) {
             // The order ranks the reasons: constraints that the caller can change come first.
             _ if limit.price < f32::INFINITY => CollapseEnd::Reached,
             _ if self.was_ceiling_met => CollapseEnd::LosesShape,
@@ -239,26 +232,26 @@ impl Collapse<'_> {
     fn price(&mut self, stale: &[u32]) {
         // Prices change only at vertices whose quadrics changed, and at their neighbours.
         let is_unknown = if self.cheapest.is_empty() { Vec::new() } else { self.mark_neighbourhood(stale) };
-        let mut known = std::mem::take(&mut self.cheapest);
-        known.resize(self.n_inner, CheapestEdge::NONE);
+        let mut cheapest = std::mem::take(&mut self.cheapest);
+        cheapest.resize(self.n_inner, CheapestEdge::NONE);
         let is_known = |v: usize| is_unknown.get(v).is_some_and(|unknown| !unknown) && self.nodes[v].corner != REMOVED;
-        let so_far = |(v, known): (usize, CheapestEdge)| AtomicU64::new(if is_known(v) { known.0 } else { u64::MAX });
-        let cheapest: Vec<AtomicU64> = known.into_iter().enumerate().map(so_far).collect();
-        let n_faces = self.corners.n_faces();
-        let chunks = (0..n_faces).step_by(CHUNK).map(|first| first..(first + CHUNK).min(n_faces));
-        // Minima commute, so the result does not depend on the threads.
-        let is_single_threaded = rayon::current_num_threads() == 1;
-        chunks.collect::<Vec<_>>().into_par_iter().for_each(|faces| {
+        cheapest.iter_mut().enumerate().filter(|(v, _)| !is_known(*v)).for_each(|(_, edge)| *edge = CheapestEdge::NONE);
+        // Each stretch of faces updates its own vertices, and returns the edges of others.
+        let ends = stretch::stretch_ends(self);
+        let firsts = std::iter::once(0).chain(ends.iter().map(|end| end.faces));
+        let faces = firsts.zip(&ends).map(|(first, end)| first..end.faces);
+        let stretches: Vec<_> = faces.zip(stretch::split_by_vertices(&ends, &mut cheapest)).collect();
+        let price_stretch = |(faces, (first_vertex, cheapest)): (Range<usize>, (u32, &mut [CheapestEdge]))| {
             self.pulse.beat(0);
-            Isa::best().run(Pricing {
-                collapse: self,
-                faces,
-                is_unknown: &is_unknown,
-                cheapest: &cheapest,
-                is_single_threaded,
-            });
-        });
-        self.cheapest = cheapest.into_iter().map(|cheapest| CheapestEdge(cheapest.into_inner())).collect();
+            let (is_unknown, others) = (&is_unknown[..], Vec::new());
+            Isa::best().run(Pricing { collapse: self, faces, is_unknown, first_vertex, cheapest, others })
+        };
+        let others: Vec<_> = stretches.into_par_iter().map(price_stretch).collect();
+        for (v, edge) in others.into_iter().flatten() {
+            let cheapest = &mut cheapest[v as usize];
+            *cheapest = edge.min(*cheapest);
+        }
+        self.cheapest = cheapest;
     }
 
     /// Marks these vertices and their neighbours; returns an empty list, which means all, if they are many.
@@ -276,63 +269,91 @@ impl Collapse<'_> {
 
     #[inline(always)]
     fn is_special_edge(&self, ends: [u32; 2]) -> bool {
-        !self.is_special.is_empty() && self.ids(ends).into_iter().any(|id| self.is_special[id as usize])
+        !self.is_special.is_empty() && ends.into_iter().any(|v| self.is_special[self.nodes[v as usize].id as usize])
     }
 
-    /// Merges a vertex along its cheapest edge, or else along the next that costs at most `most_price`.
-    #[inline(always)]
-    fn visit(&mut self, &Candidate { vertex, edge, .. }: &Candidate, most_price: f32) {
-        if self.was_merged(vertex) {
-            return;
+    /// Visits candidates in parallel, those first whose neighbours are all in one stretch.
+    fn visit_in_stretches(&mut self, candidates: &[Candidate], most_price: f32, limit: Limit) {
+        let ends = stretch::stretch_ends(self);
+        if ends.len() == 1 || self.plane().is_some() || !self.rules.poses.is_empty() {
+            return self.visit(candidates, most_price, limit);
         }
-        let is_first = self.nodes[vertex as usize].wait == 0.0;
-        let is_taken = || self.corners.edge(edge).into_iter().any(|v| self.was_merged(v));
-        // If an end was merged in this pass, the price is stale: the vertex waits for the next pass.
-        if is_first && (is_taken() || self.try_merge(vertex, edge)) {
-            return;
+        // So many merges never go below the limit.
+        let (sure, rest) = candidates.split_at(merges_to(limit, self.n_vertices, self.n_faces).min(candidates.len()));
+        let Self { nodes, corners, ceilings, is_special, pass, n_link_tests, pulse, .. } = self;
+        let stretches = stretch::split(&ends, nodes, corners).into_iter().zip(candidates_of_stretches(sure, &ends));
+        let merge_stretch = |(stretch, candidates): (_, &[Candidate])| {
+            let done = Merges { n_link_tests: *n_link_tests, ..Merges::default() };
+            let (rules, end_rings) = (&mut Rules::default(), Default::default());
+            let mut merger = Merger { stretch, rules, is_special, ceilings, pass: *pass, end_rings, done };
+            Isa::best().run(Visits { merger: &mut merger, candidates, most_price, has_reached: &|_| false });
+            pulse.beat(merger.done.merges.len());
+            merger.done
+        };
+        let done: Vec<Merges> = stretches.collect::<Vec<_>>().into_par_iter().map(merge_stretch).collect();
+        let deferred: Vec<Candidate> = done.iter().flat_map(|done| &done.deferred).chain(rest).copied().collect();
+        done.into_iter().for_each(|done| self.record(done));
+        self.visit(&deferred, most_price, limit);
+    }
+
+    /// Visits candidates in order, until the limit.
+    fn visit(&mut self, candidates: &[Candidate], most_price: f32, limit: Limit) {
+        for candidates in candidates.chunks(BETWEEN_BEATS) {
+            let Self { n_vertices, n_faces, .. } = *self;
+            let has_reached = |merger: &Merger| {
+                let (n_merges, n_faces_removed) = (merger.done.merges.len(), merger.done.n_faces_removed);
+                let plane = merger.rules.constraints.as_ref().and_then(|constraints| constraints.pins.plane());
+                limit.is_met_by_size(whole_size(n_vertices - n_merges, n_faces - n_faces_removed, plane))
+            };
+            self.merge_with(|merger| {
+                Isa::best().run(Visits { merger, candidates, most_price, has_reached: &has_reached });
+            });
+            self.pulse.beat(n_vertices - self.n_vertices);
         }
-        self.try_others(vertex, is_first.then_some(edge), most_price);
     }
 
-    #[inline(always)]
-    fn was_merged(&self, v: u32) -> bool {
-        self.nodes.get(v as usize).is_none_or(|node| node.changed == LastChange::from_merge(self.pass))
+    /// Lets a merger of the whole mesh work, and records its merges.
+    pub(super) fn merge_with<T>(&mut self, work: impl FnOnce(&mut Merger) -> T) -> T {
+        let Self { nodes, corners, n_inner, rules, ceilings, pass, n_link_tests, .. } = self;
+        let stretch = stretch::whole(nodes, corners, *n_inner);
+        let done = Merges { n_link_tests: *n_link_tests, ..Merges::default() };
+        let end_rings = Default::default();
+        let mut merger = Merger { stretch, rules, is_special: &[], ceilings, pass: *pass, end_rings, done };
+        let result = work(&mut merger);
+        let done = merger.done;
+        self.record(done);
+        result
     }
 
-    #[inline(never)]
-    fn try_others(&mut self, v: u32, tried: Option<u32>, most_price: f32) {
-        // Cheaper edges already failed, and nothing changed around them since.
-        let least = WAIT_SLACK * self.nodes[v as usize].wait;
-        let edges = self.edges_at(v);
-        let others = edges.into_iter().filter(|&(price, edge)| price >= least && Some(edge) != tried);
-        let mut next = f32::INFINITY;
-        for (price, edge) in others {
-            if price > most_price {
-                next = price;
-                break;
+    fn record(&mut self, done: Merges) {
+        self.n_vertices -= done.merges.len();
+        self.n_faces -= done.n_faces_removed;
+        self.n_link_tests = self.n_link_tests.max(done.n_link_tests);
+        self.was_turn_forbidden |= done.was_turn_forbidden;
+        self.was_ceiling_met |= done.was_ceiling_met;
+        for (merge, ceiling) in done.merges {
+            let [kept, removed] = [merge.kept, merge.removed].map(|v| v as usize);
+            self.merged[removed] = merge.kept;
+            if !self.is_special.is_empty() {
+                self.is_special[kept] |= self.is_special[removed];
             }
-            if !self.corners.edge(edge).into_iter().any(|w| self.was_merged(w)) && self.try_merge(v, edge) {
-                return;
-            }
+            self.ceilings.get_mut(kept).into_iter().for_each(|of_kept| *of_kept = ceiling);
+            self.history.iter_mut().for_each(|history| history.push(CollapseEvent::Merge(merge)));
         }
-        // A change nearby may have made the failed edges possible.
-        let node = &mut self.nodes[v as usize];
-        node.wait = if node.changed.is_in(self.pass) { 0.0 } else { next };
     }
 
-    pub(super) fn edges_at(&self, v: u32) -> Vec<(f32, u32)> {
-        let mut edges = Vec::with_capacity(self.nodes[v as usize].degree as usize);
-        for step in self.faces_around(v) {
-            let w = self.corners.vertex(step.from);
-            if !self.is_ghost(w) {
-                let price = self.constrained_price(v.min(w), v.max(w)).max(0.0);
-                edges.push((price, self.corners.number_of_edge(step.opposite())));
-            }
-        }
-        edges.retain(|(price, _)| *price < f32::INFINITY);
-        edges.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        edges
-    }
+}
+
+fn candidates_of_stretches<'a>(
+    mut candidates: &'a [Candidate],
+    ends: &[StretchEnd],
+) -> impl Iterator<Item = &'a [Candidate]> {
+    ends.iter().map(move |end| {
+        let n = candidates.partition_point(|candidate| (candidate.vertex as usize) < end.vertices);
+        let of_stretch;
+        (of_stretch, candidates) = candidates.split_at(n);
+        of_stretch
+    })
 }
 
 fn nth_price(prices: &[f32], n: usize) -> f32 {

@@ -6,6 +6,7 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::thread_ranges::indices_where;
 use crate::simplify::closed::faces_around::smallest_first;
 use crate::simplify::closed::output::Output;
+use crate::simplify::closed::pins::PlaneVertices;
 use crate::simplify::closed::prepare::surface::PreparedSurface;
 use crate::simplify::limits::Limit;
 use crate::simplify::options::Outcome;
@@ -16,10 +17,10 @@ use super::cheapest_edge::CheapestEdge;
 use super::compaction::Compaction;
 use super::constraints::Constraints;
 use super::corner_table::{CornerTable, NONE, renumber_corner};
-use super::end_ring::EndRing;
 use super::history::CollapseEvent;
 use super::pair::{CollapseVertex, add_pull};
 use super::poses::Poses;
+use super::rules::Rules;
 
 /// Value of `corner` in a removed vertex.
 pub(super) const REMOVED: u32 = u32::MAX - 1;
@@ -42,16 +43,13 @@ pub struct Collapse<'a> {
     pub(super) pass: u32,
     pub(super) cheapest: Vec<CheapestEdge>,
     pub(super) n_link_tests: u32,
-    pub(super) end_rings: [EndRing; 2],
     /// Deformation still allowed at each surface vertex, at unit size; empty for no limit.
     pub(super) ceilings: Vec<f32>,
     pub(super) was_ceiling_met: bool,
     pub(super) was_turn_forbidden: bool,
     /// Vertices left by each pass that merged some, and its highest price, at unit size.
     pub(super) pass_prices: Vec<(usize, f32)>,
-    pub(super) attributes: AttributeQuadrics,
-    pub(super) poses: Poses,
-    pub(super) constraints: Option<Constraints>,
+    pub(super) rules: Rules,
     /// Marks surface vertices whose prices depend on more than planes.
     pub(super) is_special: Vec<bool>,
     pub(super) copy: CopyState<'a>,
@@ -104,6 +102,15 @@ pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
+/// Returns the numbers of vertices and faces of a whole mesh, from those of its half if it has a mirror plane.
+pub(super) fn whole_size(n_vertices: usize, n_faces: usize, plane: Option<&PlaneVertices>) -> (usize, usize) {
+    // Vertices on the mirror plane belong to both halves.
+    match plane {
+        None => (n_vertices, n_faces),
+        Some(plane) => (2 * n_vertices - plane.len(), 2 * n_faces),
+    }
+}
+
 /// Builds the corner table of a closed surface; node `i` is vertex `order[i]`.
 fn corners_in_order(surface: &PreparedSurface, order: &[u32]) -> CornerTable {
     // Surface vertices get their rank along the space-filling curve. Ghost vertices follow them and keep their numbers.
@@ -144,14 +151,11 @@ impl<'a> Collapse<'a> {
             pass: 1,
             cheapest: Vec::new(),
             n_link_tests: 0,
-            end_rings: Default::default(),
             ceilings: Vec::new(),
             was_ceiling_met: false,
             was_turn_forbidden: false,
             pass_prices: Vec::new(),
-            attributes: AttributeQuadrics::default(),
-            poses: Poses::default(),
-            constraints: None,
+            rules: Rules::default(),
             is_special: Vec::new(),
             copy: CopyState::Unwanted,
             history: None,
@@ -170,14 +174,15 @@ impl<'a> Collapse<'a> {
         poses: Poses,
         history: Option<Vec<CollapseEvent>>,
     ) -> Self {
-        let mut collapse = Self { constraints, attributes, poses, history, ..self };
+        let mut collapse = Self { rules: Rules { constraints, attributes, poses }, history, ..self };
+        let Rules { constraints, attributes, poses } = &collapse.rules;
         // Vertices with special prices are marked once, so that pricing skips all lookups at the others.
-        if collapse.constraints.is_some() || !collapse.attributes.is_empty() || !collapse.poses.is_empty() {
-            let has_more = |v| !collapse.poses.is_empty() || collapse.attributes.has_quadric_at(v);
-            let is_special = |v| has_more(v) || collapse.constraints.as_ref().is_some_and(|it| it.affects(v));
+        if constraints.is_some() || !attributes.is_empty() || !poses.is_empty() {
+            let has_more = |v| !poses.is_empty() || attributes.has_quadric_at(v);
+            let is_special = |v| has_more(v) || constraints.as_ref().is_some_and(|it| it.affects(v));
             collapse.is_special = (0..collapse.merged.len() as u32).map(is_special).collect();
         }
-        if !collapse.poses.is_empty() {
+        if !collapse.rules.poses.is_empty() {
             (0..collapse.n_inner as u32).for_each(|v| collapse.renew_poses(v));
         }
         collapse
@@ -211,7 +216,7 @@ impl<'a> Collapse<'a> {
         let faces: Vec<[u32; 3]> = self.corners.faces().filter(is_own).map(by_number).collect();
         pulse.beat(0);
         let vertex_of = pulse.map_numbers(self.merged.len(), |v| number[self.final_vertex(v as u32) as usize]);
-        let pins = self.constraints.as_ref().map(|constraints| constraints.pins.select(&remaining));
+        let pins = self.rules.constraints.as_ref().map(|constraints| constraints.pins.select(&remaining));
         Output::new(pulse, positions, faces, pins.unwrap_or_default(), vertex_of)
     }
 
@@ -251,8 +256,7 @@ impl<'a> Collapse<'a> {
     }
 
     pub(super) fn has_reached(&self, limit: Limit) -> bool {
-        let (n_vertices, n_faces) = self.size();
-        n_vertices <= limit.vertices && n_faces <= limit.faces
+        limit.is_met_by_size(self.size())
     }
 
     pub fn pass_prices(&self) -> &[(usize, f32)] {
@@ -264,14 +268,15 @@ impl<'a> Collapse<'a> {
     }
 
     pub fn n_held(&self) -> usize {
-        let Some(constraints) = &self.constraints else { return 0 };
+        let Some(constraints) = &self.rules.constraints else { return 0 };
         let n = self.remaining().filter(|&v| constraints.is_held(self.nodes[v as usize].id)).count();
         // In a mirrored mesh every held vertex counts twice.
         if self.plane().is_some() { 2 * n } else { n }
     }
 
     pub fn without_constraints(self) -> Self {
-        Self { constraints: self.constraints.and_then(Constraints::without_curves), history: None, ..self }
+        let constraints = self.rules.constraints.and_then(Constraints::without_curves);
+        Self { rules: Rules { constraints, ..self.rules }, history: None, ..self }
     }
 
     pub fn without_progress(self) -> Self {
@@ -280,11 +285,7 @@ impl<'a> Collapse<'a> {
 
     /// Returns the numbers of vertices and faces, in a mirrored half those of the whole mesh.
     pub fn size(&self) -> (usize, usize) {
-        // Vertices on the mirror plane belong to both halves.
-        match self.plane() {
-            None => (self.n_vertices, self.n_faces),
-            Some(plane) => (2 * self.n_vertices - plane.len(), 2 * self.n_faces),
-        }
+        whole_size(self.n_vertices, self.n_faces, self.plane())
     }
 
     pub fn merges_to(&self, limit: Limit) -> usize {
