@@ -99,3 +99,14 @@ fn a_batch_takes_levels_by_faces() {
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     assert_eq!(faces(folder.path(), 2), [2000, 500]);
 }
+
+#[test]
+fn a_single_level_of_the_paper_is_its_result_at_that_ratio() {
+    let folder = folder();
+    for words in [["--lods", "0.3"], ["--ratio", "0.3"]] {
+        let run = levels(folder.path(), &[&words[..], &["--assembly", "paper", "--no-check"]].concat());
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+    }
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("a-lod0.ply") == bytes("a.ply"));
+}
