@@ -104,7 +104,7 @@ fn a_batch_takes_levels_by_faces() {
 fn a_single_level_of_the_paper_is_its_result_at_that_ratio() {
     let folder = folder();
     for words in [["--lods", "0.3"], ["--ratio", "0.3"]] {
-        let run = levels(folder.path(), &[&words[..], &["--assembly", "paper", "--no-check"]].concat());
+        let run = levels(folder.path(), &[&words[..], &["--assembly", "paper", "--no-check", "--force"]].concat());
         assert_eq!(run.code, Some(0), "{}", run.stderr);
     }
     let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
