@@ -30,20 +30,16 @@ impl Collapse<'_> {
     /// Splits the faces and the rows of vertices into stretches, as many as keep all threads busy.
     ///
     /// Vertices and faces are sorted along a space-filling curve, so that most edges lie within one stretch.
-    pub(super) fn split_into_stretches<'r, T>(&self, mut rows: &'r mut [T]) -> Vec<Stretch<'r, T>> {
+    pub(super) fn split_into_stretches<'r, T>(&self, rows: &'r mut [T]) -> Vec<Stretch<'r, T>> {
         let n_threads = rayon::current_num_threads();
         let n = if n_threads == 1 { MOST } else { rows.len().div_ceil(PER_THREAD * n_threads).clamp(LEAST, MOST) };
-        let mut stretches = Vec::with_capacity(rows.len() / n + 1);
-        let (mut first_vertex, mut first_face) = (0, 0);
-        while !rows.is_empty() {
-            let (of_stretch, rest) = rows.split_at_mut(n.min(rows.len()));
-            let next = first_vertex as usize + of_stretch.len();
-            let faces = first_face..self.first_face_at(next).max(first_face);
+        let mut first_face = 0;
+        let stretch = |(i, rows): (usize, &'r mut [T])| {
+            let faces = first_face..self.first_face_at(i * n + rows.len()).max(first_face);
             first_face = faces.end;
-            stretches.push(Stretch { faces, first_vertex, rows: of_stretch });
-            (first_vertex, rows) = (next as u32, rest);
-        }
-        stretches
+            Stretch { faces, first_vertex: (i * n) as u32, rows }
+        };
+        rows.chunks_mut(n).enumerate().map(stretch).collect()
     }
 
     /// Returns about the first face whose vertices are all `vertex` or later ones.
