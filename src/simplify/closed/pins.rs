@@ -178,36 +178,6 @@ impl PlaneVertices {
         self.is_on[u as usize] |= self.is_on[v as usize];
     }
 
-    /// Returns whether a merge would join two plane vertices that are no neighbours yet.
-    pub fn would_bridge(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
-        // A plane vertex off the cut gains the other end's plane neighbours.
-        let new_neighbour = |w: &u32, p: u32, of_p: &[u32]| self.contains(*w) && *w != p && !of_p.contains(w);
-        match (self.contains(u), self.contains(v)) {
-            (true, false) => of_v.iter().any(|w| new_neighbour(w, u, of_u)),
-            (false, true) => of_u.iter().any(|w| new_neighbour(w, v, of_v)),
-            _ => false,
-        }
-    }
-
-    /// Returns whether a merge would leave a face entirely on the plane; `of_u` and `of_v` are neighbours in order.
-    pub fn would_put_face_on_plane(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
-        // Consecutive neighbours form a face with the merged vertex.
-        let (on_plane, ring) = match (self.contains(u), self.contains(v)) {
-            (true, false) => (u, of_v),
-            (false, true) => (v, of_u),
-            _ => return false,
-        };
-        let is_on_plane = |&w: &u32| w != on_plane && self.contains(w);
-        ring.iter().zip(ring.iter().cycle().skip(1)).any(|(w, next)| is_on_plane(w) && is_on_plane(next))
-    }
-
-    /// Returns whether a merge would remove a cut edge without another cut edge next to it.
-    pub fn would_end_cut(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
-        // The cut continues if either end has another plane neighbour.
-        let continues = |ring: &[u32], other: u32| ring.iter().any(|&w| w != other && self.contains(w));
-        self.contains(u) && self.contains(v) && !continues(of_u, v) && !continues(of_v, u)
-    }
-
     /// Returns the merged vertex's coordinate across the mirror plane, relative to `u`; `None` if neither end is on the
     /// plane.
     pub fn fixed_coordinate(&self, u: u32, v: u32, other: DVec3) -> Option<f64> {

@@ -104,7 +104,7 @@ impl Collapse<'_> {
     fn breaks_constraints(&self, ends: [u32; 2], opposite: [u32; 2], end_rings: &[EndRing; 2]) -> bool {
         let Some(constraints) = &self.constraints else { return false };
         let [u, v] = self.ids(ends);
-        !constraints.survives_merge(u, v, self.ids(opposite)) || self.would_break_whole([u, v], end_rings)
+        !constraints.survives_merge(u, v, self.ids(opposite)) || self.would_break_whole(ends, end_rings)
     }
 
     #[inline(always)]

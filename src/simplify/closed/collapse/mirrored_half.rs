@@ -11,15 +11,27 @@ impl Collapse<'_> {
         self.constraints.as_ref().and_then(|constraints| constraints.pins.plane())
     }
 
-    /// Returns whether a merge would make the half and its image non-manifold.
-    pub(super) fn would_break_whole(&self, [u, v]: [u32; 2], end_rings: &[EndRing; 2]) -> bool {
+    /// Returns whether a merge that passes the link condition would make the half and its image non-manifold.
+    pub(super) fn would_break_whole(&self, ends: [u32; 2], end_rings: &[EndRing; 2]) -> bool {
         let Some(plane) = self.plane() else { return false };
-        let ids = |star: &EndRing| star.ring.iter().map(|&w| self.nodes[w as usize].id).collect::<Vec<u32>>();
-        let [of_u, of_v] = [ids(&end_rings[0]), ids(&end_rings[1])];
-        let rings = [&of_u[..], &of_v[..]];
-        plane.would_bridge([u, v], rings)
-            || plane.would_put_face_on_plane([u, v], rings)
-            || plane.would_end_cut([u, v], rings)
+        let is_on = |&v: &u32| plane.contains(self.nodes[v as usize].id);
+        // Each ring begins with the other end.
+        let [of_u, of_v] = end_rings.each_ref().map(|star| &star.ring[1..]);
+        let gained = match ends.map(|v| is_on(&v)) {
+            [false, false] => return false,
+            // The cut must continue at one of the ends.
+            [true, true] => return !of_u.iter().chain(of_v).any(is_on),
+            [true, false] => of_v,
+            [false, true] => of_u,
+        };
+        // The end on the plane gains neighbours between the two that it shares. An edge to another plane vertex would
+        // be a bridge; with no vertex between, the shared ones form a face, which must not be in the plane.
+        match gained {
+            [first, between @ .., last] => {
+                between.iter().any(is_on) || between.is_empty() && is_on(first) && is_on(last)
+            }
+            _ => false,
+        }
     }
 
     pub(super) fn run_half(&mut self, limit: Limit) -> CollapseEnd {
