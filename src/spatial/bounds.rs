@@ -14,11 +14,14 @@ impl Bounds {
     pub const EMPTY: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
 
     /// Returns the bounding box of points.
+    #[inline(always)]
     pub fn from_points(points: &[[f32; 3]]) -> Self {
-        points.iter().fold(Self::EMPTY, |bounds, &p| bounds.union(&Self { low: p, high: p }))
+        let of_point = |&p: &[f32; 3]| Self { low: p, high: p };
+        points.iter().map(of_point).reduce(|all, point| all.union(&point)).unwrap_or(Self::EMPTY)
     }
 
     /// Returns the smallest box around two boxes.
+    #[inline(always)]
     pub fn union(&self, other: &Self) -> Self {
         // One instruction each; `f32::min` also handles NaN.
         let smaller = |x: f32, y: f32| if y < x { y } else { x };

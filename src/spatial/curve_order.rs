@@ -2,15 +2,14 @@
 
 use rayon::prelude::*;
 
+use super::Bounds;
+
 const BITS: u32 = 10;
 const CROWD: usize = 256;
 const CELLS: f32 = (1 << BITS) as f32;
 const CHUNK: usize = 4096;
 const BETWEEN_BEATS: usize = 1 << 18;
 const DEPTH: usize = 12;
-
-/// Lowest and highest corner of an axis-aligned box.
-pub(super) type BoxCorners = ([f32; 3], [f32; 3]);
 
 /// Sorts the indices `0..n` of finite points along the curve.
 pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync, beat: impl Fn() + Sync) -> Vec<u32> {
@@ -20,14 +19,14 @@ pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync, beat
 }
 
 /// Returns the indices of the triangles, sorted by centroid along the curve.
-pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (low, high): BoxCorners) -> Vec<u32> {
-    let extent = extent(low, high);
+pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], bounds: &Bounds) -> Vec<u32> {
+    let extent = extent(bounds);
     if extent.is_nan() || extent <= 0.0 {
         return (0..faces.len() as u32).collect();
     }
     // An overflow of this sum only spoils the order.
     let per_sum = CELLS / 3.0 / extent;
-    let start = low.map(|low| low * (CELLS / extent));
+    let start = bounds.low.map(|low| low * (CELLS / extent));
     let mut keys = vec![0; faces.len()];
     let each = |(chunk, (keys, faces)): (usize, (&mut [u64], &[[u32; 3]]))| {
         for (i, (key, face)) in keys.iter_mut().zip(faces).enumerate() {
@@ -48,15 +47,15 @@ pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (
 }
 
 fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), beat: &(impl Fn() + Sync), depth: usize) {
-    let (low, high) = bounds(order, middle);
-    let extent = extent(low, high);
+    let bounds = bounds(order, middle);
+    let extent = extent(&bounds);
     if extent.is_nan() || extent <= 0.0 || depth > DEPTH {
         return;
     }
     let key = |&face: &u32| {
         let cell = |(x, low): (f32, f32)| (((x - low) / extent * CELLS) as u32).min((1 << BITS) - 1);
         let [x, y, z] = middle(face);
-        cell_key([(x, low[0]), (y, low[1]), (z, low[2])].map(cell), face)
+        cell_key([(x, bounds.low[0]), (y, bounds.low[1]), (z, bounds.low[2])].map(cell), face)
     };
     let mut keys = Vec::with_capacity(order.len());
     for order in order.chunks(BETWEEN_BEATS) {
@@ -105,35 +104,13 @@ fn nearest_cell(x: f32) -> u32 {
     (x + 8_388_608.0).to_bits() & ((1 << BITS) - 1)
 }
 
-fn extent(low: [f32; 3], high: [f32; 3]) -> f32 {
+fn extent(Bounds { low, high }: &Bounds) -> f32 {
     (0..3).map(|k| high[k] / 2.0 - low[k] / 2.0).fold(0.0, f32::max) * 2.0
 }
 
-pub(super) fn bounds_of_points(points: &[[f32; 3]]) -> BoxCorners {
-    // Several independent boxes: no comparison waits for the one before.
-    const LANES: usize = 8;
-    let (mut low, mut high) = ([[f32::INFINITY; 3]; LANES], [[f32::NEG_INFINITY; 3]; LANES]);
-    for points in points.chunks(LANES) {
-        for ((low, high), point) in low.iter_mut().zip(&mut high).zip(points) {
-            for ((low, high), &x) in low.iter_mut().zip(high).zip(point) {
-                *low = if x < *low { x } else { *low };
-                *high = if x > *high { x } else { *high };
-            }
-        }
-    }
-    let over = |k: usize, of: &[[f32; 3]; LANES], pick: fn(f32, f32) -> f32| {
-        of.iter().map(|p| p[k]).reduce(pick).unwrap_or_default()
-    };
-    ([0, 1, 2].map(|k| over(k, &low, f32::min)), [0, 1, 2].map(|k| over(k, &high, f32::max)))
-}
-
-fn bounds(order: &[u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync)) -> BoxCorners {
-    let none = || ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    let both = |a: BoxCorners, b: BoxCorners| {
-        (std::array::from_fn(|k| a.0[k].min(b.0[k])), std::array::from_fn(|k| a.1[k].max(b.1[k])))
-    };
-    let point = |&face: &u32| (middle(face), middle(face));
-    order.par_iter().with_min_len(CHUNK).map(point).reduce(none, both)
+fn bounds(order: &[u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync)) -> Bounds {
+    let point = |&face: &u32| Bounds::from_points(&[middle(face)]);
+    order.par_iter().with_min_len(CHUNK).map(point).reduce(|| Bounds::EMPTY, |a, b| a.union(&b))
 }
 
 fn spread(x: u32) -> u32 {
@@ -191,7 +168,7 @@ mod tests {
         let n = 64u32;
         let positions: Vec<[f32; 3]> = (0..n * n).map(|i| [(i * 37 % n) as f32, (i / n) as f32, 0.0]).collect();
         let faces: Vec<[u32; 3]> = (0..n * n).map(|i| [i, i, i]).collect();
-        let order = curve_order_of_faces(&positions, &faces, bounds_of_points(&positions));
+        let order = curve_order_of_faces(&positions, &faces, &Bounds::from_points(&positions));
         let mut once = order.clone();
         once.sort_unstable();
         assert!(once.iter().copied().eq(0..n * n));

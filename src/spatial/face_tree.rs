@@ -7,11 +7,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::curve_order::{BoxCorners, bounds_of_points, curve_order, curve_order_of_faces};
-use super::nearest_on_triangles::limit;
+use super::Bounds;
+use super::curve_order::{curve_order, curve_order_of_faces};
+use super::nearest_on_triangles::{hit_triangle, limit, unit_exponent};
 use super::needle_tree::NeedleTree;
 use super::triangle_pieces;
-use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
 const WIDTH: usize = 8;
 /// Additional pieces per triangle above which thin triangles are cut.
@@ -59,7 +59,7 @@ pub struct FaceTree<'a> {
     needles: Option<NeedleTree>,
     /// Nodes by level, the root last.
     levels: Vec<Vec<PackedNode>>,
-    whole: BoxCorners,
+    whole: Bounds,
     /// Power of two that scales coordinates to -1..1.
     scale: f64,
     factors: [f32; 2],
@@ -112,7 +112,8 @@ impl<'a> FaceTree<'a> {
         let wanted = |&face: &u32| f64::from(triangle_pieces::wanted_cuts(&tree.corners(face)));
         let cuts: f64 = tree.order.par_iter().with_min_len(CHUNK).map(wanted).sum();
         if triangle_pieces::are_needles(cuts, faces.len()) {
-            tree.whole = tree.order.iter().map(|&face| tree.bounds(face)).fold(EMPTY, union);
+            tree.whole =
+                tree.order.iter().map(|&face| tree.bounds(face)).fold(Bounds::EMPTY, |all, bounds| all.union(&bounds));
             tree.needles = Some(NeedleTree::new((0..faces.len() as u32).map(|face| tree.corners(face))));
             return tree;
         }
@@ -121,7 +122,7 @@ impl<'a> FaceTree<'a> {
         loop {
             tree.levels.push(made.iter().map(|made| made.0).collect());
             if made.len() <= 1 {
-                tree.whole = made.first().map_or(EMPTY, |root| root.1);
+                tree.whole = made.first().map_or(Bounds::EMPTY, |root| root.1);
                 return tree;
             }
             made = made.chunks(WIDTH).map(|below| node_over(below.iter().map(|made| made.1))).collect();
@@ -129,15 +130,15 @@ impl<'a> FaceTree<'a> {
     }
 
     fn without_nodes(positions: &'a [[f32; 3]], faces: &'a [[u32; 3]]) -> Self {
-        let (low, high) = bounds_of_points(positions);
-        let most = low.into_iter().chain(high).fold(0.0, |most: f32, x| most.max(x.abs()));
-        let exponent = if most > 0.0 { -(f64::from(most).log2().ceil() as i32) } else { 0 };
+        let bounds = Bounds::from_points(positions);
+        let most = bounds.low.into_iter().chain(bounds.high).fold(0.0, |most: f32, x| most.max(x.abs()));
+        let exponent = unit_exponent(most);
         let power = |exponent: i32| 2.0f64.powi(exponent);
         let factors = [power(exponent / 2) as f32, power(exponent - exponent / 2) as f32];
-        let order = curve_order_of_faces(positions, faces, (low, high));
+        let order = curve_order_of_faces(positions, faces, &bounds);
         let (levels, scale) = (Vec::new(), power(exponent));
         let (pieces, places, needles) = (None, Vec::new(), None);
-        Self { positions, faces, order, pieces, places, needles, levels, whole: EMPTY, scale, factors }
+        Self { positions, faces, order, pieces, places, needles, levels, whole: Bounds::EMPTY, scale, factors }
     }
 
     /// Returns the closest triangle and its squared distance; `None` without triangles.
@@ -196,9 +197,7 @@ impl<'a> FaceTree<'a> {
 
     /// Returns the diagonal of the bounding box, 0 without triangles.
     pub fn diagonal(&self) -> f64 {
-        let (low, high) = self.whole;
-        let side = |k: usize| (f64::from(high[k]) - f64::from(low[k])).max(0.0);
-        side(0).hypot(side(1)).hypot(side(2)) / self.scale
+        self.whole.diagonal() / self.scale
     }
 
     #[inline(always)]
@@ -234,7 +233,7 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    fn over_triangles(&mut self, cuts: f64) -> Vec<(PackedNode, BoxCorners)> {
+    fn over_triangles(&mut self, cuts: f64) -> Vec<(PackedNode, Bounds)> {
         if cuts <= NEEDLES * self.order.len() as f64 {
             let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
             return self.order.par_chunks(WIDTH).with_min_len(CHUNK).map(node).collect();
@@ -246,7 +245,7 @@ impl<'a> FaceTree<'a> {
             std::array::from_fn(|k| 0.5 * (bounds.low[k] + bounds.high[k]))
         };
         let order = curve_order(boxes.len(), middle, || ());
-        let bounds = |&piece: &u32| (boxes[piece as usize].0.low, boxes[piece as usize].0.high);
+        let bounds = |&piece: &u32| boxes[piece as usize].0;
         let nodes = order.par_chunks(WIDTH).with_min_len(CHUNK).map(|pieces| node_over(pieces.iter().map(bounds)));
         let nodes = nodes.collect();
         self.pieces = Some(order.iter().map(|&piece| boxes[piece as usize].1).collect());
@@ -265,9 +264,8 @@ impl<'a> FaceTree<'a> {
     }
 
     #[inline(always)]
-    fn bounds(&self, face: u32) -> BoxCorners {
-        let [a, b, c] = self.corners(face);
-        union(union((a, a), (b, b)), (c, c))
+    fn bounds(&self, face: u32) -> Bounds {
+        Bounds::from_points(&self.corners(face))
     }
 
     #[inline(never)]
@@ -393,11 +391,7 @@ impl<'a> FaceTree<'a> {
 
     #[inline(always)]
     fn test_face(&self, face: u32, p: DVec3, best: &mut BestFace) {
-        let [a, b, c] = self.corners(face);
-        let corners = [a, b, c].map(|corner| DVec3::from_array(corner.map(f64::from)));
-        let weights = nearest_weights_f64(p, corners);
-        let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
-        let distance2 = p.distance_squared(point);
+        let distance2 = hit_triangle(&self.corners(face), face, p).distance2;
         best.cost.triangles += 1;
         if (distance2, face) < (best.distance2, best.face) {
             let limit = limit(distance2, p);
@@ -406,31 +400,21 @@ impl<'a> FaceTree<'a> {
     }
 }
 
-const EMPTY: BoxCorners = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-
 #[inline(always)]
-fn union(a: BoxCorners, b: BoxCorners) -> BoxCorners {
-    // Plain comparisons: `min` and `max` cost three instructions because they handle NaN.
-    let low = |k: usize| if b.0[k] < a.0[k] { b.0[k] } else { a.0[k] };
-    let high = |k: usize| if b.1[k] > a.1[k] { b.1[k] } else { a.1[k] };
-    ([low(0), low(1), low(2)], [high(0), high(1), high(2)])
-}
-
-#[inline(always)]
-fn node_over(children: impl ExactSizeIterator<Item = BoxCorners>) -> (PackedNode, BoxCorners) {
-    let mut boxes = [EMPTY; WIDTH];
-    let mut whole = EMPTY;
+fn node_over(children: impl ExactSizeIterator<Item = Bounds>) -> (PackedNode, Bounds) {
+    let mut boxes = [Bounds::EMPTY; WIDTH];
+    let mut whole = Bounds::EMPTY;
     for (place, child) in boxes.iter_mut().zip(children) {
         *place = child;
-        whole = union(whole, child);
+        whole = whole.union(&child);
     }
-    let (origin, high) = whole;
+    let Bounds { low: origin, high } = whole;
     let extent = (0..3).map(|k| high[k] - origin[k]).fold(0.0, f32::max);
     let step = extent / STEPS * (1.0 + 1e-6);
     let mut node = PackedNode { origin, step, low: [[0; WIDTH]; 3], high: [[0; WIDTH]; 3] };
     let per_unit = if step > 0.0 { 1.0 / step } else { 0.0 };
     for (axis, origin) in origin.into_iter().enumerate() {
-        for (child, (low, high)) in boxes.iter().enumerate() {
+        for (child, Bounds { low, high }) in boxes.iter().enumerate() {
             // Half a step rounds outward; the hundredth exceeds the rounding error.
             node.low[axis][child] = nearest_byte((low[axis] - origin) * per_unit - 0.51);
             node.high[axis][child] = nearest_byte((high[axis] - origin) * per_unit + 0.51);

@@ -5,14 +5,15 @@ use glam::DVec3;
 use crate::geometry::line_on_triangle::line_on_triangle;
 
 use super::nearest_on_triangles::{Hit, NearestOnTriangles};
-use super::needle_tree::NeedleTree;
-use super::triangle_tree::{NO_CHILD, TriangleNode};
+use super::triangle_tree::{TreeQuery, TriangleNode, TriangleTree};
 
 /// Margin around a triangle, relative to its size, so that no line passes between two.
 const WIDER: f64 = 1e-6;
 const MARGIN: f32 = 1e-6;
 
-struct QueryLine {
+struct LineQuery<'a> {
+    tree: &'a TriangleTree,
+    accept: &'a dyn Fn(u32) -> bool,
     from: DVec3,
     along: DVec3,
     from32: [f32; 3],
@@ -57,61 +58,50 @@ impl NearestOnTriangles {
         let from = p * self.scale;
         let inverse = along.as_vec3().recip().to_array();
         let from32 = from.as_vec3().to_array();
-        let mut line = QueryLine { from, along, from32, inverse, reach: reach * self.scale, hit: None };
-        match &self.needles {
-            Some(needles) => self.follow_needles(needles, accept, &mut line),
-            None if self.tree.nodes.is_empty() => {}
-            None => self.follow(0, accept, &mut line),
+        let (tree, reach) = (&self.tree, reach * self.scale);
+        let mut line = LineQuery { tree, accept, from, along, from32, inverse, reach, hit: None };
+        if let Some(needles) = &self.needles {
+            // Coordinates are at most 1: a longer line meets nothing more.
+            let reach = reach.min(4.0 + from.length());
+            let [begin, end] = [-reach, reach].map(|reach| from + reach * along);
+            needles.visit_touching([begin, end, end], |leaf| leaf.iter().for_each(|&i| line.test(i as usize)));
+        } else {
+            tree.search(&mut line);
         }
         let hit = line.hit?;
         let distance2 = hit.distance2 / (self.scale * self.scale);
         Some(Hit { point: hit.point / self.scale, distance2, ..hit })
     }
+}
 
-    fn follow_needles(&self, needles: &NeedleTree, accept: &dyn Fn(u32) -> bool, line: &mut QueryLine) {
-        // Coordinates are at most 1: a longer line meets nothing more.
-        let reach = line.reach.min(4.0 + line.from.length());
-        let [begin, end] = [-reach, reach].map(|reach| line.from + reach * line.along);
-        needles.visit_touching([begin, end, end], |leaf| {
-            let accepted = leaf.iter().map(|&i| i as usize).filter(|&i| accept(self.tree.triangle_idx[i]));
-            accepted.for_each(|i| line.meet(&self.tree.corners[i], self.tree.triangle_idx[i]));
-        });
+impl TreeQuery for LineQuery<'_> {
+    fn distances(&mut self, node: &TriangleNode) -> [f32; 4] {
+        let (mut begin, mut end) = ([f32::NEG_INFINITY; 4], [f32::INFINITY; 4]);
+        for axis in 0..3 {
+            for child in 0..4 {
+                let low = (node.low[axis][child] - MARGIN - self.from32[axis]) * self.inverse[axis];
+                let high = (node.high[axis][child] + MARGIN - self.from32[axis]) * self.inverse[axis];
+                // 0 times infinity is NaN, which `min` and `max` ignore.
+                begin[child] = begin[child].max(low.min(high));
+                end[child] = end[child].min(low.max(high));
+            }
+        }
+        std::array::from_fn(|i| if begin[i] <= end[i] { begin[i].max(-end[i]) } else { f32::INFINITY })
     }
 
-    fn follow(&self, node: u32, accept: &dyn Fn(u32) -> bool, line: &mut QueryLine) {
-        let node = &self.tree.nodes[node as usize];
-        for child in 0..4 {
-            if node.len[child] == NO_CHILD || !line.enters(node, child) {
-                continue;
-            }
-            let first = node.first[child] as usize;
-            if node.len[child] == 0 {
-                self.follow(first as u32, accept, line);
-                continue;
-            }
-            for i in first..first + usize::from(node.len[child]) {
-                if accept(self.tree.triangle_idx[i]) {
-                    line.meet(&self.tree.corners[i], self.tree.triangle_idx[i]);
-                }
-            }
+    fn reaches(&self, distance: f32) -> bool {
+        distance <= self.reach as f32 + MARGIN && distance < f32::INFINITY
+    }
+
+    fn test(&mut self, i: usize) {
+        let triangle = self.tree.triangle_idx[i];
+        if (self.accept)(triangle) {
+            self.meet(&self.tree.corners[i], triangle);
         }
     }
 }
 
-impl QueryLine {
-    fn enters(&self, node: &TriangleNode, child: usize) -> bool {
-        let reach = self.reach as f32 + MARGIN;
-        let (mut begin, mut end) = (-reach, reach);
-        for axis in 0..3 {
-            let low = (node.low[axis][child] - MARGIN - self.from32[axis]) * self.inverse[axis];
-            let high = (node.high[axis][child] + MARGIN - self.from32[axis]) * self.inverse[axis];
-            // 0 times infinity is NaN, which `min` and `max` ignore.
-            begin = begin.max(low.min(high));
-            end = end.min(low.max(high));
-        }
-        begin <= end
-    }
-
+impl LineQuery<'_> {
     fn meet(&mut self, corners: &[[f32; 3]; 3], triangle: u32) {
         let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
         let [v, w, far] = line_on_triangle(self.from, self.along, [a, b, c]);
@@ -151,9 +141,10 @@ mod tests {
     }
 
     fn naive(triangles: &[[[f32; 3]; 3]], from: DVec3, along: DVec3, reach: f64) -> Option<(u32, f64)> {
-        let mut line =
-            QueryLine { from, along: along.normalize(), from32: [0.0; 3], inverse: [0.0; 3], reach, hit: None };
-        triangles.iter().zip(0..).for_each(|(corners, i)| line.meet(corners, i));
+        let (tree, accept) = (&TriangleTree::without_nodes(triangles.to_vec()), &|_| true);
+        let (along, unused) = (along.normalize(), [0.0; 3]);
+        let mut line = LineQuery { tree, accept, from, along, from32: unused, inverse: unused, reach, hit: None };
+        (0..triangles.len()).for_each(|i| line.test(i));
         line.hit.map(|hit| (hit.triangle, hit.distance2.sqrt()))
     }
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::Bounds;
 use super::needle_tree::NeedleTree;
 use super::triangle_pieces;
-use super::triangle_tree::{NO_CHILD, TriangleNode, TriangleTree};
+use super::triangle_tree::{OverlapQuery, TreeQuery, TriangleNode, TriangleTree};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
 /// Ratio of a triangle's largest coordinate to that of all triangles, below which single precision cannot resolve the
@@ -54,7 +54,11 @@ pub struct Hit {
     pub distance2: f64,
 }
 
-struct BestHit {
+/// The search for the closest point, or for any triangle within reach.
+struct ClosestQuery<'a, A> {
+    tree: &'a TriangleTree,
+    p: DVec3,
+    accept: &'a A,
     hit: Hit,
     limit: f32,
     is_any: bool,
@@ -81,7 +85,7 @@ impl NearestOnTriangles {
     }
 
     fn with_one_unit(triangles: &[[[f32; 3]; 3]], most: f32) -> Self {
-        let scale = if most > 0.0 { 0.5f64.powi(f64::from(most).log2().ceil() as i32) } else { 1.0 };
+        let scale = 2f64.powi(unit_exponent(most));
         let scaled: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| to_scale(corner, scale))).collect();
         let cuts: f64 = scaled.iter().map(|corners| f64::from(triangle_pieces::wanted_cuts(corners))).sum();
         if triangle_pieces::are_needles(cuts, scaled.len()) {
@@ -148,15 +152,16 @@ impl NearestOnTriangles {
 
     fn search_outer(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let (p, reach) = (p * self.scale, reach * self.scale);
-        let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
-        let mut best = BestHit { hit: none, limit: limit(reach * reach, p), is_any, n_visits: 0 };
+        let hit = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
+        let limit = limit(reach * reach, p);
+        let mut query = ClosestQuery { tree: &self.tree, p, accept, hit, limit, is_any, n_visits: 0 };
         match &self.needles {
-            Some(needles) => self.visit_needles(needles, p, accept, &mut best),
-            None if self.tree.nodes.is_empty() => {}
-            None => self.descend(0, p, accept, &mut best),
+            Some(needles) => query.visit_needles(needles),
+            None => self.tree.search(&mut query),
         }
-        let (point, distance2) = (best.hit.point / self.scale, best.hit.distance2 / (self.scale * self.scale));
-        ((best.hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..best.hit }), best.n_visits)
+        let ClosestQuery { hit, n_visits, .. } = query;
+        let (point, distance2) = (hit.point / self.scale, hit.distance2 / (self.scale * self.scale));
+        ((hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..hit }), n_visits)
     }
 
     /// Calls `visit`, possibly repeatedly, for every triangle that meets a triangle, and for some near it.
@@ -166,7 +171,8 @@ impl NearestOnTriangles {
             let leaf = |leaf: &[u32]| leaf.iter().for_each(|&i| visit(self.tree.triangle_idx[i as usize]));
             needles.visit_touching(scaled.map(|corner| DVec3::from_array(corner.map(f64::from))), leaf);
         } else {
-            self.tree.visit_overlaps(&Bounds::from_points(&scaled), &mut visit);
+            let bounds = Bounds::from_points(&scaled);
+            self.tree.search(&mut OverlapQuery { tree: &self.tree, bounds, visit: &mut visit });
         }
         if let Some(inner) = &self.inner {
             // A reference, since a generic type would nest without end.
@@ -174,42 +180,47 @@ impl NearestOnTriangles {
             inner.surface.visit_touching(corners, visit);
         }
     }
+}
 
-    fn visit_needles(&self, needles: &NeedleTree, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut BestHit) {
-        let n_boxes = needles.visit_near(p, best.hit.distance2, |leaf| {
-            let accepted = leaf.iter().map(|&i| i as usize).filter(|&i| accept(self.tree.triangle_idx[i]));
-            accepted.for_each(|i| self.test_triangle(i, p, best));
-            let is_done = best.is_any && best.hit.triangle != u32::MAX;
-            if is_done { f64::NEG_INFINITY } else { best.hit.distance2 }
+impl<A: Fn(u32) -> bool> ClosestQuery<'_, A> {
+    fn visit_needles(&mut self, needles: &NeedleTree) {
+        let n_boxes = needles.visit_near(self.p, self.hit.distance2, |leaf| {
+            leaf.iter().for_each(|&i| self.test(i as usize));
+            let is_done = self.is_any && self.hit.triangle != u32::MAX;
+            if is_done { f64::NEG_INFINITY } else { self.hit.distance2 }
         });
-        best.n_visits += n_boxes;
+        self.n_visits += n_boxes;
     }
+}
 
-    fn descend(&self, node: u32, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut BestHit) {
-        let node = &self.tree.nodes[node as usize];
-        best.n_visits += 1;
-        let distances = box_distances(node, p.as_vec3().to_array());
-        for child in sort_by_distance(&distances) {
-            if node.len[child] == NO_CHILD || distances[child] > best.limit {
-                continue;
-            }
-            match node.len[child] {
-                0 => self.descend(node.first[child], p, accept, best),
-                len => {
-                    let first = node.first[child] as usize;
-                    let accepted = (first..first + usize::from(len)).filter(|&i| accept(self.tree.triangle_idx[i]));
-                    accepted.for_each(|i| self.test_triangle(i, p, best));
-                }
+impl<A: Fn(u32) -> bool> TreeQuery for ClosestQuery<'_, A> {
+    #[inline(always)]
+    fn distances(&mut self, node: &TriangleNode) -> [f32; 4] {
+        self.n_visits += 1;
+        let mut distances = [0.0; 4];
+        for (axis, p) in self.p.as_vec3().to_array().into_iter().enumerate() {
+            for (child, distance) in distances.iter_mut().enumerate() {
+                let outside = (node.low[axis][child] - p).max(p - node.high[axis][child]).max(0.0);
+                *distance += outside * outside;
             }
         }
+        distances
     }
 
-    fn test_triangle(&self, i: usize, p: DVec3, best: &mut BestHit) {
-        best.n_visits += 1;
-        let hit = hit_triangle(&self.tree.corners[i], self.tree.triangle_idx[i], p);
-        if (hit.distance2, hit.triangle) < (best.hit.distance2, best.hit.triangle) {
-            best.hit = hit;
-            best.limit = if best.is_any { f32::NEG_INFINITY } else { limit(hit.distance2, p) };
+    fn reaches(&self, distance: f32) -> bool {
+        distance <= self.limit
+    }
+
+    fn test(&mut self, i: usize) {
+        let triangle = self.tree.triangle_idx[i];
+        if !(self.accept)(triangle) {
+            return;
+        }
+        self.n_visits += 1;
+        let hit = hit_triangle(&self.tree.corners[i], triangle, self.p);
+        if (hit.distance2, hit.triangle) < (self.hit.distance2, self.hit.triangle) {
+            self.hit = hit;
+            self.limit = if self.is_any { f32::NEG_INFINITY } else { limit(hit.distance2, self.p) };
         }
     }
 }
@@ -234,7 +245,7 @@ impl InnerTriangles {
 }
 
 #[inline(always)]
-fn hit_triangle(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
+pub(super) fn hit_triangle(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
     let corners = corners.map(|c| DVec3::from_array(c.map(f64::from)));
     let weights = nearest_weights_f64(p, corners);
     let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
@@ -243,6 +254,11 @@ fn hit_triangle(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
 
 fn largest(points: &[[f32; 3]]) -> f32 {
     points.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()))
+}
+
+/// Returns the exponent of the power of two that scales coordinates of up to `most` to -1..1.
+pub(super) fn unit_exponent(most: f32) -> i32 {
+    if most > 0.0 { -(f64::from(most).log2().ceil() as i32) } else { 0 }
 }
 
 fn to_scale(point: [f32; 3], scale: f64) -> [f32; 3] {
@@ -254,32 +270,6 @@ pub(super) fn limit(distance2: f64, p: DVec3) -> f32 {
     let rounding = p.abs().max_element().max(1.0) * 4e-7;
     let reach = distance2.sqrt() + rounding;
     (reach * reach * (1.0 + 1e-6)) as f32
-}
-
-fn box_distances(node: &TriangleNode, p: [f32; 3]) -> [f32; 4] {
-    let mut distances = [0.0; 4];
-    for (axis, p) in p.into_iter().enumerate() {
-        for (child, distance) in distances.iter_mut().enumerate() {
-            let outside = (node.low[axis][child] - p).max(p - node.high[axis][child]).max(0.0);
-            *distance += outside * outside;
-        }
-    }
-    distances
-}
-
-fn sort_by_distance(distances: &[f32; 4]) -> [usize; 4] {
-    let mut order = [0, 1, 2, 3];
-    let mut sort = |i: usize, j: usize| {
-        if distances[order[j]] < distances[order[i]] {
-            order.swap(i, j);
-        }
-    };
-    sort(0, 1);
-    sort(2, 3);
-    sort(0, 2);
-    sort(1, 3);
-    sort(1, 2);
-    order
 }
 
 #[cfg(test)]
@@ -402,7 +392,7 @@ mod tests {
         let rim = |i: i32| [(1.5e-4 * i as f32).cos(), (1.5e-4 * i as f32).sin(), 0.0];
         let fan: Vec<_> = (0..20_000).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
         let surface = NearestOnTriangles::new(&fan);
-        assert!(surface.needles.is_some() && surface.tree.nodes.is_empty());
+        assert!(surface.needles.is_some() && !surface.tree.has_nodes());
         check(&fan, 0.0);
         let p = DVec3::new(0.4, 0.3, 0.25);
         let (hit, n_visits) = surface.nearest_with_cost(p);

@@ -4,12 +4,11 @@ use glam::{DVec3, Vec3};
 
 use crate::geometry::line_on_triangle::line_on_triangle;
 
-use super::triangle_tree::{NO_CHILD, TriangleNode, TriangleTree};
+use super::triangle_tree::{TreeQuery, TriangleNode, TriangleTree};
 
 /// Margin of triangles, in barycentric weights, so that no ray passes through an edge.
 const MARGIN: f64 = 1e-4;
 const BOX_MARGIN: f32 = 1e-6;
-const WAITING: usize = 256;
 
 /// Triangles prepared for occlusion tests.
 ///
@@ -44,38 +43,18 @@ impl Occluders {
     /// Returns whether a ray meets a triangle at distance `start` or more.
     pub fn is_blocked(&self, from: DVec3, direction: DVec3, start: f64) -> bool {
         let direction = direction.normalize_or_zero();
-        if self.tree.nodes.is_empty() || direction == DVec3::ZERO {
+        if direction == DVec3::ZERO {
             return false;
         }
-        let ray = Ray::new((from - self.middle) * self.factor, direction, start * self.factor);
-        let mut waiting = [0u32; WAITING];
-        let mut n_waiting = 1;
-        while n_waiting > 0 {
-            n_waiting -= 1;
-            let node = &self.tree.nodes[waiting[n_waiting] as usize];
-            let is_met = ray.meets_boxes(node);
-            for child in (0..4).filter(|&child| is_met[child]) {
-                let first = node.first[child];
-                match node.len[child] {
-                    NO_CHILD => {}
-                    0 => {
-                        waiting[n_waiting] = first;
-                        n_waiting += 1;
-                    }
-                    len => {
-                        let leaf = &self.tree.corners[first as usize..first as usize + usize::from(len)];
-                        if leaf.iter().any(|corners| ray.meets(corners)) {
-                            return true;
-                        }
-                    }
-                }
-            }
-        }
-        false
+        let mut ray = Ray::new(&self.tree, (from - self.middle) * self.factor, direction, start * self.factor);
+        self.tree.search(&mut ray);
+        ray.is_blocked
     }
 }
 
-struct Ray {
+struct Ray<'a> {
+    tree: &'a TriangleTree,
+    is_blocked: bool,
     from: DVec3,
     direction: DVec3,
     start: f64,
@@ -83,14 +62,22 @@ struct Ray {
     slope: Vec3,
 }
 
-impl Ray {
-    fn new(from: DVec3, direction: DVec3, start: f64) -> Self {
+impl<'a> Ray<'a> {
+    fn new(tree: &'a TriangleTree, from: DVec3, direction: DVec3, start: f64) -> Self {
         let slope = direction.to_array().map(|x| (1.0 / if x.abs() < 1e-12 { 1e-12f64.copysign(x) } else { x }) as f32);
-        Self { from, direction, start, near: from.as_vec3(), slope: slope.into() }
+        Self { tree, is_blocked: false, from, direction, start, near: from.as_vec3(), slope: slope.into() }
     }
 
+    fn meets(&self, corners: &[[f32; 3]; 3]) -> bool {
+        let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+        let [v, w, far] = line_on_triangle(self.from, self.direction, corners);
+        v >= -MARGIN && w >= -MARGIN && v + w <= 1.0 + MARGIN && far >= self.start
+    }
+}
+
+impl TreeQuery for Ray<'_> {
     #[inline(always)]
-    fn meets_boxes(&self, node: &TriangleNode) -> [bool; 4] {
+    fn distances(&mut self, node: &TriangleNode) -> [f32; 4] {
         let (mut enter, mut leave) = ([0.0f32; 4], [f32::INFINITY; 4]);
         for axis in 0..3 {
             for child in 0..4 {
@@ -100,13 +87,15 @@ impl Ray {
                 leave[child] = leave[child].min(low.max(high));
             }
         }
-        std::array::from_fn(|child| enter[child] <= leave[child] * (1.0 + 1e-5))
+        std::array::from_fn(|i| if enter[i] <= leave[i] * (1.0 + 1e-5) { enter[i] } else { f32::INFINITY })
     }
 
-    fn meets(&self, corners: &[[f32; 3]; 3]) -> bool {
-        let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
-        let [v, w, far] = line_on_triangle(self.from, self.direction, corners);
-        v >= -MARGIN && w >= -MARGIN && v + w <= 1.0 + MARGIN && far >= self.start
+    fn reaches(&self, distance: f32) -> bool {
+        !self.is_blocked && distance < f32::INFINITY
+    }
+
+    fn test(&mut self, i: usize) {
+        self.is_blocked |= self.meets(&self.tree.corners[i]);
     }
 }
 

@@ -1,4 +1,4 @@
-//! A tree of boxes over triangles, split by the surface area heuristic.
+//! A tree of boxes over triangles, split by the surface area heuristic, and its one descent for all searches.
 
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -17,9 +17,9 @@ pub(super) struct TriangleNode {
     pub(super) low: [[f32; 4]; 3],
     pub(super) high: [[f32; 4]; 3],
     /// Index of each child's node, or of a leaf's first triangle.
-    pub(super) first: [u32; 4],
+    first: [u32; 4],
     /// Number of triangles of each child that is a leaf; 0 for a node, [`NO_CHILD`] if absent.
-    pub(super) len: [u8; 4],
+    len: [u8; 4],
 }
 
 impl TriangleNode {
@@ -32,17 +32,6 @@ impl TriangleNode {
         self.len[child] = len;
     }
 
-    fn overlaps(&self, bounds: &Bounds) -> [bool; 4] {
-        let mut overlaps = [true; 4];
-        for axis in 0..3 {
-            for (child, overlaps) in overlaps.iter_mut().enumerate() {
-                *overlaps &=
-                    (self.low[axis][child] <= bounds.high[axis]) & (bounds.low[axis] <= self.high[axis][child]);
-            }
-        }
-        overlaps
-    }
-
     fn with_shift(mut self, shift: u32) -> Self {
         for (first, &len) in self.first.iter_mut().zip(&self.len) {
             *first += if len == 0 { shift } else { 0 };
@@ -51,16 +40,115 @@ impl TriangleNode {
     }
 }
 
-pub(super) const NO_CHILD: u8 = u8::MAX;
+const NO_CHILD: u8 = u8::MAX;
 
 const NO_CHILDREN: TriangleNode =
     TriangleNode { low: [[f32::INFINITY; 4]; 3], high: [[f32::NEG_INFINITY; 4]; 3], first: [0; 4], len: [NO_CHILD; 4] };
 
 /// A tree with triangle corners in the order of the leaves; triangles in several pieces are repeated.
 pub(super) struct TriangleTree {
-    pub(super) nodes: Vec<TriangleNode>,
+    nodes: Vec<TriangleNode>,
     pub(super) corners: Vec<[[f32; 3]; 3]>,
     pub(super) triangle_idx: Vec<u32>,
+}
+
+/// A search of the tree.
+pub(super) trait TreeQuery {
+    /// Returns distances to the children's boxes, by which they are visited; infinite for a box that is left out.
+    fn distances(&mut self, node: &TriangleNode) -> [f32; 4];
+
+    /// Returns whether a box at this distance can still change the result.
+    fn reaches(&self, distance: f32) -> bool;
+
+    /// Tests the triangle at an index of the leaves' order.
+    fn test(&mut self, i: usize);
+}
+
+impl TriangleTree {
+    pub(super) fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
+        let mut items: Vec<BoxItem> = boxes(triangles).into_iter().map(BoxItem::new).collect();
+        let nodes = if items.is_empty() { Vec::new() } else { grow_in_parallel(&mut items, 0, 0) };
+        let triangle_idx: Vec<u32> = items.iter().map(|item| item.triangle).collect();
+        let corners = triangle_idx.iter().map(|&i| triangles[i as usize]).collect();
+        Self { nodes, corners, triangle_idx }
+    }
+
+    pub(super) fn without_nodes(corners: Vec<[[f32; 3]; 3]>) -> Self {
+        Self { nodes: Vec::new(), triangle_idx: (0..corners.len() as u32).collect(), corners }
+    }
+
+    pub(super) fn has_nodes(&self) -> bool {
+        !self.nodes.is_empty()
+    }
+
+    /// Runs a search from the root down.
+    pub(super) fn search(&self, query: &mut impl TreeQuery) {
+        if self.has_nodes() {
+            self.descend(0, query);
+        }
+    }
+
+    fn descend(&self, node: u32, query: &mut impl TreeQuery) {
+        let node = &self.nodes[node as usize];
+        let distances = query.distances(node);
+        for child in sort_by_distance(&distances) {
+            let first = node.first[child];
+            match node.len[child] {
+                NO_CHILD => {}
+                _ if !query.reaches(distances[child]) => {}
+                0 => self.descend(first, query),
+                len => (first..first + u32::from(len)).for_each(|i| query.test(i as usize)),
+            }
+        }
+    }
+}
+
+/// Returns the children's order by distance, in one fixed sequence of exchanges.
+fn sort_by_distance(distances: &[f32; 4]) -> [usize; 4] {
+    let mut order = [0, 1, 2, 3];
+    let mut sort = |i: usize, j: usize| {
+        if distances[order[j]] < distances[order[i]] {
+            order.swap(i, j);
+        }
+    };
+    sort(0, 1);
+    sort(2, 3);
+    sort(0, 2);
+    sort(1, 3);
+    sort(1, 2);
+    order
+}
+
+/// The search for all triangles whose box meets a box; triangles in several pieces are visited repeatedly.
+pub(super) struct OverlapQuery<'a, V> {
+    pub(super) tree: &'a TriangleTree,
+    pub(super) bounds: Bounds,
+    pub(super) visit: V,
+}
+
+impl<V: FnMut(u32)> TreeQuery for OverlapQuery<'_, V> {
+    #[inline(always)]
+    fn distances(&mut self, node: &TriangleNode) -> [f32; 4] {
+        let mut overlaps = [true; 4];
+        for axis in 0..3 {
+            for (child, overlaps) in overlaps.iter_mut().enumerate() {
+                *overlaps &= (node.low[axis][child] <= self.bounds.high[axis])
+                    & (self.bounds.low[axis] <= node.high[axis][child]);
+            }
+        }
+        // The children's numbers keep their order.
+        std::array::from_fn(|child| if overlaps[child] { child as f32 } else { f32::INFINITY })
+    }
+
+    fn reaches(&self, distance: f32) -> bool {
+        distance < f32::INFINITY
+    }
+
+    fn test(&mut self, i: usize) {
+        if Bounds::from_points(&self.tree.corners[i]).overlaps(&self.bounds) {
+            (self.visit)(self.tree.triangle_idx[i]);
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -95,45 +183,6 @@ impl BoxItem {
 
     fn middle(&self, axis: usize) -> f32 {
         self.bounds.low[axis] + self.bounds.high[axis]
-    }
-}
-
-impl TriangleTree {
-    pub(super) fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
-        let mut items: Vec<BoxItem> = boxes(triangles).into_iter().map(BoxItem::new).collect();
-        let nodes = if items.is_empty() { Vec::new() } else { grow_in_parallel(&mut items, 0, 0) };
-        let triangle_idx: Vec<u32> = items.iter().map(|item| item.triangle).collect();
-        let corners = triangle_idx.iter().map(|&i| triangles[i as usize]).collect();
-        Self { nodes, corners, triangle_idx }
-    }
-
-    pub(super) fn without_nodes(corners: Vec<[[f32; 3]; 3]>) -> Self {
-        Self { nodes: Vec::new(), triangle_idx: (0..corners.len() as u32).collect(), corners }
-    }
-
-    /// Calls `visit` for every triangle whose box meets `bounds`, once per piece.
-    pub(super) fn visit_overlaps(&self, bounds: &Bounds, visit: &mut impl FnMut(u32)) {
-        if !self.nodes.is_empty() {
-            self.visit_node(0, bounds, visit);
-        }
-    }
-
-    fn visit_node(&self, node: u32, bounds: &Bounds, visit: &mut impl FnMut(u32)) {
-        let node = &self.nodes[node as usize];
-        let overlaps = node.overlaps(bounds);
-        for child in (0..4).filter(|&child| overlaps[child]) {
-            match node.len[child] {
-                NO_CHILD => {}
-                0 => self.visit_node(node.first[child], bounds, visit),
-                len => {
-                    for i in node.first[child] as usize..node.first[child] as usize + usize::from(len) {
-                        if Bounds::from_points(&self.corners[i]).overlaps(bounds) {
-                            visit(self.triangle_idx[i]);
-                        }
-                    }
-                }
-            }
-        }
     }
 }
 
