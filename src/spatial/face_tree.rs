@@ -174,19 +174,26 @@ impl<'a> FaceTree<'a> {
         self.best(p, guess, enough * scale2, &|_| true).map(|best| (best.face, best.distance2 / scale2, best.cost))
     }
 
-    /// Returns the closest triangle within `reach` that `accept` allows, and its squared distance.
+    /// Returns the closest triangle within `reach` that `accept` allows, and its squared distance; fast if the triangle
+    /// `guess` is near.
     ///
     /// ```
     /// use neural_mesh::spatial::FaceTree;
     /// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     /// let tree = FaceTree::new(&positions, &[[0, 1, 2], [0, 1, 3]]);
-    /// let found = |reach| tree.nearest_of([0.25, 0.5, 0.25].into(), reach, |face| face == 1);
+    /// let found = |reach| tree.nearest_of([0.25, 0.5, 0.25].into(), None, reach, |face| face == 1);
     /// assert_eq!((found(0.5), found(0.4)), (Some((1, 0.25)), None));
     /// ```
-    pub fn nearest_of(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
+    pub fn nearest_of(
+        &self,
+        p: DVec3,
+        guess: Option<u32>,
+        reach: f64,
+        accept: impl Fn(u32) -> bool,
+    ) -> Option<(u32, f64)> {
         let (p, reach) = (p * self.scale, reach * self.scale);
         let mut best = BestFace::with_limit(reach * reach, p);
-        self.search((p, f64::NEG_INFINITY), None, &accept, &mut best);
+        self.search((p, f64::NEG_INFINITY), guess, &accept, &mut best);
         (best.face != u32::MAX).then(|| (best.face, best.distance2 / (self.scale * self.scale)))
     }
 

@@ -30,6 +30,9 @@ const MOST_RECOLOURED: f32 = 1e-3;
 // Holes are conspicuous.
 const MOST_OPENED: f32 = 2.5e-4;
 
+/// Factor on bounds of squared distances, for rounding.
+const SLACK: f64 = 1.0 + 1e-9;
+
 pub struct VertexCost<'a> {
     pub pass_prices: &'a [(usize, f32)],
     pub limit: Limit,
@@ -299,18 +302,20 @@ impl<'a> Components<'a> {
         n_whole.min(limit.vertices).min(component_of_face as usize)
     }
 
-    fn nearest(&self, component: usize, point: DVec3) -> Option<(f64, usize)> {
+    /// Returns the closest output face of a larger component within `reach`, and its squared distance.
+    fn nearest(&self, component: usize, point: DVec3, guess: Option<u32>, reach: f64) -> Option<(u32, f64)> {
         let rank = self.rank[component];
-        let is_larger = |face: u32| self.rank[self.component_of_output_face[face as usize] as usize] > rank;
-        let (face, distance2) = self.tree.nearest_of(point, f64::INFINITY, is_larger)?;
-        Some((distance2, self.component_of_output_face[face as usize] as usize))
+        self.tree.nearest_of(point, guess, reach, |face| self.rank[self.output_component(face)] > rank)
+    }
+
+    fn output_component(&self, face: u32) -> usize {
+        self.component_of_output_face[face as usize] as usize
     }
 
     /// Estimates a component's loss, area times squared distance to the rest, and the larger component nearest to most
     /// samples.
     ///
-    /// The loss is infinite for a component that is locked, not shown, or the largest. Sampling stops at a loss of
-    /// `most` per vertex.
+    /// The loss is infinite for a component that is locked, not shown, the largest, or loses `most` per vertex.
     fn estimate_loss(&self, component: usize, most: f64) -> (f64, usize) {
         // Locked vertices must stay, so their component does.
         if self.placed.is_locked(component) {
@@ -322,21 +327,31 @@ impl<'a> Components<'a> {
         let Some(points) = some.map(|&face| self.placed.corners(face)).collect::<Option<Vec<_>>>() else {
             return (f64::INFINITY, component);
         };
-        let areas: f64 = points.iter().map(|&corners| area_normal_f64(corners).length()).sum();
-        let (mut sum, mut nearest) = (0.0, Vec::new());
+        let area = |corners: [DVec3; 3]| area_normal_f64(corners).length();
+        let areas: f64 = points.iter().map(|&corners| area(corners)).sum();
+        // The sum of areas times squared distances at which the loss per vertex is `most`.
+        let most_sum = most * own.n_vertices.max(1) as f64 * areas / own.area;
+        // A component that looks different is no replacement: its distance is at least half the diagonal.
+        let may_look_same = !self.is_painted && own.groups.len() == 1;
+        let least_of_others = 0.25 * own.size2;
+        if !may_look_same && least_of_others * areas >= SLACK * most_sum {
+            return (f64::INFINITY, component);
+        }
+        let (mut sum, mut nearest, mut guess) = (0.0, Vec::new(), None);
         for corners in points {
-            let Some((distance2, other)) = self.nearest(component, corners.iter().sum::<DVec3>() / 3.0) else {
-                return (f64::INFINITY, component);
-            };
-            // A component that looks different is no replacement: its distance is at least half the diagonal.
-            let looks_same = !self.is_painted && own.groups.len() == 1 && own.groups == self.all[other].groups;
-            let least = if looks_same { 0.0 } else { 0.25 * own.size2 };
-            sum += area_normal_f64(corners).length() * distance2.max(least);
+            // Most components are so far from others that the search around the first point finds none.
+            let reach2 = SLACK * (most_sum - sum) / area(corners);
+            let reach = if reach2 >= 0.0 { reach2.sqrt() } else { f64::INFINITY };
+            let found = self.nearest(component, corners.iter().sum::<DVec3>() / 3.0, guess, reach);
+            let Some((face, distance2)) = found else { return (f64::INFINITY, component) };
+            let other = self.output_component(face);
+            let looks_same = may_look_same && own.groups == self.all[other].groups;
+            let least = if looks_same { 0.0 } else { least_of_others };
+            sum += area(corners) * distance2.max(least);
             nearest.push(other);
-            // Most components are so far from others that the first point gives a loss above `most`.
-            let loss = own.area * sum / areas;
-            if areas > 0.0 && loss / own.n_vertices.max(1) as f64 >= most {
-                return (loss, component);
+            guess = Some(face);
+            if areas > 0.0 && own.area * sum / areas / own.n_vertices.max(1) as f64 >= most {
+                return (f64::INFINITY, component);
             }
         }
         // The most frequent nearest component replaces this one.
@@ -361,9 +376,13 @@ impl<'a> Components<'a> {
 
     fn is_within(&self, component: usize, within: f64) -> bool {
         // On flat faces the corners are farthest.
-        let is_near = |point: DVec3| self.nearest(component, point).is_some_and(|(d2, _)| d2 <= within * within);
-        within.is_infinite()
-            || self.placed.faces(component).iter().filter_map(|&face| self.placed.corners(face)).flatten().all(is_near)
+        let corners = || self.placed.faces(component).iter().filter_map(|&face| self.placed.corners(face)).flatten();
+        let mut near = None;
+        let mut is_near = |point: DVec3| {
+            near = self.nearest(component, point, near, within).map(|(face, _)| face);
+            near.is_some()
+        };
+        within.is_infinite() || corners().all(&mut is_near)
     }
 
     fn choose(mut self, cost: &VertexCost, within: f64) -> Vec<bool> {
