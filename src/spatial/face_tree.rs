@@ -212,7 +212,6 @@ impl<'a> FaceTree<'a> {
         let p = p * self.scale;
         let none = BestFace::with_limit(f64::INFINITY, p);
         let mut best = none;
-        let guess = guess.filter(|&face| (face as usize) < self.faces.len());
         if enough >= 0.0 && self.needles.is_none() {
             // First search only within `enough`.
             best.limit = limit(enough, p);
@@ -229,7 +228,7 @@ impl<'a> FaceTree<'a> {
 
     #[inline(always)]
     fn search(&self, (p, enough): FaceQuery, guess: Option<u32>, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
-        match (&self.needles, guess) {
+        match (&self.needles, guess.filter(|&face| (face as usize) < self.faces.len())) {
             (Some(needles), guess) => {
                 guess.into_iter().filter(|&face| accept(face)).for_each(|face| self.test_face(face, p, best));
                 self.visit_needles(needles, (p, enough), accept, best);
@@ -469,8 +468,11 @@ mod tests {
             let expected = oracle.nearest(query.into()).map(|hit| (hit.triangle, hit.distance2));
             assert_eq!(tree.nearest(query.into()), expected, "{query:?}");
             let guesses = [0, faces.len() as u32 / 2, u32::MAX];
+            let is_odd = |face: u32| face % 2 == 1;
+            let odd = oracle.nearest_of(query.into(), is_odd).map(|hit| (hit.triangle, hit.distance2));
             for guess in guesses {
                 assert_eq!(tree.nearest_from(query.into(), Some(guess)), expected, "{query:?}");
+                assert_eq!(tree.nearest_of(query.into(), Some(guess), f64::INFINITY, is_odd), odd, "{query:?}");
             }
         }
     }
