@@ -334,7 +334,7 @@ impl<'a> Components<'a> {
         // A component that looks different is no replacement: its distance is at least half the diagonal.
         let may_look_same = !self.is_painted && own.groups.len() == 1;
         let least_of_others = 0.25 * own.size2;
-        if !may_look_same && least_of_others * areas >= SLACK * most_sum {
+        if !may_look_same && areas > 0.0 && least_of_others * areas >= SLACK * most_sum {
             return (f64::INFINITY, component);
         }
         let (mut sum, mut nearest, mut guess) = (0.0, Vec::new(), None);
@@ -378,11 +378,11 @@ impl<'a> Components<'a> {
         // On flat faces the corners are farthest.
         let corners = || self.placed.faces(component).iter().filter_map(|&face| self.placed.corners(face)).flatten();
         let mut near = None;
-        let mut is_near = |point: DVec3| {
+        let is_near = |point: DVec3| {
             near = self.nearest(component, point, near, within).map(|(face, _)| face);
             near.is_some()
         };
-        within.is_infinite() || corners().all(&mut is_near)
+        within.is_infinite() || corners().all(is_near)
     }
 
     fn choose(mut self, cost: &VertexCost, within: f64) -> Vec<bool> {
