@@ -1,16 +1,15 @@
 //! Nested components: faces that pass through another component are moved back.
 
-use std::sync::OnceLock;
-
 use glam::Vec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use crate::geometry::crossing::triangles_cross;
 use crate::geometry::triangle::unit_normal;
-use crate::simplify::closed::dropping::{output_components, vertex_components};
+use crate::simplify::closed::dropping::output_components;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
-use crate::spatial::{Hit, NearestOnTriangles};
+use crate::spatial::{Bounds, NearestOnTriangles, boxes_near, sets_of_several_kinds};
 
 /// Least cosine between another component's normal and the direction to a point whose side is clear.
 const LEAST_SIDE_COSINE: f32 = 0.5;
@@ -19,14 +18,23 @@ const LEAST_SIDE_COSINE: f32 = 0.5;
 const LEAST_NESTING_COSINE: f32 = 0.8;
 /// Distance at unit size up to which two components count as touching.
 const TOUCHING: f32 = 1e-5;
+/// Longest step of a point, in longest edges of its face.
 const LONGEST_STEP: f32 = 0.1;
+/// Largest distance from a point to its original component and to the other component, in longest edges of its face.
+// Only a lost detail is farther away.
+const NEAR: f32 = 0.25;
+/// Largest distance between two components of the original, in longest edges of a face.
+// Half of the height, which is at least `LEAST_SIDE_COSINE` of the distance, is part of the step.
+const LARGEST_GAP: f32 = 2.0 * LONGEST_STEP / LEAST_SIDE_COSINE;
+/// Distance from a moved face within which crossings are searched again, in its longest edges.
+// A move is judged by the faces around it, so that moves nearby may now be possible.
+const AROUND_MOVES: f32 = 2.0;
 const ROUNDS: usize = 20;
 /// Largest number of face pairs tested: a base number, plus a number per face.
 // Thousands of needles that share a corner would be tested in all pairs.
 const MOST_TESTS: [usize; 2] = [100_000, 200];
 /// Tests charged for a crossing face: five searches from seven points.
 const TESTS_PER_CROSSING: usize = 35;
-const CHUNK: usize = 256;
 const POINTS: [[f32; 3]; 7] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],
@@ -40,8 +48,8 @@ const POINTS: [[f32; 3]; 7] = [
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Crossing {
     face: u32,
+    /// The other component.
     component: u32,
-    other: u32,
 }
 
 type Moves = [(u32, Vec3); 3];
@@ -49,158 +57,183 @@ type Moves = [(u32, Vec3); 3];
 /// Moves crossing faces of nested components back; `piece_of` returns the scene piece of an original face.
 pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
     // The fit moves each surface by itself: where two surfaces are closer than its error, their faces cross.
-    let (component_of, n_components) = output_components(output);
+    let (of_vertex, n_components) = output_components(output);
     if n_components < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
         return;
     }
     let pulse = original.surface.pulse.counting_if(false);
-    // Components are compared only within one piece of the scene.
-    let middles = middles(output, &component_of, n_components);
-    let mut piece = vec![0; n_components];
-    for (face, f) in original.surface.faces.iter().zip(0..) {
-        piece[component_of[output.vertex_of[face[0] as usize] as usize] as usize] = piece_of(f);
+    let middles = middles(output, &of_vertex, n_components);
+    let mut components = OutputComponents { of_vertex, pieces: vec![0; n_components], middles };
+    for f in 0..original.surface.faces.len() as u32 {
+        let component = components.of_original_face(original, output, f);
+        components.pieces[component as usize] = piece_of(f);
     }
     let mut n_tests_left = MOST_TESTS[0] + MOST_TESTS[1] * output.faces().len();
     let mut faces: Vec<u32> = (0..output.faces().len() as u32).collect();
-    let mut before = None;
     for _ in 0..ROUNDS {
-        let tree = output.tree();
-        let crossings = find_crossings(output, &tree, (&component_of, &piece), &faces, &mut n_tests_left);
+        let crossings = find_crossings(output, &components, &faces, &mut n_tests_left);
         if crossings.is_empty() {
             break;
         }
-        // The trees over the original are built only once something crosses.
-        let before = before.get_or_insert_with(|| OriginalComponents::new(original, output));
-        let of_faces = output.faces().iter().map(|face| component_of[face[0] as usize]);
-        let now = ComponentTrees::new(of_faces, n_components);
-        let nested = NestedComponents { before, output, now: &now, component_of: &component_of, middles: &middles };
-        // All moves of a round are found for the same positions, so each is made only if it still reduces the
-        // crossings.
-        let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest_move(crossing));
-        let n_moved = moves.iter().flatten().filter(|moves| try_moves(output, &tree, moves, &mut n_tests_left)).count();
-        if n_moved == 0 {
+        let nested = NestedComponents::new(original, output, &components, &crossings);
+        let moves = pulse.map(&crossings, |crossing| nested.deepest_move(crossing)).into_iter().flatten().collect();
+        let moved = make_moves(output, moves, &mut n_tests_left);
+        if moved.is_empty() {
             break;
         }
         // In the next round only the neighbourhood of moved faces can differ.
-        let corners = crossings.iter().flat_map(|crossing| output.face(crossing.face));
-        faces = output.faces_around().faces_of_all(corners);
+        faces = faces_near(output, output.faces_around().faces_of_all(moved), AROUND_MOVES);
     }
 }
 
+struct OutputComponents {
+    of_vertex: Vec<u32>,
+    /// Scene piece of each component; components are compared only within a piece.
+    pieces: Vec<usize>,
+    middles: Vec<Vec3>,
+}
+
+impl OutputComponents {
+    fn of_face(&self, output: &Output, f: u32) -> u32 {
+        self.of_vertex[output.face(f)[0] as usize]
+    }
+
+    fn of_original_face(&self, original: &Original, output: &Output, f: u32) -> u32 {
+        self.of_vertex[output.vertex_of[original.surface.faces[f as usize][0] as usize] as usize]
+    }
+}
+
+fn longest_edge([a, b, c]: [Vec3; 3]) -> f32 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
+}
+
+/// Returns a face's bounding box, expanded by a distance.
+fn box_around(output: &Output, f: u32, distance: f32) -> Bounds {
+    let Bounds { low, high } = Bounds::from_points(&output.coordinates(f));
+    Bounds { low: low.map(|x| x - distance), high: high.map(|x| x + distance) }
+}
+
+/// Returns the boxes of faces, each expanded by `reach` times its longest edge.
+fn boxes_around(output: &Output, faces: impl IntoIterator<Item = u32>, reach: f32) -> Vec<Bounds> {
+    faces.into_iter().map(|f| box_around(output, f, reach * longest_edge(output.triangle(f)))).collect()
+}
+
+/// Returns the faces whose boxes overlap one of [`boxes_around`].
+fn faces_near(output: &Output, faces: impl IntoIterator<Item = u32>, reach: f32) -> Vec<u32> {
+    boxes_near(boxes_around(output, faces, reach), output.faces().len(), |f| box_around(output, f, 0.0))
+}
+
+/// Finds the faces among `faces` that cross other components at small angles.
 fn find_crossings(
     output: &Output,
-    tree: &NearestOnTriangles,
-    (component_of, piece): (&[u32], &[usize]),
+    components: &OutputComponents,
     faces: &[u32],
     n_tests_left: &mut usize,
 ) -> Vec<Crossing> {
-    let component = |f: u32| component_of[output.face(f)[0] as usize];
+    let boxes: Vec<_> = faces.iter().map(|&f| (box_around(output, f, 0.0), components.of_face(output, f))).collect();
+    let mut sets = sets_of_several_kinds(&boxes);
+    // The budget is charged in order, before the parallel tests, so that it is deterministic.
+    sets.retain(|set| {
+        let n_tests = set.len() * set.len() / 2;
+        let is_affordable = n_tests <= *n_tests_left;
+        *n_tests_left -= if is_affordable { n_tests } else { 0 };
+        is_affordable
+    });
     let normal = |f: u32| unit_normal(output.triangle(f));
-    let crossed = |&face: &u32| {
-        let (mut crossed, mut n) = (Vec::new(), 0);
-        let (own, along, here) = (component(face), normal(face), output.coordinates(face));
-        tree.visit_touching(&here, |other| {
-            n += 1;
-            // Crossings of steep angles are intended, as are those of other scene pieces.
-            let is_beside = component(other) != own && piece[component(other) as usize] == piece[own as usize];
-            let may_cross = is_beside && along.dot(normal(other)).abs() > LEAST_NESTING_COSINE;
-            if may_cross && triangles_cross(here, output.coordinates(other)) {
-                crossed.push(Crossing { face, component: component(other), other });
-            }
-        });
-        crossed.sort_unstable();
-        // One crossing per component suffices: the search for the closest point finds the rest.
-        crossed.dedup_by_key(|crossing| crossing.component);
-        (crossed, n)
+    let crosses = |[i, j]: [u32; 2]| {
+        let [(box_i, of_i), (box_j, of_j)] = [i, j].map(|i| &boxes[i as usize]);
+        let [f, g] = [i, j].map(|i| faces[i as usize]);
+        // Crossings of steep angles are intended, as are those of other scene pieces.
+        of_i != of_j
+            && components.pieces[*of_i as usize] == components.pieces[*of_j as usize]
+            && box_i.overlaps(box_j)
+            && normal(f).dot(normal(g)).abs() > LEAST_NESTING_COSINE
+            && triangles_cross(output.coordinates(f), output.coordinates(g))
     };
-    let mut all = Vec::new();
-    for faces in faces.chunks(CHUNK) {
-        if *n_tests_left == 0 {
-            break;
-        }
-        for (crossed, n) in faces.par_iter().map(crossed).collect::<Vec<_>>() {
-            // The budget is charged in order, after the parallel tests, so that it is deterministic.
-            *n_tests_left = n_tests_left.saturating_sub(n + TESTS_PER_CROSSING * crossed.len());
-            all.extend(crossed);
-        }
+    let crossing = |[i, j]: [u32; 2]| Crossing { face: faces[i as usize], component: boxes[j as usize].1 };
+    let find = |set: &Vec<u32>| -> Vec<Crossing> {
+        let pairs = (0..set.len()).flat_map(|i| set[..i].iter().map(move |&j| [set[i], j]));
+        pairs.filter(|&pair| crosses(pair)).flat_map(|[i, j]| [crossing([i, j]), crossing([j, i])]).collect()
+    };
+    // One crossing per component suffices: the search for the closest point finds the rest.
+    let mut crossings: Vec<Crossing> = sets.par_iter().flat_map_iter(find).collect();
+    crossings.sort_unstable();
+    crossings.dedup();
+    *n_tests_left = n_tests_left.saturating_sub(TESTS_PER_CROSSING * crossings.len());
+    crossings
+}
+
+/// Some faces, prepared for closest-point queries.
+struct FaceSubset {
+    faces: Vec<u32>,
+    triangles: Vec<[[f32; 3]; 3]>,
+    tree: NearestOnTriangles,
+}
+
+impl FaceSubset {
+    fn new(faces: Vec<u32>, triangle: impl Fn(u32) -> [[f32; 3]; 3]) -> Self {
+        let triangles: Vec<_> = faces.iter().map(|&f| triangle(f)).collect();
+        Self { faces, tree: NearestOnTriangles::new(&triangles), triangles }
     }
-    all
 }
 
-// Points are found by trees over all faces: with long faces a walk can end far from the closest point.
-struct OriginalComponents<'a> {
-    original: &'a Original<'a>,
-    trees: ComponentTrees,
-    component_before: Vec<u32>,
-}
+// Each component has its own tree: one tree over all would visit every component where they overlap.
+type ComponentTrees = FxHashMap<u32, FaceSubset>;
 
-struct OriginalPoint {
+struct ComponentPoint {
+    face: u32,
+    weights: [f32; 3],
     point: Vec3,
     normal: Vec3,
     distance: f32,
 }
 
-impl<'a> OriginalComponents<'a> {
-    fn new(original: &'a Original, output: &Output) -> Self {
-        let surface = &original.surface;
-        let (of_vertex, n) = vertex_components(surface.positions.len(), &surface.faces);
-        let component = |v: u32| of_vertex.get(v as usize).copied().unwrap_or_default();
-        let all = vec![true; output.positions.len()];
-        let nearest_in_regions = original.nearest_in_regions(&output.positions, &output.vertex_of, &all);
-        Self {
-            original,
-            trees: ComponentTrees::new(surface.faces.iter().map(|face| component(face[0])), n),
-            component_before: nearest_in_regions.into_iter().map(component).collect(),
-        }
-    }
-
-    fn nearest(&self, point: Vec3, vertex: u32) -> Option<OriginalPoint> {
-        let surface = &self.original.surface;
-        let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize]);
-        let triangle = |f: u32| corners(f).map(|corner| corner.to_array());
-        let hit = self.trees.nearest(self.component_before[vertex as usize], point, f64::INFINITY, &triangle)?;
-        let normal = unit_normal(corners(hit.triangle));
-        Some(OriginalPoint { point: hit.point.as_vec3(), normal, distance: hit.distance2.sqrt() as f32 })
-    }
+fn component_trees(
+    faces: Vec<u32>,
+    component: impl Fn(u32) -> u32,
+    triangle: impl Fn(u32) -> [[f32; 3]; 3] + Sync,
+) -> ComponentTrees {
+    let mut by_component: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    faces.into_iter().for_each(|f| by_component.entry(component(f)).or_default().push(f));
+    by_component.into_par_iter().map(|(component, faces)| (component, FaceSubset::new(faces, &triangle))).collect()
 }
 
-// Each component has its own tree: one tree over all would visit every component where they overlap.
-struct ComponentTrees {
-    faces: Vec<Vec<u32>>,
-    trees: Vec<OnceLock<NearestOnTriangles>>,
-}
-
-impl ComponentTrees {
-    fn new(of_faces: impl Iterator<Item = u32>, n: usize) -> Self {
-        let mut faces = vec![Vec::new(); n];
-        (0..).zip(of_faces).for_each(|(f, component)| faces[component as usize].push(f));
-        Self { faces, trees: (0..n).map(|_| OnceLock::new()).collect() }
-    }
-
-    fn nearest(
-        &self,
-        component: u32,
-        point: Vec3,
-        within: f64,
-        triangle: &dyn Fn(u32) -> [[f32; 3]; 3],
-    ) -> Option<Hit> {
-        let faces = &self.faces[component as usize];
-        let tree = self.trees[component as usize]
-            .get_or_init(|| NearestOnTriangles::new(&faces.iter().map(|&f| triangle(f)).collect::<Vec<_>>()));
-        let hit = tree.nearest_within(point.as_dvec3(), within, |_| true)?;
-        Some(Hit { triangle: faces[hit.triangle as usize], ..hit })
-    }
+fn nearest(trees: &ComponentTrees, component: u32, point: Vec3, reach: f32) -> Option<ComponentPoint> {
+    let FaceSubset { faces, triangles, tree } = trees.get(&component)?;
+    let hit = tree.nearest_within(point.as_dvec3(), f64::from(reach), |_| true)?;
+    Some(ComponentPoint {
+        face: faces[hit.triangle as usize],
+        weights: hit.weights.map(|weight| weight as f32),
+        point: hit.point.as_vec3(),
+        normal: unit_normal(triangles[hit.triangle as usize].map(Vec3::from)),
+        distance: hit.distance2.sqrt() as f32,
+    })
 }
 
 struct NestedComponents<'a> {
-    before: &'a OriginalComponents<'a>,
     output: &'a Output,
-    now: &'a ComponentTrees,
-    component_of: &'a [u32],
-    middles: &'a [Vec3],
+    components: &'a OutputComponents,
+    /// Faces of the original, by the output's components.
+    before: ComponentTrees,
+    now: ComponentTrees,
 }
 
-impl NestedComponents<'_> {
+impl<'a> NestedComponents<'a> {
+    fn new(original: &Original, output: &'a Output, components: &'a OutputComponents, crossings: &[Crossing]) -> Self {
+        let surface = &original.surface;
+        let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize].to_array());
+        let crossing_faces = || crossings.iter().map(|crossing| crossing.face);
+        let seeds = boxes_around(output, crossing_faces(), NEAR + LARGEST_GAP);
+        let before = boxes_near(seeds, surface.faces.len(), |f| Bounds::from_points(&corners(f)));
+        let now = faces_near(output, crossing_faces(), NEAR);
+        Self {
+            output,
+            components,
+            before: component_trees(before, |f| components.of_original_face(original, output, f), corners),
+            now: component_trees(now, |f| components.of_face(output, f), |f| output.coordinates(f)),
+        }
+    }
+
     /// Finds the corner moves that bring back a face's point deepest on the wrong side of another component.
     fn deepest_move(&self, crossing: &Crossing) -> Option<Moves> {
         let moves = POINTS.iter().filter_map(|&weights| self.moves(crossing, weights));
@@ -209,56 +242,53 @@ impl NestedComponents<'_> {
 
     /// Returns a point's depth on the wrong side of the other component, and the corner moves that bring it back.
     fn moves(&self, crossing: &Crossing, weights: [f32; 3]) -> Option<(f32, Moves)> {
-        let output = self.output;
-        let here = output.triangle(crossing.face);
+        let here = self.output.triangle(crossing.face);
         let place = here[0] * weights[0] + here[1] * weights[1] + here[2] * weights[2];
-        let reach = here[0].distance(here[1]).max(here[1].distance(here[2])).max(here[2].distance(here[0]));
+        let reach = longest_edge(here);
+        let longest_step = LONGEST_STEP * reach;
         // Side and gap are measured along the other component's normal at the closest point.
-        let hit = self.now.nearest(crossing.component, place, f64::from(reach), &|f| output.coordinates(f))?;
-        let foot = hit.point.as_vec3();
-        let normal = unit_normal(output.triangle(hit.triangle));
-        let height = (place - foot).dot(normal);
+        let hit = nearest(&self.now, crossing.component, place, NEAR * reach)?;
+        let height = (place - hit.point).dot(hit.normal);
+        // The step is no shorter than the height; the original need not be searched.
+        if height.abs() > longest_step {
+            return None;
+        }
         // The correct side comes from the original, the present side from the output.
-        let (side, gap) = self.side(crossing, place)?;
+        let before = nearest(&self.before, self.component(crossing.face), place, NEAR * reach)?;
+        let (side, gap) = self.side(crossing, &before, LARGEST_GAP * reach)?;
         // The side is right if it is that of the original.
         if height * side > 0.0 {
             return None;
         }
         // Half the original gap is the target: a full one would move faces that are fine.
-        let step = normal * (side * 0.5 * gap.min(reach) - height);
+        let step = hit.normal * (side * 0.5 * gap - height);
         // A step longer than both distances to the original together would spoil what is right.
-        let both_off =
-            || Some(self.distance_to_original(place, crossing.face)? + self.distance_to_original(foot, hit.triangle)?);
-        if step.length() > LONGEST_STEP * reach || step.length() > both_off()? {
+        let other_before = nearest(&self.before, self.component(hit.face), hit.point, longest_step);
+        let both_off = before.distance + other_before.map_or(longest_step, |point| point.distance);
+        if step.length() > longest_step.min(both_off) {
             return None;
         }
         // The face moves whose step leads toward the middle of its component: the inner one, so that the visible one
         // stays.
-        let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.component(f) as usize] - place) > 0.0;
+        let shrinks = |f: u32, step: Vec3| step.dot(self.components.middles[self.component(f) as usize] - place) > 0.0;
         let moves = if shrinks(crossing.face, step) {
             self.corner_moves(crossing.face, weights, step)
-        } else if shrinks(hit.triangle, -step) {
-            self.corner_moves(hit.triangle, hit.weights.map(|w| w as f32), -step)
+        } else if shrinks(hit.face, -step) {
+            self.corner_moves(hit.face, hit.weights, -step)
         } else {
             None
         };
         moves.map(|moves| (height.abs(), moves))
     }
 
-    fn distance_to_original(&self, point: Vec3, face: u32) -> Option<f32> {
-        self.before.nearest(point, self.output.face(face)[0]).map(|nearest| nearest.distance)
-    }
-
     fn component(&self, f: u32) -> u32 {
-        self.component_of[self.output.face(f)[0] as usize]
+        self.components.of_face(self.output, f)
     }
 
     /// Returns the other component's side, 1 or -1, on which the original has a point, and their distance; `None` if
-    /// unclear.
-    fn side(&self, crossing: &Crossing, place: Vec3) -> Option<(f32, f32)> {
-        // From the point to its own component of the original, and from there to the other component.
-        let here = self.before.nearest(place, self.output.face(crossing.face)[0])?;
-        let there = self.before.nearest(here.point, self.output.face(crossing.other)[0])?;
+    /// unclear or farther than `reach`.
+    fn side(&self, crossing: &Crossing, here: &ComponentPoint, reach: f32) -> Option<(f32, f32)> {
+        let there = nearest(&self.before, crossing.component, here.point, reach)?;
         let height = (here.point - there.point).dot(there.normal);
         // Only nearly parallel surfaces are nested; others intersect on purpose.
         let are_parallel = here.normal.dot(there.normal).abs() > LEAST_NESTING_COSINE;
@@ -276,31 +306,54 @@ impl NestedComponents<'_> {
     }
 }
 
-fn try_moves(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_tests_left: &mut usize) -> bool {
+/// Makes the moves that reduce the crossings; returns the moved vertices.
+// All moves of a round are found for the same positions, so each is made only if it still reduces the crossings.
+fn make_moves(output: &mut Output, moves: Vec<Moves>, n_tests_left: &mut usize) -> Vec<u32> {
+    let mut lengths: FxHashMap<u32, f32> = FxHashMap::default();
+    moves.iter().flatten().for_each(|(v, step)| *lengths.entry(*v).or_default() += step.length());
+    let length = |v: u32| lengths.get(&v).copied().unwrap_or(0.0);
+    let reach = |f: u32| output.face(f).map(length).into_iter().fold(0.0, f32::max);
+    let movable = output.faces_around().faces_of_all(lengths.keys().copied());
+    let seeds = movable.into_iter().map(|f| box_around(output, f, reach(f))).collect();
+    let faces = boxes_near(seeds, output.faces().len(), |f| box_around(output, f, 0.0));
+    let near = FaceSubset::new(faces, |f| output.coordinates(f));
+    moves.iter().filter(|moves| try_moves(output, &near, moves, n_tests_left)).flatten().map(|(v, _)| *v).collect()
+}
+
+fn try_moves(output: &mut Output, near: &FaceSubset, moves: &Moves, n_tests_left: &mut usize) -> bool {
     let moved = moves.iter().filter(|(_, step)| *step != Vec3::ZERO).map(|(v, _)| *v);
     let faces = output.faces_around().faces_of_all(moved);
-    let before = n_crossed(output, tree, &faces, n_tests_left);
-    let places = moves.map(|(v, _)| output.positions[v as usize]);
-    // The moves are made, tested, and taken back if they turn a face or do not reduce the crossings.
-    moves.iter().for_each(|(v, step)| output.positions[*v as usize] += *step);
-    let turns = |f: &u32| unit_normal(output.triangle(*f)).dot(output.intended_normal(*f)) <= 0.0;
-    let reduces_crossings =
-        before > 0 && !faces.iter().any(turns) && n_crossed(output, tree, &faces, n_tests_left) < before;
-    let is_made = reduces_crossings && *n_tests_left > 0;
+    let before = moves.map(|(v, _)| output.positions[v as usize]);
+    let after = moves.map(|(v, step)| output.positions[v as usize] + step);
+    let place = |output: &mut Output, corners: [Vec3; 3]| {
+        moves.iter().zip(corners).for_each(|((v, _), corner)| output.positions[*v as usize] = corner);
+    };
+    // Turned faces are found first: to count crossings takes longer.
+    place(output, after);
+    let turns = faces.iter().any(|&f| unit_normal(output.triangle(f)).dot(output.intended_normal(f)) <= 0.0);
+    place(output, before);
+    if turns {
+        return false;
+    }
+    let most = count_crossings(output, near, &faces, usize::MAX, n_tests_left);
+    place(output, after);
+    let is_made = most > 0 && count_crossings(output, near, &faces, most, n_tests_left) < most && *n_tests_left > 0;
     if !is_made {
-        moves.iter().zip(places).for_each(|((v, _), place)| output.positions[*v as usize] = place);
+        place(output, before);
     }
     is_made
 }
 
-fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_tests_left: &mut usize) -> usize {
+/// Counts crossings of faces until `most` are found.
+fn count_crossings(output: &Output, near: &FaceSubset, faces: &[u32], most: usize, n_tests_left: &mut usize) -> usize {
     let mut n = 0;
     for &f in faces {
-        if *n_tests_left == 0 {
+        if *n_tests_left == 0 || n >= most {
             break;
         }
         let here = output.coordinates(f);
-        tree.visit_touching(&here, |other| {
+        near.tree.visit_touching(&here, |i| {
+            let other = near.faces[i as usize];
             *n_tests_left = n_tests_left.saturating_sub(1);
             n += usize::from(other != f && triangles_cross(here, output.coordinates(other)));
         });
@@ -349,6 +402,9 @@ mod tests {
             let place = |(v, p): (usize, &Vec3)| scale * if v < n { *p } else { turn * *p };
             let places: Vec<Vec3> = coarse.iter().enumerate().map(place).collect();
             let mut output = Output::from_original(&original.surface.positions, places.clone(), faces);
+            // Only the component counts; the nearest vertex may be of the other one.
+            let n_original = output.vertex_of.len();
+            output.vertex_of = (0..n_original).map(|v| if v < n_original / 2 { 0 } else { n as u32 }).collect();
             let outside = |output: &Output| {
                 let tree = output.tree();
                 let is_out = |v: &usize| {
