@@ -15,11 +15,11 @@ const MOST_SHARED: f64 = 0.5;
 const MOST_COPIES: f64 = 100.0;
 const CHUNK: usize = 8192;
 
-/// Returns small sets of indices, ascending; boxes that overlap one of another kind share a set with it.
+/// Splits `set` into small sets of indices, ascending; boxes that overlap one of another kind share a set with it.
 // Halving space is faster than a tree if few kinds are near each other: cells of one kind are dropped early.
-pub(crate) fn sets_of_several_kinds(boxes: &[(Bounds, u32)]) -> Vec<Vec<u32>> {
+pub(crate) fn sets_of_several_kinds(boxes: &[(Bounds, u32)], set: Vec<u32>) -> Vec<Vec<u32>> {
     let everywhere = Bounds { low: [f32::NEG_INFINITY; 3], high: [f32::INFINITY; 3] };
-    halve(boxes, (0..boxes.len() as u32).collect(), everywhere, MOST_COPIES)
+    halve(boxes, set, everywhere, MOST_COPIES)
 }
 
 fn halve(boxes: &[(Bounds, u32)], set: Vec<u32>, cell: Bounds, n_copies: f64) -> Vec<Vec<u32>> {
@@ -105,7 +105,7 @@ mod tests {
     fn overlapping_boxes_of_different_kinds_share_a_set_and_sets_are_small() {
         for sizes in [[0.01, 0.01], [0.02, 0.5], [0.0, 0.1]] {
             let boxes = random_boxes(2000, sizes);
-            let sets = sets_of_several_kinds(&boxes);
+            let sets = sets_of_several_kinds(&boxes, (0..2000).collect());
             assert!(sets.iter().all(|set| set.is_sorted()));
             let meet = |[i, j]: &[usize; 2]| boxes[*i].1 != boxes[*j].1 && boxes[*i].0.overlaps(&boxes[*j].0);
             let mut pairs = (0..boxes.len()).flat_map(|j| (0..j).map(move |i| [i, j])).filter(meet);
@@ -131,8 +131,10 @@ mod tests {
     fn boxes_that_cannot_be_separated_end_the_search() {
         let same = Bounds { low: [0.0; 3], high: [1.0; 3] };
         let boxes = |bounds: &dyn Fn(i32) -> Bounds| (0..20_000).map(|i| (bounds(i), i as u32 % 2)).collect::<Vec<_>>();
-        assert_eq!(sets_of_several_kinds(&boxes(&|_| same)).len(), 1);
-        let nested = sets_of_several_kinds(&boxes(&|i| Bounds { low: [0.0; 3], high: [0.9f32.powi(i % 300); 3] }));
+        let all = || (0..20_000).collect();
+        assert_eq!(sets_of_several_kinds(&boxes(&|_| same), all()).len(), 1);
+        let nested =
+            sets_of_several_kinds(&boxes(&|i| Bounds { low: [0.0; 3], high: [0.9f32.powi(i % 300); 3] }), all());
         assert!(!nested.is_empty() && nested.iter().map(Vec::len).sum::<usize>() < 400_000);
     }
 }

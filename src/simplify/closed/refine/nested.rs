@@ -1,5 +1,7 @@
 //! Nested components: faces that pass through another component are moved back.
 
+use std::collections::BTreeMap;
+
 use glam::Vec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -33,6 +35,8 @@ const ROUNDS: usize = 20;
 /// Largest number of face pairs tested: a base number, plus a number per face.
 // Thousands of needles that share a corner would be tested in all pairs.
 const MOST_TESTS: [usize; 2] = [100_000, 200];
+/// Pairs of boxes compared in the time of one test.
+const BOXES_PER_TEST: usize = 16;
 /// Tests charged for a crossing face: five searches from seven points.
 const TESTS_PER_CROSSING: usize = 35;
 const POINTS: [[f32; 3]; 7] = [
@@ -131,10 +135,15 @@ fn find_crossings(
     n_tests_left: &mut usize,
 ) -> Vec<Crossing> {
     let boxes: Vec<_> = faces.iter().map(|&f| (box_around(output, f, 0.0), components.of_face(output, f))).collect();
-    let mut sets = sets_of_several_kinds(&boxes);
+    // Crossings of different scene pieces are intended.
+    let mut pieces: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    for (i, (_, component)) in (0..).zip(&boxes) {
+        pieces.entry(components.pieces[*component as usize]).or_default().push(i);
+    }
+    let mut sets: Vec<Vec<u32>> = pieces.into_values().flat_map(|piece| sets_of_several_kinds(&boxes, piece)).collect();
     // The budget is charged in order, before the parallel tests, so that it is deterministic.
     sets.retain(|set| {
-        let n_tests = set.len() * set.len() / 2;
+        let n_tests = set.len() * set.len() / (2 * BOXES_PER_TEST);
         let is_affordable = n_tests <= *n_tests_left;
         *n_tests_left -= if is_affordable { n_tests } else { 0 };
         is_affordable
@@ -143,9 +152,8 @@ fn find_crossings(
     let crosses = |[i, j]: [u32; 2]| {
         let [(box_i, of_i), (box_j, of_j)] = [i, j].map(|i| &boxes[i as usize]);
         let [f, g] = [i, j].map(|i| faces[i as usize]);
-        // Crossings of steep angles are intended, as are those of other scene pieces.
+        // Crossings of steep angles are intended.
         of_i != of_j
-            && components.pieces[*of_i as usize] == components.pieces[*of_j as usize]
             && box_i.overlaps(box_j)
             && normal(f).dot(normal(g)).abs() > LEAST_NESTING_COSINE
             && triangles_cross(output.coordinates(f), output.coordinates(g))
