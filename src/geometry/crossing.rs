@@ -15,9 +15,6 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 /// assert!(!triangles_cross(flat, upright(0.0)));
 /// ```
 pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
-    if have_boxes_apart(a, b) {
-        return false;
-    }
     let sides_of_b = a.map(|p| side(b, p));
     if are_on_one_side(sides_of_b) {
         return sides_of_b == [0; 3] && overlap_in_plane(a, b);
@@ -27,15 +24,6 @@ pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
         return false;
     }
     has_passing_edge(a, sides_of_b, b) || has_passing_edge(b, sides_of_a, a)
-}
-
-fn have_boxes_apart(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
-    let range =
-        |[p, q, r]: [[f32; 3]; 3], axis: usize| [p[axis].min(q[axis]).min(r[axis]), p[axis].max(q[axis]).max(r[axis])];
-    (0..3).any(|axis| {
-        let ([low_a, high_a], [low_b, high_b]) = (range(a, axis), range(b, axis));
-        high_a < low_b || high_b < low_a
-    })
 }
 
 /// Returns whether an edge of `a` passes through the inside of `b`.
