@@ -4,9 +4,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use crate::common::{assert_closed_manifold, assert_same_topology};
+use neural_mesh::appearance::{USUAL_HEIGHT, appearance};
 use neural_mesh::io::read_path;
-use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
+use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, ScoreSource, Simplified, Target, simplify};
 
@@ -48,6 +49,42 @@ fn each_is_best_by_its_own_figure() {
     assert!(mean[0] < balanced[0] && mean[0] < max[0] && mean[0] < normals[0], "{mean:?} {balanced:?}");
     assert!(max[1] < balanced[1] && max[1] < mean[1], "{max:?} {balanced:?} {mean:?}");
     assert!(normals[2] < balanced[2] && normals[2] < mean[2], "{normals:?} {balanced:?} {mean:?}");
+}
+
+#[test]
+fn looks_are_best_where_much_is_hidden() {
+    // A nut in its shell: the nut has as many vertices, but nobody sees it.
+    let (shell, nut) = (shapes::wavy_sphere(5, 12.0), shapes::wavy_sphere(5, 12.0));
+    let n = shell.positions().len() as u32;
+    let place = |p: &[f32; 3]| p.map(|x| 0.8 * x);
+    let positions = shell.positions().iter().copied().chain(nut.positions().iter().map(place)).collect();
+    let faces = shell.faces().iter().copied().chain(nut.faces().iter().map(|face| face.map(|v| v + n))).collect();
+    let both = TriMesh::new(positions, faces).unwrap();
+    for ratio in [0.03, 0.1] {
+        let flip = |optimize| {
+            let result = simplify_to_ratio(&both, ratio, optimize, Effort::Standard).mesh;
+            assert_closed_manifold(&result);
+            appearance(&both, &result, USUAL_HEIGHT).unwrap().flip
+        };
+        let [balanced, looks] = [Optimize::Balanced, Optimize::Looks].map(flip);
+        assert!(looks < 0.9 * balanced, "{ratio}: {looks} {balanced}");
+    }
+}
+
+#[test]
+fn an_eye_stays_in_its_socket_for_its_looks() {
+    // A head with a hole over an eye: without the eye, the inside of the head would show.
+    let (head, eye) = (shapes::icosphere(5), shapes::icosphere(2));
+    let is_open = |face: &[u32; 3]| face.iter().all(|&v| head.positions()[v as usize][2] > 0.99);
+    let n = head.positions().len() as u32;
+    let place = |p: &[f32; 3]| [0.15 * p[0], 0.15 * p[1], 0.15 * p[2] + 0.84];
+    let positions = head.positions().iter().copied().chain(eye.positions().iter().map(place)).collect();
+    let closed = head.faces().iter().copied().filter(|face| !is_open(face));
+    let faces = closed.chain(eye.faces().iter().map(|face| face.map(|v| v + n))).collect();
+    let both = TriMesh::new(positions, faces).unwrap();
+    let n_components =
+        |optimize| topology(&simplify_to_ratio(&both, 0.005, optimize, Effort::Standard).mesh).components;
+    assert_eq!([Optimize::Balanced, Optimize::Looks].map(n_components), [1, 2]);
 }
 
 #[test]

@@ -196,7 +196,7 @@ pub struct SimplifyArgs {
     #[arg(long, help_heading = TEXTURES_HEADING, hide_short_help = true)]
     pub allow_outside: bool,
 
-    /// Measure to favour: mean distance, largest distance, or normals (shading)
+    /// Measure to favour: mean distance, largest distance, normals (shading), or appearance
     #[arg(long, value_enum, default_value = "balanced", help_heading = QUALITY_HEADING)]
     pub optimize: OptimizeArg,
     /// Time to spend: more time, smaller distance to the original
@@ -334,6 +334,8 @@ pub enum OptimizeArg {
     Max,
     /// Normals, which decide the shading; the mean distance grows
     Normals,
+    /// Appearance: surfaces count by how much of them is visible
+    Looks,
 }
 
 /// Time to spend.

@@ -32,7 +32,7 @@ class SimplifyMesh:
                 "ratio": ("FLOAT", {"default": 0.1, "min": 0.0001, "max": 1.0, "step": 0.01, "tooltip": "Share of the vertices to keep, if faces is 0."}),
             },
             "optional": {
-                "optimize": (["balanced", "mean", "max", "normals"], {"default": "balanced"}),
+                "optimize": (["balanced", "mean", "max", "normals", "looks"], {"default": "balanced"}),
                 "fill_holes": ("BOOLEAN", {"default": False, "tooltip": "Close holes first."}),
                 "printable": ("BOOLEAN", {"default": False, "tooltip": "Make a printable solid first."}),
                 "lock_boundaries": ("BOOLEAN", {"default": False, "tooltip": "Keep the boundary exactly."}),

@@ -54,7 +54,7 @@ class Shared(TypedDict, total=False):
     symmetric: bool | str
     ignore: Sequence[Literal["uv", "normals", "colors", "materials"]] | None
     map: bool
-    optimize: Literal["balanced", "mean", "max", "normals"] | None
+    optimize: Literal["balanced", "mean", "max", "normals", "looks"] | None
     effort: Literal["fast", "standard", "best"] | None
     scores: Literal["bending", "network", "geometry"] | None
     assembly: Literal["closed", "paper"] | None

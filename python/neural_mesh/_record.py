@@ -108,7 +108,7 @@ class RecordOptions(TypedDict, total=False):
     ratio: Number | str | None
     n_vertices: Whole | str | None
     n_faces: Whole | str | None
-    optimize: Literal["balanced", "mean", "max", "normals"] | None
+    optimize: Literal["balanced", "mean", "max", "normals", "looks"] | None
     effort: Literal["fast", "standard", "best"] | None
     scores: Literal["bending", "network", "geometry"] | None
     assembly: Literal["closed", "paper"] | None

@@ -85,7 +85,7 @@ def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
     Method:
 
     - `effort`: time against quality: "fast", "standard" or "best"
-    - `optimize`: figure to favor: "balanced", "mean", "max" or "normals"
+    - `optimize`: figure to favor: "balanced", "mean", "max", "normals" or "looks"
     - `scores`: source of vertex scores: "geometry", "network" or "bending"
     - `assembly`: "closed", or "paper", the latter with `close`
     - `weights`: file of a network

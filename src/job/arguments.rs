@@ -307,11 +307,12 @@ fn is_given(value: &Option<OptionValue>) -> bool {
 
 // True for the paper's.
 const ASSEMBLIES: [(&str, bool); 2] = [("closed", false), ("paper", true)];
-const OPTIMIZE: [(&str, Optimize); 4] = [
+const OPTIMIZE: [(&str, Optimize); 5] = [
     ("balanced", Optimize::Balanced),
     ("mean", Optimize::Mean),
     ("max", Optimize::Max),
     ("normals", Optimize::Normals),
+    ("looks", Optimize::Looks),
 ];
 const EFFORTS: [(&str, Effort); 3] = [("standard", Effort::Standard), ("fast", Effort::Fast), ("best", Effort::Best)];
 const HIDDEN: [(&str, Hidden); 3] = [("keep", Hidden::Keep), ("cheap", Hidden::Cheap), ("drop", Hidden::Drop)];

@@ -90,7 +90,7 @@ impl Job {
         reject_first(&given, |name| format!("{name}: not available with --assembly paper: leave one out"))
     }
 
-    fn not_mirrored(&self) -> [Given; 7] {
+    fn not_mirrored(&self) -> [Given; 8] {
         let options = self.closed_options();
         [
             ("--lock-boundaries", options.lock_boundaries),
@@ -98,6 +98,7 @@ impl Job {
             ("--keep", !self.keep.is_empty()),
             ("--prune", self.prune_below.is_some()),
             ("--hidden", options.hidden != Hidden::Keep),
+            ("--optimize looks", options.optimize == Optimize::Looks),
             ("--map", options.map),
             ("--for", options.purpose != Purpose::Shape),
         ]

@@ -298,6 +298,8 @@ pub enum Optimize {
     Max,
     /// Normals, and so shading, at the cost of the mean distance.
     Normals,
+    /// Appearance: surfaces count by how much of them is visible, and a component stays if a viewer would miss it.
+    Looks,
 }
 
 /// Trade-off between time and accuracy (`docs/measured/benchmark.md`).

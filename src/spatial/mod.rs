@@ -24,6 +24,6 @@ pub use farthest_points::{farthest_latent_points, farthest_points};
 pub use knn::{coherent_order, nearest_neighbours, nearest_to};
 pub use nearest_on_triangles::{Hit, NearestOnTriangles};
 pub use occluders::Occluders;
-pub use parallel_views::visible_faces;
+pub use parallel_views::{visible_areas, visible_faces};
 pub use point_curvature::point_curvature;
 pub use point_grid::PointGrid;

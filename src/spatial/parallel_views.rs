@@ -24,12 +24,38 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// assert_eq!(visible_faces(&positions, &[[0, 1, 2], [3, 4, 5]], 3), [true, true]);
 /// ```
 pub fn visible_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) -> Vec<bool> {
-    let side = (PIXELS * faces.len() as f64).sqrt().clamp(SIDE[0], SIDE[1]) as usize;
-    let (scaled, _) = to_pixels(positions, side);
-    let seen = |number: usize| ParallelView::new(side, axis(number, n_axes)).visible_faces(&scaled, faces);
-    let none = || vec![false; faces.len()];
+    let side = side_for(faces.len());
+    visible_pixels(side, &to_pixels(positions, side).0, faces, n_axes).into_iter().map(|n| n > 0).collect()
+}
+
+/// Returns the visible area of each triangle, n_faces: its mean over views along `n_axes` axes from both ends.
+///
+/// A triangle that nothing hides has a quarter of its area, the mean over all directions of what its front shows, and
+/// another from the back. Positions (n x 3) are finite.
+///
+/// ```
+/// use neural_mesh::spatial::visible_areas;
+/// let at = |z: f32| [[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]];
+/// let areas = visible_areas(&at(0.0), &[[0, 1, 2]], 50);
+/// assert!((areas[0] - 0.5 * 2.0).abs() < 0.1);
+/// ```
+pub fn visible_areas(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) -> Vec<f64> {
+    let side = side_for(faces.len());
+    let (scaled, scale) = to_pixels(positions, side);
+    let area_of_pixel = 1.0 / (scale * scale * (2 * n_axes) as f64);
+    let area = |n: u32| if n > 0 { f64::from(n) * area_of_pixel } else { 0.0 };
+    visible_pixels(side, &scaled, faces, n_axes).into_iter().map(area).collect()
+}
+
+fn side_for(n_faces: usize) -> usize {
+    (PIXELS * n_faces as f64).sqrt().clamp(SIDE[0], SIDE[1]) as usize
+}
+
+fn visible_pixels(side: usize, scaled: &[Vec3], faces: &[[u32; 3]], n_axes: usize) -> Vec<u32> {
+    let seen = |number: usize| ParallelView::new(side, axis(number, n_axes)).visible_pixels(scaled, faces);
+    let none = || vec![0; faces.len()];
     (0..n_axes).into_par_iter().map(seen).reduce(none, |mut all, one| {
-        all.iter_mut().zip(one).for_each(|(all, one)| *all |= one);
+        all.iter_mut().zip(one).for_each(|(all, one)| *all += one);
         all
     })
 }
@@ -143,17 +169,17 @@ impl ParallelView {
         Self { side, frame: [right, up, along], pixels: vec![EMPTY; side * side] }
     }
 
-    fn visible_faces(mut self, positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<bool> {
+    fn visible_pixels(mut self, positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<u32> {
         let projected = project(positions, self.side, self.frame);
         for (face, corners) in (0..).zip(faces) {
             self.draw(face, corners.map(|v| projected[v as usize]));
         }
-        let mut seen = vec![false; faces.len()];
+        let mut n = vec![0; faces.len()];
         for pixel in self.pixels.iter().filter(|pixel| pixel.first != u32::MAX) {
-            seen[pixel.first as usize] = true;
-            seen[pixel.last as usize] = true;
+            n[pixel.first as usize] += 1;
+            n[pixel.last as usize] += 1;
         }
-        seen
+        n
     }
 
     fn draw(&mut self, face: u32, corners: [Vec3; 3]) {

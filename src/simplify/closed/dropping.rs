@@ -238,7 +238,7 @@ struct Components<'a> {
     /// Factor from prices of the collapse to prices in the scene.
     unit_of_prices: f64,
     is_painted: bool,
-    is_asset: bool,
+    is_guarded: bool,
 }
 
 impl Component {
@@ -264,7 +264,6 @@ impl<'a> Components<'a> {
         let is_painted = visual
             .attributes
             .is_some_and(|attributes| attributes.channels.iter().any(|channel| is_paint(channel.role)));
-        let is_asset = visual.scene.is_some() || visual.attributes.is_some();
         let tree = FaceTree::new(&seen.positions, &seen.faces);
         // Prices are squared distances times area, so the unit is the fourth power of a length.
         let unit_of_prices = placed.original.surface.scale.to_local().determinant().abs().cbrt().powi(4);
@@ -276,7 +275,7 @@ impl<'a> Components<'a> {
             component_of_output_face: &seen.components,
             unit_of_prices,
             is_painted,
-            is_asset,
+            is_guarded: visual.is_guarded,
         }
     }
 
@@ -444,7 +443,7 @@ impl DropGuard {
     fn new(components: &Components, within: f64) -> Self {
         let mut guard =
             Self { within, exposures: None, changed: [0.0; 2], is_replacement: Vec::new(), in_groups: BTreeMap::new() };
-        if components.is_asset {
+        if components.is_guarded {
             // A component farther away than a multiple of the error would be missed.
             guard.within = within.min(MOST_DISTANCE * components.mean_error());
             guard.is_replacement = vec![false; components.all.len()];
@@ -461,7 +460,7 @@ impl DropGuard {
         if components.all[i].groups.iter().any(is_last) || !components.is_within(i, self.within) {
             return false;
         }
-        if !components.is_asset {
+        if !components.is_guarded {
             return true;
         }
         // Views are rendered last, since they take longest.
@@ -572,7 +571,7 @@ mod tests {
             &output,
             &cost,
             within,
-            &VisualProperties { attributes, scene: None, is_weighed: false },
+            &VisualProperties { attributes, scene: None, is_weighed: false, is_guarded: true },
         )
     }
 

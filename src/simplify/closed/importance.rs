@@ -17,15 +17,12 @@ const MEASURED_VERTICES: usize = 2048;
 const LEAST_BENDING: f32 = 1e-3;
 const CHUNK: usize = 1 << 14;
 
-// Factor on the importance of hidden vertices: errors fall as n^-2 with n vertices, so hidden surfaces keep a tenth of
-// their vertices.
-pub const HIDDEN_FACTOR: f32 = 1e-3;
-
-/// Multiplies a surface's quadrics by importance; `strength` scales the scores.
-pub fn weigh(surface: &mut PreparedSurface, importance: Importance, strength: f32, hidden: &[bool]) {
+/// Multiplies a surface's quadrics by importance; `strength` scales the scores, `visibility` holds a factor per mesh
+/// vertex, or none.
+pub fn weigh(surface: &mut PreparedSurface, importance: Importance, strength: f32, visibility: &[f32]) {
     let mut factors = match importance {
         // Equal factors leave the quadrics as they are.
-        Importance::Even if hidden.is_empty() => return,
+        Importance::Even if visibility.is_empty() => return,
         Importance::Even => vec![1.0; surface.n_vertices()],
         Importance::Bending => importance_with_pulse(
             surface.pulse,
@@ -39,9 +36,8 @@ pub fn weigh(surface: &mut PreparedSurface, importance: Importance, strength: f3
         Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
     };
     surface.pulse.beat(0);
-    if !hidden.is_empty() {
-        let of_hidden = factors.iter_mut().zip(surface.sources()).filter(|(_, v)| hidden[*v as usize]);
-        of_hidden.for_each(|(factor, _)| *factor *= HIDDEN_FACTOR);
+    if !visibility.is_empty() {
+        factors.iter_mut().zip(surface.sources()).for_each(|(factor, v)| *factor *= visibility[v as usize]);
     }
     surface.weigh(factors);
 }
@@ -180,9 +176,9 @@ mod tests {
         let (plain, mut heavy) = (PreparedSurface::new(&mesh, Pulse::NONE), PreparedSurface::new(&mesh, Pulse::NONE));
         weigh(&mut heavy, Importance::Given(&[2.0; 36]), 0.7, &[]);
         assert!((0..36).all(|v| heavy.weight(v) == 2.0 * plain.weight(v)));
-        let (mut half, hidden) = (PreparedSurface::new(&mesh, Pulse::NONE), [[false; 18], [true; 18]].concat());
-        weigh(&mut half, Importance::Even, 0.7, &hidden);
-        assert!((0..36).all(|v| half.importance[v] == if v < 18 { 1.0 } else { HIDDEN_FACTOR }));
+        let (mut half, visibility) = (PreparedSurface::new(&mesh, Pulse::NONE), [[1.0; 18], [0.25; 18]].concat());
+        weigh(&mut half, Importance::Even, 0.7, &visibility);
+        assert!((0..36).all(|v| half.importance[v] == visibility[v]));
         let even = importance_of_scores(&[7.0; 36], &vertex_weights(&plain));
         assert!(even.iter().all(|factor| (factor - 1.0).abs() < 1e-5));
         let spread: Vec<f32> = (0..36).map(|v| if v == 0 { 100.0 } else { 0.0 }).collect();

@@ -210,7 +210,7 @@ fn start<'a, 'p: 'a>(
     let mut original = prepare(mesh, requirements, progress.pulse);
     progress.enter("scores", n_faces)?;
     // Importance must precede the collapse, which copies the quadrics.
-    importance::weigh(&mut original.surface, request.importance, request.settings.strength, &request.hidden);
+    importance::weigh(&mut original.surface, request.importance, request.settings.strength, &request.visibility);
     progress.enter("collapse", merges_to(limit, original.surface.n_vertices(), n_faces))?;
     // Without constraints the collapse takes its fast paths.
     let constrains = !original.features.is_empty() || !original.pins.is_empty();

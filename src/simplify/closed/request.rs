@@ -2,11 +2,18 @@
 
 use crate::mesh::{Attributes, FeatureEdge, Frame, Role, UnitedMesh};
 use crate::model::Weights;
-use crate::simplify::hidden::hidden_vertices;
+use crate::simplify::hidden::{hidden_factors, visible_shares};
 use crate::simplify::input::{Half, Input, kept_edges, locked_vertices};
 use crate::simplify::options::{ClosedOptions, Hidden, Purpose, Refinements, ScoreSource};
 
 use super::stage_settings::StageSettings;
+
+/// Added to the visible share of a surface, for surfaces that no view shows.
+const LEAST_SHARE: f32 = 0.05;
+/// Power of the visible share in the importance of a vertex.
+// With 2 in place of 1.5, twelve bare and eleven textured meshes have the same FLIP error and 5 % larger distances; with 1,
+// a 1 to 3 % larger FLIP error.
+const SHARE_EXPONENT: f32 = 1.5;
 
 /// Options and weights of a run, and settings that callers outside of the crate cannot make.
 #[derive(Clone, Copy)]
@@ -40,7 +47,8 @@ impl<'a> Task<'a> {
 pub struct ClosedRequest<'a> {
     pub importance: Importance<'a>,
     pub scores: ScoreSource,
-    pub hidden: Vec<bool>,
+    /// Factor on the importance of each vertex by how much of it is visible; empty for none.
+    pub visibility: Vec<f32>,
     pub settings: StageSettings,
     pub refinements: Refinements,
     pub frame: Frame,
@@ -57,6 +65,8 @@ pub struct VisualProperties<'a> {
     pub scene: Option<&'a UnitedMesh>,
     /// True if areas are weighted by the caller or by visibility.
     pub is_weighed: bool,
+    /// True if only components that no viewer would miss may be dropped.
+    pub is_guarded: bool,
 }
 
 impl<'a> ClosedRequest<'a> {
@@ -75,7 +85,7 @@ impl<'a> ClosedRequest<'a> {
         Self {
             importance,
             scores,
-            hidden: if options.hidden == Hidden::Cheap { hidden_vertices(input) } else { Vec::new() },
+            visibility: visibility(input, options, &settings),
             settings,
             refinements: Refinements::default(),
             frame: options.frame,
@@ -96,8 +106,20 @@ impl<'a> ClosedRequest<'a> {
 
     pub fn visual_properties(&self) -> VisualProperties<'a> {
         // Scores of a formula or network are not the caller's judgement of what matters.
-        let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.hidden.is_empty();
-        VisualProperties { attributes: self.requirements.attributes, scene: self.requirements.scene, is_weighed }
+        let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.visibility.is_empty();
+        let is_guarded = self.requirements.is_asset() || self.settings.by_looks;
+        let Requirements { attributes, scene, .. } = self.requirements;
+        VisualProperties { attributes, scene, is_weighed, is_guarded }
+    }
+}
+
+fn visibility(input: &Input, options: &ClosedOptions, settings: &StageSettings) -> Vec<f32> {
+    match options.hidden {
+        Hidden::Cheap => hidden_factors(input),
+        _ if settings.by_looks => {
+            visible_shares(input).into_iter().map(|share| (share + LEAST_SHARE).powf(SHARE_EXPONENT)).collect()
+        }
+        _ => Vec::new(),
     }
 }
 

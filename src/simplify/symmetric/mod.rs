@@ -15,7 +15,7 @@ use super::closed::{ClosedResult, Levels, Task};
 use super::components::count_components;
 use super::input::{Half, Input};
 use super::limits::resolve_levels;
-use super::options::{ClosedOptions, Hidden, Purpose, Report, Simplified, SimplifyError, Symmetry, Target};
+use super::options::{ClosedOptions, Hidden, Optimize, Purpose, Report, Simplified, SimplifyError, Symmetry, Target};
 use super::progress::Progress;
 use super::sub_mesh::SubMesh;
 use doubled_attributes::GroupPairs;
@@ -77,6 +77,8 @@ fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
         ("vertices that are locked", !input.locked.is_empty()),
         ("pruning", options.prune_below > 0.0),
         ("hidden components dropped or cheap", options.hidden != Hidden::Keep),
+        // A half shows its inside through the cut.
+        ("optimization of looks", options.optimize == Optimize::Looks),
         ("a map", options.map),
         ("a purpose other than shape", options.purpose != Purpose::Shape),
         ("a record", task.differentiable),

@@ -85,7 +85,7 @@ export interface SimplifyOptions {
   /** Format of the result if no file name gives it; `formats().write` lists all. */
   format?: string;
   /** Figure to favor. */
-  optimize?: 'balanced' | 'mean' | 'max' | 'normals';
+  optimize?: 'balanced' | 'mean' | 'max' | 'normals' | 'looks';
   /** Time against quality. */
   effort?: 'fast' | 'standard' | 'best';
   /** Keeps boundaries unchanged. */
