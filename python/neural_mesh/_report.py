@@ -46,6 +46,7 @@ class Output(Size, _Written):
     split_vertices: int
     flipped_edges: int
     separated_vertices: int
+    shortened_spikes: int
 
 
 class Distance(TypedDict):

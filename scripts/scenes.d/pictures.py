@@ -64,15 +64,37 @@ def draw_scene(path, centre, diagonal):
     asset = gltf.Asset(path)
     placed = asset.place_scene()
     placed.corners = (placed.corners - centre) / diagonal
+    return draw_triangles(placed, asset.read_base_image, VIEW, 1.0)
+
+
+def add_lights(renderer):
+    """Adds a headlight and two lights of the scene: a key from the upper left, a fill from the right."""
+    for place, strength, is_at_eye in [((0, 0, 1), 0.5, True), ((-1, 1.2, 1), 0.6, False), ((1.5, 0.2, 0.4), 0.3, False)]:
+        light = vtk.vtkLight()
+        light.SetLightTypeToHeadlight() if is_at_eye else light.SetLightTypeToCameraLight()
+        light.SetPosition(*place)
+        light.SetIntensity(strength)
+        renderer.AddLight(light)
+
+
+def draw_triangles(placed, read_image, view, distance, lights=None):
+    """Returns the picture of triangles about the origin, of diagonal 1, and which of its pixels show them.
+
+    `read_image` returns the base colour texture of a material; at `distance` 2 all is half as large; `lights` adds
+    lights to the renderer, which otherwise has a headlight.
+    """
     renderer, window, grab = vtk.vtkRenderer(), vtk.vtkRenderWindow(), vtk.vtkWindowToImageFilter()
     renderer.SetBackground(BACKGROUND, BACKGROUND, BACKGROUND)
     for material in np.unique(placed.materials):
-        renderer.AddActor(to_actor(placed, placed.materials == material, asset.read_base_image(material)))
+        renderer.AddActor(to_actor(placed, placed.materials == material, read_image(material)))
+    if lights:
+        lights(renderer)
     camera = renderer.GetActiveCamera()
-    camera.SetPosition(*(2.0 * VIEW / np.linalg.norm(VIEW)))
+    camera.SetPosition(*(2.0 * view / np.linalg.norm(view)))
     camera.SetFocalPoint(0, 0, 0)
     camera.SetViewUp(0, 1, 0)
-    renderer.ResetCamera(-0.29, 0.29, -0.29, 0.29, -0.29, 0.29)
+    half = 0.29 * distance
+    renderer.ResetCamera(-half, half, -half, half, -half, half)
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(8)
     window.SetSize(SIZE, SIZE)

@@ -202,6 +202,8 @@ pub struct OutputFigures {
     pub flipped_edges: usize,
     /// Vertices moved apart because their written positions would be equal.
     pub separated_vertices: usize,
+    /// Spikes, vertices much farther from the original than their neighbours, that were moved back toward it.
+    pub shortened_spikes: usize,
 }
 
 /// Result of `--ratio NAME=SHARE` for one name.
@@ -388,6 +390,7 @@ impl OutputFigures {
             split_vertices: done.split_vertices,
             flipped_edges: done.flipped_edges,
             separated_vertices: done.separated_vertices,
+            shortened_spikes: done.shortened_spikes,
         }
     }
 }

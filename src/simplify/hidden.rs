@@ -11,7 +11,7 @@ use super::input::Input;
 
 const AXES: usize = 8;
 const AXES_OF_COMPONENTS: usize = 3;
-const AXES_OF_SHARES: usize = 16;
+const AXES_OF_SHARES: usize = 8;
 /// A front that nothing hides shows a quarter of its area, averaged over all directions.
 const SHARE_OF_FRONT: f32 = 4.0;
 /// Means over neighbours, which even out what few pixels say.

@@ -352,6 +352,8 @@ pub struct Report {
     pub flipped_edges: usize,
     /// Number of output vertices moved because their positions coincided.
     pub separated_vertices: usize,
+    /// Number of spikes, vertices much farther from the original than their neighbours, that were moved back toward it.
+    pub shortened_spikes: usize,
     /// Mirror plane of a symmetric result; most counts are those of one half.
     pub mirror: Option<MirrorPlane>,
 }

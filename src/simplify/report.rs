@@ -21,6 +21,7 @@ impl Report {
             split_vertices: 0,
             flipped_edges: 0,
             separated_vertices: 0,
+            shortened_spikes: 0,
             mirror: None,
         }
     }

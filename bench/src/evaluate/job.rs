@@ -76,6 +76,7 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
         Method::Mean => closed(ClosedOptions { optimize: Optimize::Mean, ..default }),
         Method::Max => closed(ClosedOptions { optimize: Optimize::Max, ..default }),
         Method::Normals => closed(ClosedOptions { optimize: Optimize::Normals, ..default }),
+        Method::Looks => closed(ClosedOptions { optimize: Optimize::Looks, ..default }),
         Method::Fast => closed(ClosedOptions { effort: Effort::Fast, ..default }),
         Method::Best => closed(ClosedOptions { effort: Effort::Best, ..default }),
         Method::BestMean => closed(ClosedOptions { optimize: Optimize::Mean, effort: Effort::Best, ..default }),

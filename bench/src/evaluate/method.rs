@@ -20,6 +20,8 @@ pub enum Method {
     Max,
     /// Closed assembly optimised for normals.
     Normals,
+    /// Closed assembly optimised for appearance.
+    Looks,
     /// Closed assembly with effort `fast`.
     Fast,
     /// Closed assembly with effort `best`.
@@ -40,13 +42,14 @@ pub enum Method {
     Tool(Tool),
 }
 
-const OURS: [(&str, Method); 12] = [
+const OURS: [(&str, Method); 13] = [
     ("closed", Method::Closed),
     ("network", Method::Network),
     ("geometry", Method::Geometry),
     ("mean", Method::Mean),
     ("max", Method::Max),
     ("normals", Method::Normals),
+    ("looks", Method::Looks),
     ("fast", Method::Fast),
     ("best", Method::Best),
     ("best-mean", Method::BestMean),

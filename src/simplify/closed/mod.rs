@@ -33,7 +33,7 @@ use original::Original;
 use output::Output;
 use prepare::prepare;
 use refine::sample_points::SamplePoints;
-use refine::{degenerate_faces, duplicate_positions, fit, flips, foldovers, nested};
+use refine::{degenerate_faces, duplicate_positions, fit, flips, foldovers, nested, spikes};
 use trace::Trace;
 
 pub(super) use attributes::blend::blend;
@@ -249,10 +249,8 @@ fn refine(
     progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
     // A mesh that lost no vertex is not fitted: its vertices already lie on the original.
-    if request.runs_fit() && !is_whole {
-        fit::fit(original, &mut points, &mut output, &mut trace);
-        nested::separate_nested(original, &mut output, |face| request.requirements.piece_of_face(face));
-    }
+    let fits = request.runs_fit() && !is_whole;
+    let n_spikes = if fits { fit_output(original, request, &mut points, &mut output, &mut trace) } else { 0 };
     progress.enter("finish", output.faces().len())?;
     // Foldovers come after all moves of vertices, duplicates last: they depend on the rounded positions.
     n_flipped += if is_whole { 0 } else { foldovers::repair(original, &mut output, is_coarse) };
@@ -267,9 +265,23 @@ fn refine(
     let map = corner_map.filter(|_| map).map(|corners| closed.build_map(original.mesh, corners));
     let simplified = &mut closed.simplified;
     (simplified.attributes, simplified.map) = (attributes.unwrap_or_default(), map);
-    (simplified.report.flipped_edges, simplified.report.separated_vertices) = (n_flipped, n_separated);
-    base.complete_report(&mut simplified.report, request, end);
+    let report = &mut simplified.report;
+    (report.flipped_edges, report.separated_vertices, report.shortened_spikes) = (n_flipped, n_separated, n_spikes);
+    base.complete_report(report, request, end);
     Ok(closed)
+}
+
+/// Moves vertices toward the original; returns the number of spikes shortened.
+fn fit_output(
+    original: &Original,
+    request: &ClosedRequest,
+    points: &mut SamplePoints,
+    output: &mut Output,
+    trace: &mut Option<Trace>,
+) -> usize {
+    fit::fit(original, points, output, trace);
+    nested::separate_nested(original, output, |face| request.requirements.piece_of_face(face));
+    if request.settings.by_looks { spikes::shorten(original, output) } else { 0 }
 }
 
 /// Rounds positions to local coordinates and repairs the effects of rounding.

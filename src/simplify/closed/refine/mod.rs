@@ -9,4 +9,5 @@ pub mod flips;
 pub mod foldovers;
 pub mod nested;
 pub mod sample_points;
+pub mod spikes;
 mod strays;
