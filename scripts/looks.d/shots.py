@@ -8,6 +8,7 @@ from PIL import Image
 import gltf
 import pictures
 import surface
+from measure import count_comparable_faces
 
 # The six directions of `appearance`: azimuth and elevation in degrees.
 DIRECTIONS = [(30, 15), (120, 15), (210, 15), (300, 15), (75, 70), (255, -70)]
@@ -19,11 +20,8 @@ def to_vector(azimuth, elevation):
     return np.array([np.sin(azimuth) * np.cos(elevation), np.sin(elevation), np.cos(azimuth) * np.cos(elevation)])
 
 
-def read_triangles(path):
-    """Returns the triangles of a file, its function from materials to images, and its number of faces, each mesh once."""
-    if path.suffix in (".glb", ".gltf"):
-        asset = gltf.Asset(path)
-        return asset.place_scene(), asset.read_base_image, int(asset.count_faces().sum())
+def read_mesh(path):
+    """Returns the triangles of a mesh, shaded flat in grey, and its number of faces."""
     mesh = trimesh.load(path, process=False)
     corners = np.asarray(mesh.triangles)
     corners = corners[gltf.has_area(corners)]
@@ -31,16 +29,22 @@ def read_triangles(path):
     n = len(corners)
     grey = np.full((n, 3, 3), 0.6)
     flat = gltf.Triangles(corners, normals[:, None].repeat(3, axis=1), np.zeros((n, 3, 2)), grey, np.full(n, -1))
-    return flat, lambda material: None, len(mesh.faces)
+    return flat, len(mesh.faces)
 
 
 class Shots:
     """All pictures of one file."""
 
-    def __init__(self, path, frame=None):
+    def __init__(self, path, original=None):
         """Draws a file; a result is drawn in the frame of its original."""
-        triangles, read_image, self.n_faces = read_triangles(path)
-        self.frame = frame or surface.find_frame(triangles)
+        self.asset, read_image = None, lambda material: None
+        if path.suffix in (".glb", ".gltf"):
+            self.asset = gltf.Asset(path)
+            triangles, read_image = self.asset.place_scene(), self.asset.read_base_image
+            self.n_faces = count_comparable_faces(original.asset if original else self.asset, self.asset)
+        else:
+            triangles, self.n_faces = read_mesh(path)
+        self.frame = original.frame if original else surface.find_frame(triangles)
         centre, diagonal = self.frame
         triangles.corners = (triangles.corners - centre) / diagonal
         self.pictures = [

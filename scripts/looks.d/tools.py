@@ -10,7 +10,6 @@ import trimesh
 
 import gltf
 
-
 SECONDS = 300
 
 
@@ -71,13 +70,10 @@ def run_gltfpack_on_mesh(program, original, result, ratio, faces):
     """Runs gltfpack on the mesh with its normals, which it counts as meshoptimizer's attributes."""
     mesh, given, made = load(original), result.with_suffix(".given.obj"), result.with_suffix(".glb")
     mesh.export(given, include_normals=True)
-    is_made = run_gltfpack(program, given, made, faces / len(mesh.faces))
-    return is_made and write(result, *joined(made))
-
-
-def joined(path):
-    mesh = trimesh.load(path, force="mesh")
-    return mesh.vertices, mesh.faces
+    if not run_gltfpack(program, given, made, faces / len(mesh.faces)):
+        return False
+    light = trimesh.load(made, force="mesh")
+    return write(result, light.vertices, light.faces)
 
 
 def run_cgal(program, original, result, ratio, faces):

@@ -11,7 +11,6 @@ use super::input::Input;
 
 const AXES: usize = 8;
 const AXES_OF_COMPONENTS: usize = 3;
-const AXES_OF_SHARES: usize = 8;
 /// A front that nothing hides shows a quarter of its area, averaged over all directions.
 const SHARE_OF_FRONT: f32 = 4.0;
 /// Means over neighbours, which even out what few pixels say.
@@ -60,7 +59,7 @@ pub(super) fn visible_shares(input: &Input) -> Vec<f32> {
     let view = input.view();
     let n = input.mesh.positions().len();
     let mut shares = vec![[0.0f32; 2]; n];
-    let visible = visible_areas(view.mesh.positions(), view.mesh.faces(), AXES_OF_SHARES);
+    let visible = visible_areas(view.mesh.positions(), view.mesh.faces(), AXES);
     for ((&face, placed), visible) in view.faces.iter().zip(view.mesh.faces()).zip(visible) {
         let area = 0.5 * area_normal(placed.map(|v| Vec3::from(view.mesh.positions()[v as usize]))).length();
         for &v in &input.mesh.faces()[face as usize] {
