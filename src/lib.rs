@@ -32,6 +32,7 @@
 //! | a broken mesh repaired | [`repair::fill_holes`], [`repair::printable`] |
 //! | a number of vertices or faces | [`simplify::simplify`], of a mesh, or of a [`simplify::Input`] with textures, normals, materials |
 //! | a distance, a file size, levels | [`search::simplify_to_error`], [`search::simplify_to_size`], [`simplify::simplify_levels_of_detail`] |
+//! | levels of detail that vary over the surface | [`clusters::build_clusters`] |
 //! | files that do not fit into memory | [`blocks::simplify_pieces`]; among workers [`blocks::cut`], [`blocks::simplify_block`], [`blocks::join`] |
 //! | a mesh of points without faces | [`simplify::mesh_points`] |
 //! | gradients to the input | [`simplify::simplify_recorded`] |
@@ -78,6 +79,7 @@ pub mod autodiff;
 #[cfg(feature = "bake")]
 pub mod bake;
 pub mod blocks;
+pub mod clusters;
 pub mod geometry;
 pub mod indices;
 #[cfg(feature = "io")]

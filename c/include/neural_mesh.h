@@ -15,6 +15,9 @@
 // Number of this interface; it grows when functions change or go.
 #define NM_ABI_VERSION 1
 
+// Number of a missing group.
+#define NM_NO_GROUP UINT32_MAX
+
 
 
 // Option that keeps vertices on boundaries.
@@ -40,11 +43,48 @@
 // Option without effect: triangles are regular without it.
 #define NM_REGULARIZE_LIGHT 64
 
+// Hierarchy of clusters.
+typedef struct nm_clusters nm_clusters;
+
 // Job: a mesh to simplify, and options.
 typedef struct nm_job nm_job;
 
 // Result of a job.
 typedef struct nm_result nm_result;
+
+// Cluster: neighbouring triangles that are drawn together.
+typedef struct {
+  // Center of the sphere around the triangles.
+  float center[3];
+  // Radius of this sphere.
+  float radius;
+  // Group whose result contains the cluster; `NM_NO_GROUP` for triangles of the mesh.
+  uint32_t source;
+  // Group that simplifies the cluster; `NM_NO_GROUP` for the root.
+  uint32_t group;
+  // Level, 0 for triangles of the mesh.
+  uint32_t level;
+  // First entry of `nm_clusters_vertices`.
+  uint32_t first_vertex;
+  // Number of vertices, at most 256.
+  uint32_t vertex_count;
+  // First triangle of `nm_clusters_triangles`.
+  uint32_t first_triangle;
+  // Number of triangles, at most 256.
+  uint32_t triangle_count;
+} nm_cluster;
+
+// Group: clusters that are simplified together.
+typedef struct {
+  // Center of a sphere that contains those of all groups below.
+  float center[3];
+  // Radius of this sphere.
+  float radius;
+  // Proved distance between the result and the mesh, in the unit of the positions; grows with the levels.
+  float error;
+  // Largest level of the clusters.
+  uint32_t level;
+} nm_cluster_group;
 
 // Callback with the progress of a run, from 0 to 1, and the name of the stage.
 //
@@ -57,6 +97,73 @@ extern "C" {
 
 // Returns the interface number of the library, to be compared with `NM_ABI_VERSION`.
 uint32_t nm_abi_version(void);
+
+// Returns the hierarchy of a mesh, to be freed by `nm_clusters_free`; null on failure.
+//
+// A cluster has at most `max_vertices` vertices and `max_triangles` triangles, 4 to 256 each. Vertices at one position are
+// joined; their attributes, `attribute_count` numbers each, stay apart. `vertex_attributes` may be null.
+//
+// # Safety
+// Each array has as many values as its count says; strides are in bytes.
+nm_clusters *nm_clusters_build(const uint32_t *indices,
+                               size_t index_count,
+                               const float *vertex_positions,
+                               size_t vertex_count,
+                               size_t vertex_positions_stride,
+                               const float *vertex_attributes,
+                               size_t vertex_attributes_stride,
+                               size_t attribute_count,
+                               size_t max_vertices,
+                               size_t max_triangles);
+
+// Frees a hierarchy; does nothing for null.
+//
+// # Safety
+// The hierarchy comes from `nm_clusters_build`, and nothing uses it any more.
+void nm_clusters_free(nm_clusters *clusters);
+
+// Returns the clusters, level by level; null on failure. Arrays are valid until the hierarchy is freed.
+//
+// # Safety
+// The hierarchy is valid; `count` is null or has room for one number.
+const nm_cluster *nm_clusters_clusters(const nm_clusters *clusters, size_t *count);
+
+// Returns the groups, level by level; null on failure.
+//
+// # Safety
+// As for `nm_clusters_clusters`.
+const nm_cluster_group *nm_clusters_groups(const nm_clusters *clusters, size_t *count);
+
+// Returns the positions of all vertices, 3 numbers each; null on failure.
+//
+// # Safety
+// As for `nm_clusters_clusters`.
+const float *nm_clusters_positions(const nm_clusters *clusters, size_t *count);
+
+// Returns the attributes of all vertices, as many numbers each as were given; `count` receives the number of all numbers.
+//
+// # Safety
+// As for `nm_clusters_clusters`.
+const float *nm_clusters_attributes(const nm_clusters *clusters,
+                                    size_t *count);
+
+// Returns the vertices of all clusters; null on failure.
+//
+// # Safety
+// As for `nm_clusters_clusters`.
+const uint32_t *nm_clusters_vertices(const nm_clusters *clusters, size_t *count);
+
+// Returns the triangles of all clusters, 3 places in the cluster's vertices each; null on failure.
+//
+// # Safety
+// As for `nm_clusters_clusters`.
+const uint8_t *nm_clusters_triangles(const nm_clusters *clusters, size_t *count);
+
+// Returns the bytes of the hierarchy as a file, `.nmc`; null on failure.
+//
+// # Safety
+// As for `nm_clusters_clusters`.
+const uint8_t *nm_clusters_bytes(const nm_clusters *clusters, size_t *count);
 
 // Returns why this thread's last call failed, as one line of UTF-8; empty after success.
 //

@@ -1,8 +1,9 @@
 //! neural-mesh for C: cbindgen makes `include/neural_mesh.h` from this package.
 //!
-//! [`indices`] has the functions of meshoptimizer, [`job`] whole jobs by handle.
+//! [`indices`] has the functions of meshoptimizer, [`job`] whole jobs and [`clusters`] hierarchies of clusters by handle.
 #![allow(unsafe_code, reason = "exported names, and functions that take pointers, are unsafe to declare")]
 
+pub mod clusters;
 pub mod errors;
 pub mod indices;
 pub mod job;

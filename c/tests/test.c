@@ -65,6 +65,37 @@ static void test_buffers(void) {
     CHECK(nm_simplify(left, indices, 0, positions, VERTICES, stride, 0, 1, 0, NULL) == 0);
 }
 
+static void test_clusters(void) {
+    nm_clusters *made = nm_clusters_build(indices, INDICES, positions, VERTICES, stride, positions + 3, stride, 1, 64, 32);
+    CHECK(made);
+    size_t n_clusters, n_groups, n_positions, n_attributes, n_vertices, n_triangles, n_bytes;
+    const nm_cluster *clusters = nm_clusters_clusters(made, &n_clusters);
+    const nm_cluster_group *groups = nm_clusters_groups(made, &n_groups);
+    const float *places = nm_clusters_positions(made, &n_positions), *values = nm_clusters_attributes(made, &n_attributes);
+    const uint32_t *vertices = nm_clusters_vertices(made, &n_vertices);
+    const uint8_t *triangles = nm_clusters_triangles(made, &n_triangles), *bytes = nm_clusters_bytes(made, &n_bytes);
+    CHECK(places && values && n_attributes == n_positions && n_groups > 0 && memcmp(bytes, "nmc", 4) == 0 && n_bytes > 65536);
+    size_t n_roots = 0, n_finest = 0;
+    for (size_t i = 0; i < n_clusters; i++) {
+        nm_cluster c = clusters[i];
+        n_roots += c.group == NM_NO_GROUP;
+        n_finest += c.source == NM_NO_GROUP ? c.triangle_count : 0;
+        CHECK(c.vertex_count <= 64 && c.triangle_count <= 32);
+        CHECK(c.first_vertex + c.vertex_count <= n_vertices && c.first_triangle + c.triangle_count <= n_triangles);
+        if (c.source != NM_NO_GROUP && c.group != NM_NO_GROUP) CHECK(groups[c.group].error >= groups[c.source].error);
+        for (size_t k = 0; k < 3 * c.triangle_count; k++) {
+            uint8_t corner = triangles[3 * c.first_triangle + k];
+            CHECK(corner < c.vertex_count && vertices[c.first_vertex + corner] < n_positions);
+        }
+    }
+    CHECK(n_roots == 1 && n_finest == INDICES / 3);
+    nm_clusters_free(made);
+    CHECK(!nm_clusters_build(indices, INDICES, positions, VERTICES, stride, NULL, 0, 0, 3, 128) && strstr(nm_last_error(), "max_vertices"));
+    CHECK(!nm_clusters_build(indices, 4, positions, VERTICES, stride, NULL, 0, 0, 64, 128) && strstr(nm_last_error(), "index_count"));
+    CHECK(!nm_clusters_groups(NULL, NULL) && strstr(nm_last_error(), "is null"));
+    nm_clusters_free(NULL);
+}
+
 static void test_attributes(void) {
     uint32_t left[INDICES];
     float weight = 0.5f, moved[VERTICES * 4];
@@ -181,6 +212,7 @@ static void test_random_calls(void) {
 int main(void) {
     make_torus();
     test_buffers();
+    test_clusters();
     test_attributes();
     test_jobs();
     test_errors();

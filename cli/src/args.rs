@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{ArgAction, ArgGroup, Parser, ValueEnum};
+use neural_mesh::clusters::LARGEST_CLUSTER;
 use neural_mesh::job::{Count, RatioOf, count, ratio_of, share};
 
 use crate::numbers::{
@@ -444,6 +445,44 @@ const LIMITS_NOTES: &str = "\
 Simplifies the mesh level by level, with the options given here, and writes no mesh. The line `limit` says why the \
 mesh cannot get smaller; the lines `try` name options that would help. Exit codes: 0 success, \
 1 problem with the input, the disk or standard output, 2 wrong usage, 130 interrupted.";
+
+/// Arguments of `clusters`.
+#[derive(Debug, Parser)]
+pub struct ClustersArgs {
+    /// Mesh or scene; - for standard input. A scene becomes one mesh
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+    /// File for the hierarchy: .nmc, or .meshlet_mesh for Bevy; - for standard output (messages then go to standard error)
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Most faces of a cluster, 4 to 256
+    #[arg(long, value_name = "N", default_value = "128", value_parser = whole_number_parser::<usize>(4, LARGEST_CLUSTER as u64))]
+    pub max_faces: usize,
+    /// Most vertices of a cluster, 4 to 256
+    #[arg(long, value_name = "N", default_value = "256", value_parser = whole_number_parser::<usize>(4, LARGEST_CLUSTER as u64))]
+    pub max_vertices: usize,
+    /// About how many clusters are simplified together, at least 2
+    #[arg(long, value_name = "N", default_value = "16", value_parser = whole_number_parser::<usize>(2, u64::MAX))]
+    pub clusters_per_group: usize,
+    /// Time to spend: more time, smaller distance to the original
+    #[arg(long, value_enum, default_value = "standard")]
+    pub effort: EffortArg,
+    /// Discard attributes (uv, normals, colors, materials)
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
+    pub ignore: Vec<IgnoreArg>,
+    /// Threads to use [default: one per core]; does not change the result
+    #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+    /// Write a report as JSON; - for standard output (messages then go to standard error)
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Replace existing files
+    #[arg(short, long)]
+    pub force: bool,
+}
 
 /// Arguments of `limits`.
 #[derive(Debug, Parser)]

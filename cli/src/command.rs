@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::args::{CompareArgs, InfoArgs, LimitsArgs, MeshPointsArgs, SimplifyArgs};
+use crate::args::{ClustersArgs, CompareArgs, InfoArgs, LimitsArgs, MeshPointsArgs, SimplifyArgs};
 use crate::train::TrainArgs;
 
 /// Simplifies triangle meshes: closed meshes stay closed, and results stay close to the original.
@@ -21,6 +21,8 @@ pub enum Command {
     Simplify(Box<SimplifyArgs>),
     /// Make a mesh from a point cloud with a trained network
     MeshPoints(MeshPointsArgs),
+    /// Write a hierarchy of clusters, whose level of detail varies over the surface
+    Clusters(ClustersArgs),
     /// Describe a mesh: counts, bounds, topology, attributes
     Info(InfoArgs),
     /// Report how far a mesh can be simplified, and what limits it

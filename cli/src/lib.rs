@@ -7,6 +7,7 @@ mod args;
 mod bar;
 mod batch;
 mod closed_stdout;
+mod clusters;
 mod command;
 mod compare;
 mod content;
@@ -71,6 +72,7 @@ pub fn run() -> ExitCode {
         Command::Simplify(args) => request::resolve_request(*args).and_then(simplify::run),
         Command::MeshPoints(args) => mesh_points::run(args),
         Command::Info(args) => info::run(&args),
+        Command::Clusters(args) => clusters::run(&args),
         Command::Limits(args) => size_limits::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Train(args) => train::run(&args),

@@ -6,6 +6,7 @@ mod assets;
 mod bake;
 mod batch;
 mod bounds;
+mod clusters;
 mod common;
 mod compare;
 mod components;

@@ -1,0 +1,53 @@
+//! `neural-mesh clusters`: hierarchies of clusters.
+
+use crate::common::avatar::Avatar;
+use crate::common::{error_line, folder, run, test_mesh_path};
+use neural_mesh::clusters::Clusters;
+use serde_json::Value;
+
+#[test]
+fn a_hierarchy_is_written_and_read_back() {
+    let folder = folder();
+    let mesh = test_mesh_path("spot.ply");
+    let report = ["clusters", mesh.to_str().unwrap(), "-o", "spot.nmc", "--report", "report.json"];
+    let first = run(folder.path(), &report);
+    assert_eq!(first.code, Some(0), "{}", first.stderr);
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.path().join("report.json")).unwrap()).unwrap();
+    assert_eq!((&report["roots"], &report["faces"]), (&1.into(), &5856.into()));
+    let bytes = std::fs::read(folder.path().join("spot.nmc")).unwrap();
+    let clusters = Clusters::from_bytes(&bytes).unwrap();
+    assert_eq!(clusters.clusters.len(), report["clusters"].as_u64().unwrap() as usize);
+    let error = f64::from(clusters.groups.iter().map(|group| group.error).fold(0.0, f32::max));
+    let (coarse, _) = clusters.mesh_of(&clusters.cut_at_error(error));
+    assert!((1..=128).contains(&coarse.faces().len()));
+    let again = run(folder.path(), &["clusters", mesh.to_str().unwrap(), "-o", "spot.nmc"]);
+    assert!(again.code == Some(1) && error_line(&again).contains("--force"), "{}", again.stderr);
+}
+
+#[test]
+fn a_scene_keeps_its_materials_and_texture_coordinates() {
+    let folder = folder();
+    std::fs::write(folder.path().join("scene.glb"), Avatar::new(12).glb()).unwrap();
+    let made = run(folder.path(), &["clusters", "scene.glb", "-o", "-", "--max-faces", "64"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let clusters = Clusters::from_bytes(&made.stdout).unwrap();
+    assert!(clusters.face_groups.iter().any(|group| *group > 0));
+    assert!(clusters.channels.iter().any(|channel| channel.width == 2));
+    assert!(clusters.clusters.iter().all(|cluster| cluster.n_faces <= 64));
+}
+
+#[test]
+fn bevy_gets_its_own_format_and_wrong_sizes_are_refused() {
+    let folder = folder();
+    let mesh = test_mesh_path("spot.ply");
+    let mesh = mesh.to_str().unwrap();
+    let made = run(folder.path(), &["clusters", mesh, "-o", "spot.meshlet_mesh", "--quiet"]);
+    assert_eq!((made.code, made.stdout.len()), (Some(0), 0), "{}", made.stderr);
+    let bytes = std::fs::read(folder.path().join("spot.meshlet_mesh")).unwrap();
+    assert_eq!(bytes[8..16], 3u64.to_le_bytes());
+    let large = run(folder.path(), &["clusters", mesh, "-o", "large.meshlet_mesh", "--max-faces", "200"]);
+    assert!(large.code == Some(1) && error_line(&large).contains("128"), "{}", large.stderr);
+    assert!(!folder.path().join("large.meshlet_mesh").exists());
+    let wrong = run(folder.path(), &["clusters", mesh, "-o", "a.nmc", "--max-faces", "3"]);
+    assert_eq!(wrong.code, Some(2), "{}", wrong.stderr);
+}

@@ -1,0 +1,72 @@
+//! Errors of simplified groups.
+
+use crate::mesh::{Attributes, Channel, Role};
+use crate::spatial::Hit;
+
+use super::overlay::{OverlaySurface, centroid};
+use super::vertices::{Patch, ReducedPatch};
+
+/// Slack for rounding, as a share of the bound and of the largest coordinate.
+const SLACK: [f64; 2] = [1e-9, 1e-13];
+
+/// Errors of a simplified patch.
+pub struct GroupErrors {
+    /// Bound, for each face, of the distance to the part of the input surface that it replaces, both ways; n_faces.
+    pub of_faces: Vec<f32>,
+    /// Mean change of each channel between the centroids of the patch's faces and the points closest to them.
+    pub of_channels: Vec<f32>,
+}
+
+/// Measures a simplified patch; `before` holds the bounds of the patch's own faces.
+pub fn measure(patch: &Patch, reduced: &ReducedPatch, before: &[f32]) -> GroupErrors {
+    let (from, to) = (OverlaySurface::new(&patch.mesh), OverlaySurface::new(&reduced.mesh));
+    let mut bounds = vec![0.0f64; reduced.mesh.faces().len()];
+    let mut raise = |after: u32, face: u32, distance: f64| {
+        let bound = &mut bounds[after as usize];
+        *bound = bound.max(f64::from(before[face as usize]) + distance);
+    };
+    from.cover_by(&to).into_iter().for_each(|piece| raise(piece.over, piece.face, piece.distance));
+    to.cover_by(&from).into_iter().for_each(|piece| raise(piece.face, piece.over, piece.distance));
+    let reach = patch.mesh.positions().as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
+    let slack = |bound: f64| round_up(bound * (1.0 + SLACK[0]) + f64::from(reach) * SLACK[1]);
+    GroupErrors {
+        of_faces: bounds.into_iter().map(slack).collect(),
+        of_channels: attribute_changes(patch, reduced, [&from, &to]),
+    }
+}
+
+/// Returns the next number of single precision that is not smaller.
+fn round_up(x: f64) -> f32 {
+    let rounded = x as f32;
+    if f64::from(rounded) < x { rounded.next_up() } else { rounded }
+}
+
+fn attribute_changes(patch: &Patch, reduced: &ReducedPatch, [from, to]: [&OverlaySurface; 2]) -> Vec<f32> {
+    let mut sums = vec![0.0; patch.attributes.channels.len()];
+    if sums.is_empty() {
+        return Vec::new();
+    }
+    for (face, triangle) in from.triangles().iter().enumerate() {
+        let Some(hit) = to.nearest(centroid(triangle)) else { continue };
+        for (number, sum) in sums.iter_mut().enumerate() {
+            *sum += f64::from(change(&patch.attributes, face, &reduced.attributes, &hit, number));
+        }
+    }
+    sums.into_iter().map(|sum| (sum / from.triangles().len() as f64) as f32).collect()
+}
+
+/// Returns the largest difference of a channel's numbers at a face's centroid and at a point of the result.
+fn change(before: &Attributes, face: usize, after: &Attributes, hit: &Hit, number: usize) -> f32 {
+    let (channel, other) = (&before.channels[number], &after.channels[number]);
+    // Numbers of joints and objects are not interpolated.
+    if matches!(channel.role, Role::Label | Role::Skin) {
+        return 0.0;
+    }
+    let (own, found) = (before.wedges[face], after.wedges[hit.triangle as usize]);
+    let blend = |channel: &Channel, wedges: [u32; 3], weights: [f32; 3], k: usize| {
+        wedges.iter().zip(weights).map(|(&wedge, weight)| weight * channel.value(wedge)[k]).sum::<f32>()
+    };
+    let weights = hit.weights.map(|weight| weight as f32);
+    let difference = |k: usize| (blend(channel, own, [1.0 / 3.0; 3], k) - blend(other, found, weights, k)).abs();
+    (0..channel.width).map(difference).fold(0.0, f32::max)
+}
