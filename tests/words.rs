@@ -10,7 +10,7 @@ use lists::{
     SAME_NAMES, WEAK_VERBS,
 };
 
-const CRATES: [&str; 6] = ["src", "cli/src", "bench/src", "c/src", "web/src", "python/src"];
+const CRATES: [&str; 7] = ["src", "bevy/src", "cli/src", "bench/src", "c/src", "web/src", "python/src"];
 // Limit of words in the first sentence of a doc comment.
 const MOST_WORDS: usize = 25;
 // Folders where "part" means a component of a mesh.

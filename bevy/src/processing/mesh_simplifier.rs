@@ -1,0 +1,43 @@
+//! Transformer of mesh assets.
+
+use bevy_asset::transformer::{AssetTransformer, TransformedAsset};
+use bevy_mesh::Mesh;
+use bevy_reflect::TypePath;
+use neural_mesh::simplify::Target;
+
+use super::settings::{SimplifySettings, SizeSetting};
+use crate::{MeshError, SimplifiedMesh, simplify_mesh, simplify_mesh_to_error};
+
+/// Transformer that simplifies meshes between a loader and a saver of meshes.
+///
+/// Bevy has no file format for a single [`Mesh`]; use it as
+/// `LoadTransformAndSave<YourMeshLoader, MeshSimplifier, YourMeshSaver>`. For glTF files there is `GltfSimplifier`.
+#[derive(Clone, Copy, Debug, Default, TypePath)]
+pub struct MeshSimplifier;
+
+impl AssetTransformer for MeshSimplifier {
+    type AssetInput = Mesh;
+    type AssetOutput = Mesh;
+    type Settings = SimplifySettings;
+    type Error = MeshError;
+
+    async fn transform<'a>(
+        &'a self,
+        mut asset: TransformedAsset<Mesh>,
+        settings: &'a SimplifySettings,
+    ) -> Result<TransformedAsset<Mesh>, MeshError> {
+        let simplified = simplify_by_settings(&asset, settings)?;
+        *asset = simplified.mesh;
+        Ok(asset)
+    }
+}
+
+fn simplify_by_settings(mesh: &Mesh, settings: &SimplifySettings) -> Result<SimplifiedMesh, MeshError> {
+    let options = settings.to_options();
+    match settings.size {
+        SizeSetting::Ratio(ratio) => simplify_mesh(mesh, Target::Ratio(ratio), &options),
+        SizeSetting::Vertices(n) => simplify_mesh(mesh, Target::Vertices(n), &options),
+        SizeSetting::Faces(n) => simplify_mesh(mesh, Target::Faces(n), &options),
+        SizeSetting::Error(error) => simplify_mesh_to_error(mesh, error, &options),
+    }
+}
