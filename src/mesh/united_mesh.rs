@@ -96,6 +96,20 @@ impl UnitedMesh {
         Some(united.center_scene())
     }
 
+    /// Returns the scene without its mesh, to place results.
+    pub(crate) fn without_mesh(&self) -> Self {
+        Self {
+            mesh: TriMesh::default(),
+            attributes: Attributes::default(),
+            first_groups: self.first_groups.clone(),
+            channels: self.channels.clone(),
+            scales: self.scales.clone(),
+            has_groups: self.has_groups.clone(),
+            places: self.places.clone(),
+            diagonal: self.diagonal,
+        }
+    }
+
     fn center_scene(mut self) -> Self {
         let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let faces = self.faces_of_pieces(&self.mesh, &self.attributes);

@@ -20,6 +20,7 @@ use super::end_ring::EndRing;
 use super::history::CollapseEvent;
 use super::pair::{CollapseVertex, add_pull};
 use super::poses::Poses;
+use super::recording::Recording;
 
 /// Value of `corner` in a removed vertex.
 pub(super) const REMOVED: u32 = u32::MAX - 1;
@@ -56,6 +57,7 @@ pub struct Collapse<'a> {
     pub(super) is_special: Vec<bool>,
     pub(super) copy: CopyState<'a>,
     pub history: Option<Vec<CollapseEvent>>,
+    pub(super) recording: Option<Box<Recording>>,
     pub(super) pulse: Pulse<'a>,
 }
 
@@ -155,6 +157,7 @@ impl<'a> Collapse<'a> {
             is_special: Vec::new(),
             copy: CopyState::Unwanted,
             history: None,
+            recording: None,
             pulse,
         }
     }
@@ -236,6 +239,7 @@ impl<'a> Collapse<'a> {
             corner => CollapseVertex { corner: renumber_corner(faces, corner), ..node },
         };
         vertices.compact_rows(&mut self.nodes, with_corner);
+        self.recording.iter_mut().for_each(|recording| recording.compact(&vertices));
         self.nodes.truncate(vertices.len());
         vertices.compact_rows(&mut self.cheapest, |cheapest| cheapest.renumber(faces));
         self.cheapest.truncate(self.n_vertices);
