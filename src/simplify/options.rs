@@ -445,6 +445,10 @@ pub enum SimplifyError {
     InMirrorPlane(usize),
     /// Option that cannot be combined with symmetry.
     NotWithSymmetry(&'static str),
+    /// Bytes that are no progression; the text says why.
+    BadProgression(&'static str),
+    /// Progression without proved distances.
+    NotProved,
     /// Factors of wrong number or not positive, or a vertex on no face.
     BadImportance,
     /// No weights for the paper's assembly.
@@ -481,6 +485,8 @@ impl std::fmt::Display for SimplifyError {
             ),
             Self::InMirrorPlane(n) => write!(f, "{n} faces lie in the mirror plane: remove them, or turn symmetry off"),
             Self::NotWithSymmetry(what) => write!(f, "{what} and symmetry cannot be combined: leave one out"),
+            Self::BadProgression(why) => write!(f, "not a progression that this version reads: {why}: make it again"),
+            Self::NotProved => write!(f, "the progression has no proved distances: prove it, or ask for a size"),
             Self::BadImportance => write!(
                 f,
                 "invalid importance: must be one positive number per vertex, and every vertex must be on a face"

@@ -49,6 +49,28 @@ pub struct Progression {
     pub(super) components: Vec<u32>,
     /// Components that smaller levels lack, largest size first.
     pub(super) drops: Vec<Drop>,
+    /// Levels with a proved distance, largest size first; distances rise.
+    pub(super) proofs: Vec<ProvedLevel>,
+    /// Files from which the mesh was read, by name; the mesh file first. Empty if unknown.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// True if nobody vouches for the merges, so that levels are checked.
+    pub(super) is_from_bytes: bool,
+}
+
+/// A level that is not refined, and its proved distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ProvedLevel {
+    /// Number of vertices.
+    pub n_vertices: usize,
+    /// Proved upper bound of the two-sided largest distance to the original, in mesh units or, of a scene, in its.
+    pub distance: f64,
+}
+
+impl ProvedLevel {
+    pub(crate) fn new(n_vertices: usize, distance: f64) -> Self {
+        Self { n_vertices, distance }
+    }
 }
 
 /// Components without which a level is made.
@@ -127,6 +149,9 @@ impl Progression {
             surface,
             components,
             drops: Vec::new(),
+            proofs: Vec::new(),
+            files: Vec::new(),
+            is_from_bytes: false,
             mesh: input.mesh.clone(),
         };
         progression.choose_drops(&input, task, &request.visibility, &keys)?;
@@ -179,7 +204,56 @@ impl Progression {
         Ok(simplified)
     }
 
-    fn input(&self) -> Input<'_> {
+    /// Makes the smallest of the proved levels that are within `error` of the original, without refinement.
+    ///
+    /// `error` is in mesh units, or of a scene in its units. [`prove_progression`](crate::search::prove_progression)
+    /// proves the levels. If none is within `error`, returns the mesh itself.
+    ///
+    /// # Errors
+    /// [`SimplifyError::BadError`] if `error` is negative or not a number, [`SimplifyError::NotProved`] without proved
+    /// levels.
+    pub fn at_error(&self, error: f64) -> Result<Simplified, SimplifyError> {
+        if error.is_nan() || error < 0.0 {
+            return Err(SimplifyError::BadError(error));
+        }
+        if self.proofs.is_empty() {
+            return Err(SimplifyError::NotProved);
+        }
+        // Distances rise as levels get smaller.
+        let n_within = self.proofs.partition_point(|level| level.distance <= error);
+        let n_vertices = n_within.checked_sub(1).map_or(self.size[0], |last| self.proofs[last].n_vertices);
+        self.at_vertices(n_vertices, false)
+    }
+
+    /// Returns the levels with a proved distance, largest first; distances rise.
+    pub fn proved_levels(&self) -> &[ProvedLevel] {
+        &self.proofs
+    }
+
+    /// Returns the mesh without unused vertices and dropped components, and its attributes.
+    pub fn original(&self) -> (&TriMesh, &Attributes) {
+        (&self.mesh, &self.attributes)
+    }
+
+    pub(crate) fn set_proved_levels(&mut self, levels: Vec<ProvedLevel>) {
+        self.proofs = levels;
+    }
+
+    /// Returns whether the progression was made from this mesh.
+    pub fn is_of(&self, mesh: &TriMesh) -> bool {
+        let [pruned, used] = &self.origins;
+        let is_as_large = used.n_vertices == mesh.positions().len() && self.size[1] == mesh.faces().len();
+        // Vertices and faces are looked up in the whole, from which components may have been dropped.
+        let row = |rows: &Option<Vec<u32>>, i: u32| rows.as_ref().map_or(i, |rows| rows[i as usize]);
+        let vertex = |v: u32| row(&used.vertices, row(&pruned.vertices, v));
+        let mut positions = (0u32..).zip(self.mesh.positions());
+        let mut faces = (0u32..).zip(self.mesh.faces());
+        is_as_large
+            && positions.all(|(v, p)| mesh.positions()[vertex(v) as usize] == *p)
+            && faces.all(|(f, face)| mesh.faces()[row(&pruned.faces, f) as usize] == face.map(vertex))
+    }
+
+    pub(super) fn input(&self) -> Input<'_> {
         let (attributes, scene) = (&self.attributes, self.scene.as_ref());
         Input { attributes, kept: &self.kept, locked: &self.locked, scene, ..Input::bare(&self.mesh) }
     }
@@ -205,7 +279,7 @@ impl Progression {
         level
     }
 
-    fn n_components(&self) -> usize {
+    pub(super) fn n_components(&self) -> usize {
         self.components.iter().max().map_or(1, |&last| last as usize + 1)
     }
 
@@ -300,7 +374,7 @@ impl Progression {
             rest: rest.origin.faces.as_deref().map(|faces| (rest_input.mesh, faces)),
             end: self.end_of(level),
         };
-        let mut closed = self.surface.make_level(&self.mesh, &request, &choice, is_refined)?;
+        let mut closed = self.surface.make_level(&self.mesh, &request, &choice, [is_refined, self.is_from_bytes])?;
         plain.restore(&mut closed);
         let mut simplified = closed.simplified;
         simplified.report.scores = self.scores;

@@ -31,7 +31,7 @@ impl Document {
         let (frame, counts) = (cleaned.frame, cleaned.counts);
         let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
         let textures = job.textures.map(Textures::new);
-        Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures }
+        Self { frame, counts, notes, repaired: None, kind, progression: None, wanted: None, factors: None, textures }
             .check_images(job)?
             .repair_mesh(job)?
             .select_attributes(job)
@@ -106,7 +106,17 @@ impl Document {
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
         let (frame, textures) = (Frame::default(), job.textures.map(Textures::new));
-        Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures })
+        Ok(Self {
+            frame,
+            counts,
+            notes,
+            repaired: None,
+            kind,
+            progression: None,
+            wanted: None,
+            factors: None,
+            textures,
+        })
     }
 
     // Only attributes that the job needs and the format can store are kept.

@@ -38,7 +38,7 @@ use refine::{degenerate_faces, duplicate_positions, fit, flips, foldovers, neste
 use trace::Trace;
 
 pub(super) use attributes::blend::blend;
-pub(super) use collapse::CollapseEnd;
+pub(super) use collapse::{CollapseEnd, RecordedMerge};
 pub(super) use derivative::Derivative;
 pub(super) use dropping::{DroppedFaces, VertexCost, vertex_components};
 pub use importance::importance_of_scores;

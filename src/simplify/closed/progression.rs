@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
+use crate::mesh::{TriMesh, topology};
 use crate::simplify::limits::Limit;
 use crate::simplify::options::SimplifyError;
 use crate::simplify::progress::Progress;
@@ -98,16 +98,22 @@ pub struct LevelChoice<'a> {
 }
 
 impl ProgressionSurface {
-    /// Makes a level with all that the mesh carries, and refines it if asked.
+    /// Makes a level with all that the mesh carries, refined if asked, and checked if the merges may be anyone's.
+    ///
+    /// # Errors
+    /// [`SimplifyError::BadProgression`] if a checked level is no manifold, [`SimplifyError::Overflow`].
     pub fn make_level(
         &self,
         mesh: &TriMesh,
         request: &ClosedRequest,
         choice: &LevelChoice,
-        is_refined: bool,
+        [is_refined, is_checked]: [bool; 2],
     ) -> Result<ClosedResult, SimplifyError> {
         let base = self.base(mesh, request, choice.rest);
         let output = self.output(&base, choice.n);
+        if is_checked && !is_manifold(&output) {
+            return Err(SimplifyError::BadProgression("its merges are no mesh's"));
+        }
         if is_refined {
             return refine(&base, request, output, choice.end, None, Progress::SILENT);
         }
@@ -213,6 +219,15 @@ impl ProgressionSurface {
         }
         pins.select(remaining)
     }
+}
+
+fn is_manifold(output: &Output) -> bool {
+    let positions = output.positions.iter().map(|p| p.to_array()).collect();
+    let mesh = TriMesh::new(positions, output.faces().to_vec());
+    mesh.is_ok_and(|mesh| {
+        let found = topology(&mesh);
+        found.non_manifold_edges + found.non_manifold_vertices + found.unreferenced_vertices == 0
+    })
 }
 
 /// Returns the highest price so far at falling numbers of vertices, all of them counted.

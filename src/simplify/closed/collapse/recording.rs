@@ -29,6 +29,11 @@ pub struct RecordedMerge {
     pub takes_removed_place: bool,
 }
 
+impl RecordedMerge {
+    /// A merge without vertices and price.
+    pub const UNPRICED: Self = Self { kept: 0, removed: 0, position: Vec3::ZERO, key: 0.0, takes_removed_place: false };
+}
+
 #[derive(Clone, Default)]
 pub struct Recording {
     pub merges: Vec<RecordedMerge>,
