@@ -71,8 +71,7 @@ impl Document {
             let what = "its mesh is not that of its files in this format: a scene comes back as glb alone";
             return Err(JobError::Document(what.into()));
         }
-        document.progression = Some(progression);
-        Ok(document)
+        Ok(document.with_progression(progression))
     }
 }
 
@@ -98,9 +97,11 @@ fn check_options(job: &Job) -> Result<(), JobError> {
 fn read_mesh(progression: &Progression) -> ReadMesh {
     let mut read = ReadMesh::default();
     let (mesh, attributes) = progression.original();
+    let frame = progression.frame();
     read.mesh = RawMesh {
-        positions: mesh.positions().iter().map(|p| p.map(f64::from)).collect(),
+        positions: mesh.positions().iter().map(|p| frame.to_file(*p)).collect(),
         faces: mesh.faces().to_vec(),
+        double: frame.double,
         attributes: attributes.clone(),
         ..RawMesh::default()
     };

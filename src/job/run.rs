@@ -81,7 +81,7 @@ fn simplify_document(
     weights: Option<&Weights>,
     watch: &mut dyn Watch,
 ) -> Result<SimplifiedResults, JobError> {
-    if let Some(progression) = &document.progression {
+    if let Some(progression) = document.progression() {
         return levels_for_goal(document, progression, job);
     }
     // Named shares are simplified first; the rest then gets the remaining size.

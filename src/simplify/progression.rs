@@ -1,6 +1,6 @@
 //! Progressions: one collapse, from which a mesh of any size is made.
 
-use crate::mesh::{Attributes, TriMesh, UnitedMesh};
+use crate::mesh::{Attributes, Frame, TriMesh, UnitedMesh};
 use crate::model::Weights;
 
 use super::assemblies::{PlainInput, unchanged_result};
@@ -233,6 +233,11 @@ impl Progression {
     /// Returns the mesh without unused vertices and dropped components, and its attributes.
     pub fn original(&self) -> (&TriMesh, &Attributes) {
         (&self.mesh, &self.attributes)
+    }
+
+    /// Returns origin and precision of the coordinates.
+    pub fn frame(&self) -> Frame {
+        self.options.frame
     }
 
     pub(crate) fn set_proved_levels(&mut self, levels: Vec<ProvedLevel>) {

@@ -34,7 +34,7 @@ pub struct Document {
     pub repaired: Option<RepairCounts>,
     kind: Kind,
     /// Progression whose levels are the results.
-    pub(super) progression: Option<Progression>,
+    progression: Option<Progression>,
     // Attributes that the result keeps; `None` if it keeps all of the input's.
     wanted: Option<Attributes>,
     /// Importance of each vertex, in the order of the file.
@@ -164,6 +164,16 @@ impl Document {
         let all = self.attributes();
         let wanted = self.wanted.as_ref().unwrap_or(all).clone();
         Attributes { groups: all.groups.clone(), ..wanted }
+    }
+
+    /// Sets the progression of the document's mesh; results are then its levels.
+    pub fn with_progression(self, progression: Progression) -> Self {
+        Self { progression: Some(progression), ..self }
+    }
+
+    /// Returns the progression whose levels are the results, if there is one.
+    pub fn progression(&self) -> Option<&Progression> {
+        self.progression.as_ref()
     }
 
     /// Returns the united mesh of a scene.
