@@ -25,6 +25,7 @@ mod names;
 mod numbers;
 mod packed;
 mod poses;
+mod progression;
 mod repair;
 mod scenes;
 mod simplify;

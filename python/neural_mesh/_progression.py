@@ -9,7 +9,7 @@ from . import _native
 from ._meshes import MeshInput, read_input
 from ._options import FILES, Number, Path, Whole, n_threads, to_native
 from ._result import Light
-from ._simplify import _fill_defaults, _make_light, _prepare_options, _read_scene_results
+from ._simplify import _fill_defaults, _level_report, _make_light, _prepare_options, _read_scene_results
 
 M = TypeVar("M")
 
@@ -74,7 +74,7 @@ class Progression(Generic[M]):
             files.update(bytes=True, format="glb")
         outcome = self._native.level(to_native(options), to_native(files), None)
         both = outcome.results[0], _read_scene_results(outcome)[0]
-        return _make_light(both, outcome, outcome.report, self._source, False)
+        return _make_light(both, outcome, _level_report(outcome.report, 0), self._source, False)
 
 
 def progression(mesh: Any, triangles: Any = None, *, prove: bool = False, **options: Any) -> Progression[Any]:
