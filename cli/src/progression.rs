@@ -73,7 +73,7 @@ fn check_reopens(bytes: &[u8], request: &Request) -> Result<(), Failure> {
     Document::from_progression(reopened, &job).map(drop).map_err(|error| request.failure(error))
 }
 
-/// Reads the mesh file and the files beside it that it names.
+/// Reads the mesh file and the files of its folder that it names.
 pub fn read_files(path: &Path) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let name = path.file_name().unwrap_or("mesh".as_ref()).to_string_lossy().into_owned();
     let bytes = files::read(path)?;

@@ -40,7 +40,7 @@ class Progression(Generic[M]):
     @property
     def proved(self) -> list[tuple[int, float]]:
         """Vertices and proved largest distance of each proved level, in falling size; empty without `prove=True`."""
-        return self._native.proved
+        return self._native.proved_levels
 
     def at_faces(self, n: Whole | str, *, refined: bool = True, out: Path | None = None, force: bool = False) -> Light[M]:
         """Makes a mesh of `n` faces: 5000, "5k" or "10%"; writes it to `out` if given, and replaces a file there with `force`."""

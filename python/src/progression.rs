@@ -74,15 +74,15 @@ impl Progression {
         PyBytes::new(py, &bytes).unbind()
     }
 
-    /// Numbers of vertices and faces of the finest level.
+    /// Returns the numbers of vertices and faces of the finest level.
     #[getter]
     fn size(&self) -> (usize, usize) {
         self.0.progression().map_or((0, 0), |progression| (progression.n_vertices(), progression.n_faces()))
     }
 
-    /// Vertices and proved distance of each proved level.
+    /// Returns vertices and proved distance of each proved level.
     #[getter]
-    fn proved(&self) -> Vec<(usize, f64)> {
+    fn proved_levels(&self) -> Vec<(usize, f64)> {
         let levels = self.0.progression().map_or(&[][..], |progression| progression.proved_levels());
         levels.iter().map(|level| (level.n_vertices, level.distance)).collect()
     }

@@ -117,7 +117,7 @@ pub(super) fn levels_for_goal(
     let n_faces = document.mesh().faces().len();
     // The quick levels are those of the merges, as with the collapse alone.
     let is_refined = job.closed_options().effort != Effort::Fast;
-    let at = |target: Target| Ok::<_, JobError>(progression.at(target, is_refined)?);
+    let at = |target: Target| Ok::<_, JobError>(progression.at_target(target, is_refined)?);
     let mut found = SimplifiedResults::new(Vec::new(), job);
     let bounds: &[Bound] = match &job.goal {
         Goal::Error(bound) => std::slice::from_ref(bound),

@@ -16,7 +16,7 @@ use super::options::{
     ClosedOptions, DroppedComponent, Listener, Report, ScoreSource, Simplified, SimplifyError, Target,
 };
 use super::progress::{Progress, closed_stages, run_with_listener};
-use super::sub_mesh::{Origin, SubMesh};
+use super::sub_mesh::{SubMesh, SubMeshOrigin};
 use crate::mesh::pulse::Pulse;
 
 /// Ratio of neighbouring sizes at which components to drop are chosen.
@@ -43,7 +43,7 @@ pub struct Progression {
     /// Numbers of vertices and faces to which ratios refer: those before components were dropped in any case.
     pub(super) size: [usize; 2],
     /// Origins of the mesh: in the used vertices, and in the caller's mesh.
-    pub(super) origins: [Origin; 2],
+    pub(super) origins: [SubMeshOrigin; 2],
     pub(super) surface: ProgressionSurface,
     /// Component of each vertex of the surface; empty for a single one.
     pub(super) components: Vec<u32>,
@@ -53,7 +53,7 @@ pub struct Progression {
     pub(super) proofs: Vec<ProvedLevel>,
     /// Files from which the mesh was read, by name; the mesh file first. Empty if unknown.
     pub files: Vec<(String, Vec<u8>)>,
-    /// True if nobody vouches for the merges, so that levels are checked.
+    /// True if the merges may be of any origin, so that levels are checked.
     pub(super) is_from_bytes: bool,
 }
 
@@ -82,7 +82,7 @@ pub(super) struct Drop {
 }
 
 /// A level's vertices in the sequence, and components that it lacks.
-struct Level {
+struct ProgressionLevel {
     n: usize,
     /// Marks dropped components; empty for none.
     is_dropped: Vec<bool>,
@@ -91,7 +91,7 @@ struct Level {
 }
 
 impl Progression {
-    /// Collapses a mesh as far as it goes and keeps all merges; `progress` can stop the run.
+    /// Collapses a mesh to its smallest form and keeps all merges; `progress` can stop the run.
     ///
     /// Without `weights`, a network uses those shipped with this crate.
     ///
@@ -175,7 +175,7 @@ impl Progression {
     /// # Errors
     /// [`SimplifyError::BadTarget`] for no vertices, [`SimplifyError::Overflow`].
     pub fn at_vertices(&self, n: usize, refined: bool) -> Result<Simplified, SimplifyError> {
-        self.at(Target::Vertices(n), refined)
+        self.at_target(Target::Vertices(n), refined)
     }
 
     /// Makes a mesh of `n` faces as [`at_vertices`](Self::at_vertices) does.
@@ -183,14 +183,14 @@ impl Progression {
     /// # Errors
     /// As [`at_vertices`](Self::at_vertices).
     pub fn at_faces(&self, n: usize, refined: bool) -> Result<Simplified, SimplifyError> {
-        self.at(Target::Faces(n), refined)
+        self.at_target(Target::Faces(n), refined)
     }
 
     /// Makes a mesh of any size as [`at_vertices`](Self::at_vertices) does.
     ///
     /// # Errors
     /// As [`at_vertices`](Self::at_vertices).
-    pub fn at(&self, target: Target, refined: bool) -> Result<Simplified, SimplifyError> {
+    pub fn at_target(&self, target: Target, refined: bool) -> Result<Simplified, SimplifyError> {
         let limit = resolve_limit_of(self.size[0], target)?;
         let is_whole = limit.vertices >= self.size[0] && limit.faces >= self.size[1];
         let mut simplified = if is_whole && is_sound(&self.mesh, &self.options.frame) {
@@ -271,7 +271,7 @@ impl Progression {
     }
 
     /// Finds the level of a size: the largest within the limit, or else the smallest.
-    fn level(&self, limit: Limit) -> Level {
+    fn level(&self, limit: Limit) -> ProgressionLevel {
         let mut level = self.level_without(limit, Vec::new());
         for drop in &self.drops {
             if self.count(&level)[0] > drop.n_vertices {
@@ -279,7 +279,7 @@ impl Progression {
             }
             level.is_dropped.resize(self.n_components(), false);
             drop.components.iter().for_each(|&component| level.is_dropped[component as usize] = true);
-            level = Level { drops: level.drops + 1, ..self.level_without(limit, level.is_dropped) };
+            level = ProgressionLevel { drops: level.drops + 1, ..self.level_without(limit, level.is_dropped) };
         }
         level
     }
@@ -288,9 +288,9 @@ impl Progression {
         self.components.iter().max().map_or(1, |&last| last as usize + 1)
     }
 
-    fn level_without(&self, limit: Limit, is_dropped: Vec<bool>) -> Level {
+    fn level_without(&self, limit: Limit, is_dropped: Vec<bool>) -> ProgressionLevel {
         let sequence = &self.surface.sequence;
-        let mut level = Level { n: 0, is_dropped, drops: 0, is_reached: true };
+        let mut level = ProgressionLevel { n: 0, is_dropped, drops: 0, is_reached: true };
         if level.is_dropped.is_empty() {
             level.n = sequence.largest_within(limit.vertices, limit.faces);
         } else {
@@ -312,13 +312,13 @@ impl Progression {
         level
     }
 
-    fn is_dropped(&self, level: &Level, vertex: usize) -> bool {
+    fn is_dropped(&self, level: &ProgressionLevel, vertex: usize) -> bool {
         let component = |&v: &u32| self.components[v as usize] as usize;
         !level.is_dropped.is_empty() && level.is_dropped[component(&self.surface.sequence.vertices()[vertex])]
     }
 
     /// Returns the numbers of vertices and faces of a level.
-    fn count(&self, level: &Level) -> [usize; 2] {
+    fn count(&self, level: &ProgressionLevel) -> [usize; 2] {
         let sequence = &self.surface.sequence;
         if level.is_dropped.is_empty() {
             return [level.n, sequence.n_faces(level.n)];
@@ -331,7 +331,7 @@ impl Progression {
     }
 
     /// Makes a level from positions and faces alone.
-    fn make_bare(&self, level: &Level) -> Result<Simplified, SimplifyError> {
+    fn make_bare(&self, level: &ProgressionLevel) -> Result<Simplified, SimplifyError> {
         let sequence = &self.surface.sequence;
         let scale = self.surface.scale;
         let positions = sequence.positions(level.n);
@@ -356,21 +356,21 @@ impl Progression {
         Ok(Simplified { mesh, attributes: Attributes::default(), source_vertices: None, map: None, report })
     }
 
-    fn complete_report(&self, report: &mut Report, level: &Level) {
+    fn complete_report(&self, report: &mut Report, level: &ProgressionLevel) {
         let end = self.end_of(level);
         (report.scores, report.outcome, report.kept_edges) = (self.scores, end.outcome(), self.n_kept_edges);
         report.components_keep_shape = end == CollapseEnd::LosesShape;
         report.split_vertices = self.surface.copies.len();
     }
 
-    fn end_of(&self, level: &Level) -> CollapseEnd {
+    fn end_of(&self, level: &ProgressionLevel) -> CollapseEnd {
         if level.is_reached { CollapseEnd::Reached } else { self.end }
     }
 
     /// Makes a level with all that the mesh carries.
-    fn make_whole(&self, level: &Level, is_refined: bool) -> Result<Simplified, SimplifyError> {
+    fn make_whole(&self, level: &ProgressionLevel, is_refined: bool) -> Result<Simplified, SimplifyError> {
         let input = self.input();
-        let rest = self.without_dropped(&input, level)?;
+        let rest = self.select_rest(&input, level)?;
         let rest_input = rest.input();
         let plain = PlainInput::new(&rest_input);
         let request = ClosedRequest::without_visibility(&plain.input(), &Task::new(&self.options, None));
@@ -387,7 +387,7 @@ impl Progression {
         Ok(simplified)
     }
 
-    fn without_dropped<'a>(&self, input: &Input<'a>, level: &Level) -> Result<SubMesh<'a>, SimplifyError> {
+    fn select_rest<'a>(&self, input: &Input<'a>, level: &ProgressionLevel) -> Result<SubMesh<'a>, SimplifyError> {
         let n_dropped = self.drops[..level.drops].iter().map(|drop| drop.components.len()).sum();
         let faces = self.surface.faces(&self.mesh);
         let is_dropped = |face: usize| {
@@ -427,9 +427,9 @@ impl Progression {
         (input, task): (&Input, &Task),
         visibility: &[f32],
         keys: &[f32],
-        (limit, level): (Limit, &Level),
+        (limit, level): (Limit, &ProgressionLevel),
     ) -> Result<Option<Drop>, SimplifyError> {
-        let rest = self.without_dropped(input, level)?;
+        let rest = self.select_rest(input, level)?;
         let rest_input = rest.input();
         let plain = PlainInput::new(&rest_input);
         let mut request = ClosedRequest::without_visibility(&plain.input(), task);
@@ -510,7 +510,7 @@ mod tests {
                 assert_eq!(level.mesh.faces().len(), 2 * n);
             }
         }
-        assert_eq!(progression.at(Target::Ratio(1.0), true).unwrap().mesh, mesh);
+        assert_eq!(progression.at_target(Target::Ratio(1.0), true).unwrap().mesh, mesh);
         assert_eq!(progression.at_faces(0, true), Err(SimplifyError::BadTarget(Target::Faces(0))));
         let smallest = progression.at_vertices(1, false).unwrap();
         assert!(matches!(smallest.report.outcome, Outcome::Stopped(_)) && smallest.mesh.positions().len() < 9);
@@ -525,7 +525,7 @@ mod tests {
         for ratio in [0.5, 0.2, 0.1, 0.05, 0.01] {
             let options = Options::new(Target::Ratio(ratio));
             let single = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-            let level = progression.at(options.target, true).unwrap();
+            let level = progression.at_target(options.target, true).unwrap();
             let ratio_of_distances = distance(&level.mesh) / distance(&single.mesh);
             assert!(ratio_of_distances < 1.1, "{ratio} {ratio_of_distances}");
         }

@@ -11,7 +11,7 @@ use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh, UnitedMesh};
 use super::closed::{CollapseEnd, ProgressionSurface, RecordedMerge, vertex_components};
 use super::options::{ClosedOptions, DroppedComponent, Effort, Hidden, Optimize, Purpose, ScoreSource, SimplifyError};
 use super::progression::{Drop, Progression, ProvedLevel};
-use super::sub_mesh::Origin;
+use super::sub_mesh::SubMeshOrigin;
 
 const MAGIC: &[u8; 8] = b"NMESHPRG";
 const VERSION: u32 = 1;
@@ -47,7 +47,7 @@ impl Progression {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SimplifyError> {
         let bad = SimplifyError::BadProgression;
         let Some(rest) = bytes.strip_prefix(MAGIC) else { return Err(bad("it begins with other bytes")) };
-        let mut reader = Reader { rest };
+        let mut reader = ByteReader { rest };
         if u32::read(&mut reader) != Some(VERSION) {
             return Err(bad("its version is not known"));
         }
@@ -55,7 +55,7 @@ impl Progression {
         if u64::from_le_bytes(*sum) != checksum(&bytes[..bytes.len() - 8]) {
             return Err(bad("it is damaged"));
         }
-        let mut reader = Reader { rest: content };
+        let mut reader = ByteReader { rest: content };
         let read = Self::read(&mut reader).filter(|_| reader.rest.is_empty());
         read.ok_or(bad("its parts do not fit together"))
     }
@@ -79,7 +79,7 @@ impl Progression {
         self.files.write(bytes);
     }
 
-    fn read(from: &mut Reader) -> Option<Self> {
+    fn read(from: &mut ByteReader) -> Option<Self> {
         let mesh = TriMesh::new(Vec::read(from)?, Vec::read(from)?).ok()?;
         let attributes = Attributes::read(from)?;
         let (kept, locked): (Vec<bool>, Vec<bool>) = (Vec::read(from)?, Vec::read(from)?);
@@ -88,7 +88,7 @@ impl Progression {
         let (scores, n_kept_edges) = (ScoreSource::read(from)?, u64::read(from)? as usize);
         let end = CollapseEnd::read(from)?;
         let size = <[u64; 2]>::read(from)?.map(|n| n as usize);
-        let origins = <[Origin; 2]>::read(from)?;
+        let origins = <[SubMeshOrigin; 2]>::read(from)?;
         let merges: Vec<RecordedMerge> = Vec::read(from)?;
         let (drops, proofs, files) = (Vec::read(from)?, Vec::read(from)?, Vec::read(from)?);
         // All is checked here, so that levels are made without a further look.
@@ -139,7 +139,7 @@ impl Progression {
 }
 
 /// Returns whether origins lead from the mesh to used vertices and faces, and on to the caller's mesh.
-fn are_origins_of([pruned, used]: &[Origin; 2], mesh: &TriMesh, [n_vertices, n_faces]: [usize; 2]) -> bool {
+fn are_origins_of([pruned, used]: &[SubMeshOrigin; 2], mesh: &TriMesh, [n_vertices, n_faces]: [usize; 2]) -> bool {
     let fits = |rows: &Option<Vec<u32>>, n: usize, n_whole: usize| match rows {
         Some(rows) => rows.len() == n && rows.iter().all(|&row| (row as usize) < n_whole),
         None => n == n_whole,
@@ -174,7 +174,7 @@ fn checksum(bytes: &[u8]) -> u64 {
     rest.iter().fold(sum, |sum, &byte| mix(sum, u64::from(byte)))
 }
 
-struct Reader<'a> {
+struct ByteReader<'a> {
     rest: &'a [u8],
 }
 
@@ -186,7 +186,7 @@ trait Stored: Sized {
     fn write(&self, bytes: &mut Vec<u8>);
 
     /// Reads a value; `None` if the bytes end or are none.
-    fn read(from: &mut Reader) -> Option<Self>;
+    fn read(from: &mut ByteReader) -> Option<Self>;
 }
 
 macro_rules! store_numbers {
@@ -198,7 +198,7 @@ macro_rules! store_numbers {
                 bytes.extend(self.to_le_bytes());
             }
 
-            fn read(from: &mut Reader) -> Option<Self> {
+            fn read(from: &mut ByteReader) -> Option<Self> {
                 let (number, rest) = from.rest.split_first_chunk()?;
                 from.rest = rest;
                 Some(Self::from_le_bytes(*number))
@@ -218,7 +218,7 @@ macro_rules! store_choices {
                 bytes.push([$($value),*].iter().position(|value| value == self).map_or(u8::MAX, |i| i as u8));
             }
 
-            fn read(from: &mut Reader) -> Option<Self> {
+            fn read(from: &mut ByteReader) -> Option<Self> {
                 [$($value),*].get(u8::read(from)? as usize).copied()
             }
         }
@@ -247,7 +247,7 @@ macro_rules! store_fields {
                 $(self.$field.write(bytes);)*
             }
 
-            fn read(from: &mut Reader) -> Option<Self> {
+            fn read(from: &mut ByteReader) -> Option<Self> {
                 Some(Self { $($field: <$part>::read(from)?,)* $(..$others)? })
             }
         }
@@ -261,7 +261,7 @@ store_fields! {
         hidden: Hidden, lock_boundaries: bool, subset: bool, seam_error: f64, purpose: Purpose, crease_angle: Option<f32>,
         map: bool, frame: Frame } ..Self::default();
     DroppedComponent { face: u32, n_faces: usize };
-    Origin { n_vertices: usize, vertices: Option<Vec<u32>>, faces: Option<Vec<u32>>, n_dropped: usize, n_hidden: usize,
+    SubMeshOrigin { n_vertices: usize, vertices: Option<Vec<u32>>, faces: Option<Vec<u32>>, n_dropped: usize, n_hidden: usize,
         dropped: Vec<DroppedComponent> };
     Vec3 { x: f32, y: f32, z: f32 };
     RecordedMerge { kept: u32, removed: u32, position: Vec3, takes_removed_place: bool } ..Self::UNPRICED;
@@ -276,7 +276,7 @@ impl Stored for usize {
         (*self as u64).write(bytes);
     }
 
-    fn read(from: &mut Reader) -> Option<Self> {
+    fn read(from: &mut ByteReader) -> Option<Self> {
         Self::try_from(u64::read(from)?).ok()
     }
 }
@@ -288,7 +288,7 @@ impl<T: Stored, const N: usize> Stored for [T; N] {
         self.iter().for_each(|value| value.write(bytes));
     }
 
-    fn read(from: &mut Reader) -> Option<Self> {
+    fn read(from: &mut ByteReader) -> Option<Self> {
         // An array of options, since a closure cannot leave the function.
         let read: [Option<T>; N] = std::array::from_fn(|_| T::read(from));
         if read.iter().any(Option::is_none) {
@@ -319,7 +319,7 @@ impl<T: Stored> Stored for Vec<T> {
         self.as_slice().write(bytes);
     }
 
-    fn read(from: &mut Reader) -> Option<Self> {
+    fn read(from: &mut ByteReader) -> Option<Self> {
         let n = usize::read(from)?;
         // The length is checked before memory is taken for it.
         if n > from.rest.len() / T::LEAST {
@@ -341,7 +341,7 @@ impl<T: Stored> Stored for Option<T> {
         self.iter().for_each(|value| value.write(bytes));
     }
 
-    fn read(from: &mut Reader) -> Option<Self> {
+    fn read(from: &mut ByteReader) -> Option<Self> {
         if bool::read(from)? { T::read(from).map(Some) } else { Some(None) }
     }
 }
@@ -354,7 +354,7 @@ impl<A: Stored, B: Stored> Stored for (A, B) {
         self.1.write(bytes);
     }
 
-    fn read(from: &mut Reader) -> Option<Self> {
+    fn read(from: &mut ByteReader) -> Option<Self> {
         Some((A::read(from)?, B::read(from)?))
     }
 }
@@ -366,7 +366,7 @@ impl Stored for String {
         self.as_bytes().write(bytes);
     }
 
-    fn read(from: &mut Reader) -> Option<Self> {
+    fn read(from: &mut ByteReader) -> Option<Self> {
         Self::from_utf8(Vec::read(from)?).ok()
     }
 }
@@ -385,7 +385,7 @@ impl Stored for UnitedMesh {
         self.diagonal().write(bytes);
     }
 
-    fn read(from: &mut Reader) -> Option<Self> {
+    fn read(from: &mut ByteReader) -> Option<Self> {
         let (first_groups, channels): (Vec<u32>, Vec<Vec<String>>) = (Vec::read(from)?, Vec::read(from)?);
         let (scales, has_groups): (Vec<f32>, Vec<bool>) = (Vec::read(from)?, Vec::read(from)?);
         let places: Vec<Vec<[f64; 16]>> = Vec::read(from)?;

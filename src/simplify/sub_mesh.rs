@@ -20,12 +20,12 @@ pub(crate) struct SubMesh<'a> {
     importance: Cow<'a, [f32]>,
     kept: Cow<'a, [bool]>,
     locked: Cow<'a, [bool]>,
-    pub origin: Origin,
+    pub origin: SubMeshOrigin,
 }
 
-/// Origin of a subset's vertices and faces in the whole mesh.
+/// SubMeshOrigin of a subset's vertices and faces in the whole mesh.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Origin {
+pub(crate) struct SubMeshOrigin {
     /// Number of vertices of the whole.
     pub n_vertices: usize,
     /// Vertices of the whole; `None` for all.
@@ -46,7 +46,7 @@ impl<'a> SubMesh<'a> {
             importance: Cow::Borrowed(input.importance),
             kept: Cow::Borrowed(input.kept),
             locked: Cow::Borrowed(input.locked),
-            origin: Origin { n_vertices: input.mesh.positions().len(), ..Origin::default() },
+            origin: SubMeshOrigin { n_vertices: input.mesh.positions().len(), ..SubMeshOrigin::default() },
         }
     }
 
@@ -84,7 +84,7 @@ impl<'a> SubMesh<'a> {
         let kept = select_rows(input.kept, &faces);
         let dropped = dropped_components(input.mesh, is_dropped);
         let mut part = Self { attributes: Cow::Owned(attributes), kept, ..Self::whole(input) };
-        part.origin = Origin { faces: Some(faces), n_dropped, n_hidden, dropped, ..part.origin };
+        part.origin = SubMeshOrigin { faces: Some(faces), n_dropped, n_hidden, dropped, ..part.origin };
         part.compact(corners)
     }
 
@@ -92,7 +92,7 @@ impl<'a> SubMesh<'a> {
         let Input { mesh, importance, locked, .. } = self.whole;
         let (mesh, vertices) = compact(mesh.positions(), faces).map_err(|_| SimplifyError::Overflow)?;
         let (importance, locked) = (select_rows(importance, &vertices), select_rows(locked, &vertices));
-        let origin = Origin { vertices: Some(vertices), ..self.origin };
+        let origin = SubMeshOrigin { vertices: Some(vertices), ..self.origin };
         Ok(Self { mesh: Cow::Owned(mesh), importance, locked, origin, ..self })
     }
 
@@ -107,7 +107,7 @@ impl<'a> SubMesh<'a> {
     }
 }
 
-impl Origin {
+impl SubMeshOrigin {
     /// Converts a result for a subset to one for the whole.
     pub(super) fn lift(&self, simplified: &mut Simplified, derivative: &mut Option<Derivative>) {
         let Simplified { source_vertices, map, report, .. } = simplified;

@@ -32,7 +32,7 @@ pub struct RecordedCollapse {
     pub end: CollapseEnd,
 }
 
-/// Collapses a mesh as far as it goes and records all merges.
+/// Collapses a mesh to its smallest form and records all merges.
 pub fn record_collapse(
     mesh: &TriMesh,
     request: &ClosedRequest,

@@ -4,14 +4,17 @@
 //! first ones. Faces are sorted by the split that makes them, so the faces of each level are the first ones, too.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::mesh::pulse::Pulse;
 
 use super::collapse::RecordedMerge;
 
+const CHUNK: usize = 1 << 14;
+
 /// Positions that a split restores.
 #[derive(Clone, Copy)]
-struct Split {
+struct VertexSplit {
     /// Vertex that is split; the vertex itself if it belongs to the smallest mesh.
     parent: u32,
     /// Position of the parent after the split, at unit size.
@@ -21,8 +24,8 @@ struct Split {
 }
 
 pub struct SplitSequence {
-    /// Split that makes each vertex, n_vertices.
-    splits: Vec<Split>,
+    /// VertexSplit that makes each vertex, n_vertices.
+    splits: Vec<VertexSplit>,
     /// Vertex of the surface, n_vertices.
     vertices: Vec<u32>,
     /// True where the parent had moved to the vertex's place; n_vertices.
@@ -102,7 +105,7 @@ impl SplitSequence {
         self.takes_place[vertex]
     }
 
-    /// Returns the largest number of vertices with at most so many vertices and faces, but at least the smallest.
+    /// Returns the number of vertices of the largest level within both limits, or else of the smallest.
     pub fn largest_within(&self, n_vertices: usize, n_faces: usize) -> usize {
         let within_faces = self.face_ends.partition_point(|&end| end as usize <= n_faces).saturating_sub(1);
         within_faces.min(n_vertices).clamp(self.n_roots, self.n_vertices())
@@ -155,27 +158,31 @@ impl SplitSequence {
         let n_roots = self.n_roots as u32;
         let (mut face_ends, mut move_ends) = (vec![0; n + 1], vec![0; n]);
         // Counting sort by the split that makes each face; faces of the smallest mesh count for its last vertex.
-        let births = pulse.map(faces, |&face| follow_corners(face, n_roots, links, |_, _| ()).0);
-        births.iter().for_each(|&birth| face_ends[birth as usize + 1] += 1);
+        let made = pulse.map(faces, |&face| follow_corners(face, n_roots, links, |_, _| ()));
+        made.iter().for_each(|(birth, _)| face_ends[*birth as usize + 1] += 1);
         (0..n).for_each(|vertex| face_ends[vertex + 1] += face_ends[vertex]);
-        let mut slots = face_ends.clone();
+        let mut next = face_ends.clone();
+        let slot_of = |&(birth, _): &(u32, [u32; 3])| {
+            next[birth as usize] += 1;
+            next[birth as usize] - 1
+        };
+        let slots: Vec<u32> = made.iter().map(slot_of).collect();
         self.faces = vec![[0; 3]; faces.len()];
-        let mut moves: Vec<(u32, u32)> = Vec::with_capacity(2 * faces.len());
-        for numbers in pulse.ranges(0..faces.len()) {
-            for (&face, &birth) in faces[numbers.clone()].iter().zip(&births[numbers]) {
-                let slot = &mut slots[birth as usize];
-                let (_, corners) = follow_corners(face, n_roots, links, |vertex, k| {
-                    move_ends[vertex as usize] += 1;
-                    moves.push((vertex, 3 * *slot + k));
-                });
-                self.faces[*slot as usize] = corners;
-                *slot += 1;
+        slots.iter().zip(&made).for_each(|(&slot, (_, corners))| self.faces[slot as usize] = *corners);
+        // Each chunk of faces lists its moves; the lists are then sorted by the vertex that moves.
+        let moves_of = |(faces, slots): (&[[u32; 3]], &[u32])| {
+            let mut moves: Vec<(u32, u32)> = Vec::with_capacity(3 * faces.len());
+            for (&face, &slot) in faces.iter().zip(slots) {
+                follow_corners(face, n_roots, links, |vertex, k| moves.push((vertex, 3 * slot + k)));
             }
-        }
+            moves
+        };
+        let moves: Vec<Vec<(u32, u32)>> = faces.par_chunks(CHUNK).zip(slots.par_chunks(CHUNK)).map(moves_of).collect();
+        moves.iter().flatten().for_each(|(vertex, _)| move_ends[*vertex as usize] += 1);
         let mut sum = 0;
         move_ends.iter_mut().for_each(|end| sum += std::mem::replace(end, sum));
-        self.moves = vec![0; moves.len()];
-        for (vertex, corner) in moves {
+        self.moves = vec![0; sum as usize];
+        for (vertex, corner) in moves.into_iter().flatten() {
             let end = &mut move_ends[vertex as usize];
             self.moves[*end as usize] = corner;
             *end += 1;
@@ -237,18 +244,18 @@ fn link_vertices(n: usize, merges: &[RecordedMerge]) -> Option<(Vec<Link>, Vec<u
     Some((links, vertices))
 }
 
-fn reverse_merges(positions: &[Vec3], merges: &[RecordedMerge], links: &[Link], vertices: &[u32]) -> Vec<Split> {
+fn reverse_merges(positions: &[Vec3], merges: &[RecordedMerge], links: &[Link], vertices: &[u32]) -> Vec<VertexSplit> {
     let mut positions = positions.to_vec();
-    let mut splits: Vec<Split> = Vec::with_capacity(vertices.len());
+    let mut splits: Vec<VertexSplit> = Vec::with_capacity(vertices.len());
     for merge in merges {
         let kept = &mut positions[merge.kept as usize];
         let parent_position = std::mem::replace(kept, merge.position);
         let parent = links[merge.kept as usize].rank;
-        splits.push(Split { parent, parent_position, position: positions[merge.removed as usize] });
+        splits.push(VertexSplit { parent, parent_position, position: positions[merge.removed as usize] });
     }
     splits.extend((0..vertices.len() - merges.len()).rev().map(|rank| {
         let position = positions[vertices[rank] as usize];
-        Split { parent: rank as u32, parent_position: position, position }
+        VertexSplit { parent: rank as u32, parent_position: position, position }
     }));
     splits.reverse();
     splits

@@ -19,6 +19,7 @@ mod mirrored_half;
 mod pair;
 mod passes;
 mod poses;
+mod record_merges;
 mod recording;
 mod state;
 mod stretch;

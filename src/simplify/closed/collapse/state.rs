@@ -117,6 +117,11 @@ fn corners_in_order(surface: &PreparedSurface, order: &[u32]) -> CornerTable {
     CornerTable::new(order.len() + n_ghosts, surface.faces.iter().chain(&ghost_faces).map(by_rank))
 }
 
+fn node_of(surface: &PreparedSurface, v: u32) -> CollapseVertex {
+    let importance = surface.importance.get(v as usize).copied().unwrap_or(1.0);
+    CollapseVertex::new(surface.positions[v as usize], add_pull(surface.quadrics[v as usize]), importance, v)
+}
+
 impl<'a> Collapse<'a> {
     pub fn new(pulse: Pulse<'a>, surface: &PreparedSurface) -> Self {
         let n_inner = surface.n_vertices();
@@ -124,11 +129,7 @@ impl<'a> Collapse<'a> {
         let order = curve_order(n_inner, |v| surface.positions[v as usize].to_array(), || pulse.beat(0));
         let corners = corners_in_order(surface, &order);
         pulse.beat(0);
-        let node = |&v: &u32| {
-            let importance = surface.importance.get(v as usize).copied().unwrap_or(1.0);
-            CollapseVertex::new(surface.positions[v as usize], add_pull(surface.quadrics[v as usize]), importance, v)
-        };
-        let mut nodes: Vec<CollapseVertex> = pulse.counting_if(false).map(&order, node);
+        let mut nodes: Vec<CollapseVertex> = pulse.counting_if(false).map(&order, |&v| node_of(surface, v));
         nodes.extend((0..surface.rings.n_ghosts()).map(|_| CollapseVertex::ghost()));
         // Any corner of a vertex serves as the start of walks around it.
         for c in corners.corners() {
