@@ -27,7 +27,7 @@ const MOST_FILES: usize = 4096;
 
 pub fn run(args: &ProgressionArgs) -> Result<(), Failure> {
     if is_stream(&args.input) || is_stream(&args.output) {
-        return Err(Failure::Usage("progression needs the names of files".into()));
+        return Err(Failure::Usage("progression: give the names of files, not -".into()));
     }
     if !is_progression_name(&args.output) {
         let what = format!("{}: end the name in .nmp, so that simplify reads it", args.output.display());

@@ -73,7 +73,7 @@ fn wrong_requests_end_in_one_line() {
     std::fs::write(folder.path().join("bad.nmp"), "NMESHPRG nothing").unwrap();
     for (arguments, code, why) in [
         (&["progression", spot, "-o", "b.ply"][..], 2, "end the name in .nmp"),
-        (&["progression", "-", "-o", "b.nmp"], 2, "needs the names of files"),
+        (&["progression", "-", "-o", "b.nmp"], 2, "give the names of files"),
         (&["progression", spot, "-o", "a.nmp"], 1, "exists"),
         (&["simplify", "a.nmp", "-o", "b.ply", "--faces", "9", "--subset"], 2, "the options with which it was made"),
         (&["simplify", "a.nmp", "-o", "b.ply", "--size", "9kB"], 2, "levels by size or error"),

@@ -34,7 +34,7 @@ pub fn make_progression(
     watch.begin(JobStage::Simplify);
     let importance = importance(document, job)?;
     let options = options_for(document, job)?;
-    let what = "a progression needs --assembly closed";
+    let what = "--assembly: a progression needs closed";
     let closed = options.assembly.as_closed().ok_or_else(|| JobError::Options(what.into()))?;
     let kept = document.faces_named("--keep", &job.keep)?;
     let input = document.input(&importance, &kept);

@@ -24,6 +24,10 @@ const NONE: u32 = u32::MAX;
 /// Ratio of neighbouring sizes at which the highest price so far is noted.
 const PRICE_STEP: f64 = 1.05;
 
+/// Largest number of moves of corners in saved merges: the first per face, plus the second.
+// Merges of collapses move two corners per face; others could be made to take any memory.
+const MOST_MOVES: [u64; 2] = [64, 1 << 20];
+
 /// All merges of a mesh, in the order of price.
 pub struct RecordedCollapse {
     pub surface: ProgressionSurface,
@@ -67,14 +71,22 @@ impl ProgressionSurface {
     /// Builds the splits of a mesh from its merges; `None` if the merges are of another mesh.
     fn new(mesh: &TriMesh, surface: &PreparedSurface, merges: &[RecordedMerge]) -> Option<Self> {
         let sequence = SplitSequence::new(surface.pulse, &surface.positions, &surface.faces, merges)?;
+        Some(Self::from_sequence(mesh, surface, sequence))
+    }
+
+    fn from_sequence(mesh: &TriMesh, surface: &PreparedSurface, sequence: SplitSequence) -> Self {
         let copies = surface.sources().skip(mesh.positions().len()).collect();
         let faces = (*surface.faces != *mesh.faces()).then(|| surface.faces.to_vec());
-        Some(Self { scale: surface.scale, faces, copies, sequence })
+        Self { scale: surface.scale, faces, copies, sequence }
     }
 
     /// Builds the splits of a mesh from saved merges; `None` if the merges are of another mesh.
     pub fn from_merges(mesh: &TriMesh, merges: &[RecordedMerge]) -> Option<Self> {
-        Self::new(mesh, &PreparedSurface::new(mesh, Pulse::NONE), merges)
+        let surface = PreparedSurface::new(mesh, Pulse::NONE);
+        let most_moves = MOST_MOVES[0] * surface.faces.len() as u64 + MOST_MOVES[1];
+        let sequence =
+            SplitSequence::with_most_moves(Pulse::NONE, &surface.positions, &surface.faces, merges, most_moves)?;
+        Some(Self::from_sequence(mesh, &surface, sequence))
     }
 
     pub fn faces<'a>(&'a self, mesh: &'a TriMesh) -> &'a [[u32; 3]] {

@@ -3,6 +3,8 @@
 //! Vertices are named by rank: the last one that a merge removed comes first, so the vertices of each level are the
 //! first ones. Faces are sorted by the split that makes them, so the faces of each level are the first ones, too.
 
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -52,6 +54,17 @@ struct Link {
 impl SplitSequence {
     /// Reverses merges of a surface's vertices; `None` if a merge has a vertex that is removed or out of range.
     pub fn new(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]], merges: &[RecordedMerge]) -> Option<Self> {
+        Self::with_most_moves(pulse, positions, faces, merges, u64::MAX)
+    }
+
+    /// Reverses merges; also returns `None` if corners of faces move more than `most_moves` times.
+    pub fn with_most_moves(
+        pulse: Pulse,
+        positions: &[Vec3],
+        faces: &[[u32; 3]],
+        merges: &[RecordedMerge],
+        most_moves: u64,
+    ) -> Option<Self> {
         let (links, vertices) = link_vertices(positions.len(), merges)?;
         let n_roots = vertices.len() - merges.len();
         pulse.beat(0);
@@ -69,8 +82,11 @@ impl SplitSequence {
             *takes_place = merge.takes_removed_place;
         }
         pulse.beat(0);
-        sequence.sort_faces(pulse, faces, &links);
-        Some(sequence)
+        let are_bounded = most_moves == u64::MAX || are_moves_within(most_moves, faces, n_roots as u32, &links);
+        are_bounded.then(|| {
+            sequence.sort_faces(pulse, faces, &links);
+            sequence
+        })
     }
 
     pub fn n_vertices(&self) -> usize {
@@ -220,6 +236,16 @@ fn follow_corners(
     }
 }
 
+/// Returns whether the corners of all faces move at most so often; takes no memory.
+fn are_moves_within(most: u64, faces: &[[u32; 3]], n_roots: u32, links: &[Link]) -> bool {
+    let n_moves = AtomicU64::new(0);
+    faces.par_iter().all(|&face| {
+        let mut n = 0;
+        follow_corners(face, n_roots, links, |_, _| n += 1);
+        n_moves.fetch_add(n, Relaxed) + n <= most
+    })
+}
+
 /// Returns rank and parent of each vertex, and the vertex of each rank.
 fn link_vertices(n: usize, merges: &[RecordedMerge]) -> Option<(Vec<Link>, Vec<u32>)> {
     let n_roots = n.checked_sub(merges.len()).filter(|n_roots| *n_roots > 0)?;
@@ -344,6 +370,9 @@ mod tests {
             merges.iter().map(|merge| RecordedMerge { key: 0.0, ..*merge }).collect();
         assert_eq!(sequence.merges().collect::<Vec<_>>(), without_keys);
         let n = mesh.positions().len() as u32;
+        let most =
+            |most| SplitSequence::with_most_moves(Pulse::NONE, &surface.positions, &surface.faces, &merges, most);
+        assert!(most(10_000).is_some() && most(100).is_none());
         for (kept, removed) in [(1, 1), (n, 0), (0, n), (merges[0].removed, 0), (0, merges[0].removed)] {
             let bad = [merges[0], RecordedMerge { kept, removed, ..merges[0] }];
             assert!(SplitSequence::new(Pulse::NONE, &surface.positions, &surface.faces, &bad).is_none());
