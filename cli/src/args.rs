@@ -484,6 +484,62 @@ pub struct ClustersArgs {
     pub force: bool,
 }
 
+const PROGRESSION_NOTES: &str = "\
+Reads what simplify reads; OUT ends in .nmp. `neural-mesh simplify OUT -o LIGHT --ratio R` then makes any size of the mesh without \
+another collapse, as does --faces, --vertices, --lods and, after --prove, --error. The file holds the input, so it may be moved. \
+Exit codes: 0 success, 1 problem with the input or the disk, 2 wrong usage, 130 interrupted.";
+
+/// Arguments of `progression`.
+#[derive(Debug, Parser)]
+#[command(after_help = PROGRESSION_NOTES)]
+pub struct ProgressionArgs {
+    /// Mesh or scene
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+    /// File for the progression, in .nmp
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Prove the distances of levels at halving sizes, so that simplify takes --error; takes longer
+    #[arg(long)]
+    pub prove: bool,
+    /// Measure to favour
+    #[arg(long, value_enum, default_value = "balanced", hide_possible_values = true)]
+    pub optimize: OptimizeArg,
+    /// Time that each level may take: fast, standard or best
+    #[arg(long, value_enum, default_value = "standard", hide_possible_values = true)]
+    pub effort: EffortArg,
+    /// Source of the scores, which say where vertices are needed [default: bending]
+    #[arg(long, value_enum, hide_possible_values = true)]
+    pub scores: Option<ScoresArg>,
+    /// Keep the boundary exactly
+    #[arg(long)]
+    pub lock_boundaries: bool,
+    /// Do not move vertices
+    #[arg(long)]
+    pub subset: bool,
+    /// Keep edges where the surface bends by more than 30 degrees
+    #[arg(long)]
+    pub keep_features: bool,
+    /// Keep all components
+    #[arg(long)]
+    pub keep_components: bool,
+    /// Keep a node, mesh, object, group or material unchanged; may be repeated
+    #[arg(long, value_name = "NAME")]
+    pub keep: Vec<String>,
+    /// Do not merge vertices at equal positions
+    #[arg(long)]
+    pub no_weld: bool,
+    /// Threads to use [default: one per core]; does not change the result
+    #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+    /// Replace an existing file
+    #[arg(short, long)]
+    pub force: bool,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
 /// Arguments of `limits`.
 #[derive(Debug, Parser)]
 #[command(after_help = LIMITS_NOTES)]

@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::args::{ClustersArgs, CompareArgs, InfoArgs, LimitsArgs, MeshPointsArgs, SimplifyArgs};
+use crate::args::{ClustersArgs, CompareArgs, InfoArgs, LimitsArgs, MeshPointsArgs, ProgressionArgs, SimplifyArgs};
 use crate::train::TrainArgs;
 
 /// Simplifies triangle meshes: closed meshes stay closed, and results stay close to the original.
@@ -19,6 +19,8 @@ pub struct Args {
 pub enum Command {
     /// Simplify a mesh
     Simplify(Box<SimplifyArgs>),
+    /// Collapse a mesh once, for `simplify` to make any size of it
+    Progression(ProgressionArgs),
     /// Make a mesh from a point cloud with a trained network
     MeshPoints(MeshPointsArgs),
     /// Write a hierarchy of clusters, whose level of detail varies over the surface

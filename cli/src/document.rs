@@ -1,17 +1,27 @@
 //! Reading of a request's input.
 
+use std::path::Path;
+
 use neural_mesh::io::{self, Format};
-use neural_mesh::job::Document;
+use neural_mesh::job::{Document, format_of_progression};
+use neural_mesh::simplify::Progression;
 
 use crate::failure::Failure;
+use crate::files;
 use crate::names::{is_vrm, single_file_format};
 use crate::read::{parse_source, read_asset};
 use crate::request::Request;
+
+/// Ending of the names of progressions.
+const PROGRESSION_ENDING: &str = "nmp";
 
 /// Reads and cleans the input of a request; a glTF written as glTF stays a scene.
 ///
 /// An output format not yet known becomes that of the input.
 pub fn open(request: &mut Request) -> Result<Document, Failure> {
+    if is_progression_name(&request.source.path) {
+        return open_progression(request);
+    }
     if request.takes_input_format && request.source.is_gltf() {
         // A glTF scene becomes a GLB, since standard output takes a single file.
         set_input_format(request, Some(Format::Gltf))?;
@@ -45,4 +55,19 @@ fn check_vrm(document: &Document, request: &Request) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
+}
+
+/// Returns whether a name is that of a progression.
+pub fn is_progression_name(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(PROGRESSION_ENDING))
+}
+
+/// Opens the document of the progression that a request names as input.
+fn open_progression(request: &mut Request) -> Result<Document, Failure> {
+    let path = request.source.path.clone();
+    let progression = Progression::from_bytes(&files::read(&path)?).map_err(|error| Failure::in_file(&path, error))?;
+    if request.takes_input_format {
+        set_input_format(request, format_of_progression(&progression))?;
+    }
+    Document::from_progression(progression, &request.job).map_err(|error| request.failure(error))
 }

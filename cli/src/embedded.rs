@@ -6,9 +6,10 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io::{Folder, Format, ReadMesh};
-use neural_mesh::job::{Arguments, Document, Goal, JobStage, Watch};
+use neural_mesh::job::{Arguments, Document, Goal, Job, JobStage, Watch, make_progression};
 use neural_mesh::mesh::RawMesh;
-use neural_mesh::simplify::{Assembly, Listener, Record, Simplified, simplify_recorded};
+use neural_mesh::model::Weights;
+use neural_mesh::simplify::{Assembly, Listener, Options, Progression, Record, Simplified, Target, simplify_recorded};
 use serde::Deserialize;
 
 use crate::failure::display_path;
@@ -18,7 +19,7 @@ use crate::progress::Progress;
 use crate::read::{self, read_weights};
 use crate::request::Request;
 use crate::simplify::{check_outputs, check_target, simplify_document};
-use crate::{batch, compare, document, mesh_points};
+use crate::{batch, compare, document, mesh_points, progression};
 
 pub use crate::args::{CompareArgs, MeshPointsArgs};
 pub use crate::compare::ComparisonOutput;
@@ -106,7 +107,17 @@ pub fn simplify(
     let mut progress = Progress::with_listener(listener);
     progress.begin(JobStage::Read);
     let document = open_document(given, &mut request)?;
-    let (mut run, results) = simplify_document(&document, &request, weights.as_ref(), &mut progress)?;
+    complete(&document, &request, weights.as_ref(), &mut progress, check_cancelled)
+}
+
+fn complete(
+    document: &Document,
+    request: &Request,
+    weights: Option<&Weights>,
+    progress: &mut Progress,
+    check_cancelled: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Outcome, Failure> {
+    let (mut run, results) = simplify_document(document, request, weights, progress)?;
     if check_cancelled().is_break() {
         return Err(Failure::Interrupted);
     }
@@ -126,8 +137,72 @@ pub fn simplify(
         group_names: document.group_names(),
         paths: request.outputs(),
         bytes,
-        unmet: check_target(&request, &report).err().map(|failure| failure.to_string()),
+        unmet: check_target(request, &report).err().map(|failure| failure.to_string()),
     })
+}
+
+/// A progression and the document of which it has all levels.
+pub struct OpenProgression(Document);
+
+impl OpenProgression {
+    /// Makes the progression of the given mesh, or of the input file; proves distances of levels if `proves`.
+    ///
+    /// # Errors
+    /// As [`simplify`].
+    pub fn new(
+        arguments: Arguments,
+        files: &Files,
+        given: Option<InputMesh>,
+        proves: bool,
+        listener: Box<Listener<'static>>,
+    ) -> Result<Self, Failure> {
+        let mut request = request(arguments, files, given.is_some())?;
+        request.source.joins_scene |= matches!(given, Some(InputMesh::Mesh(..)));
+        let weights = read_weights(request.weights.as_deref(), &request.job.options.assembly)?;
+        let mut progress = Progress::with_listener(listener);
+        progress.begin(JobStage::Read);
+        let input = match &given {
+            Some(InputMesh::Mesh(..)) => Vec::new(),
+            Some(InputMesh::File(bytes, name)) => vec![(name.clone(), bytes.clone())],
+            None => progression::read_files(&request.source.path)?,
+        };
+        let document = open_document(given, &mut request)?;
+        let made = make_progression(&document, &request.job, weights.as_ref(), proves, &mut progress);
+        let mut progression = made.map_err(|error| request.failure(error))?;
+        progression.files = input;
+        Ok(Self(document.with_progression(progression)))
+    }
+
+    /// Opens the bytes of a progression.
+    ///
+    /// # Errors
+    /// [`Failure`] if the bytes are no progression.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Failure> {
+        let failed = |error: &dyn std::fmt::Display| Failure::Failed(error.to_string());
+        let progression = Progression::from_bytes(bytes).map_err(|error| failed(&error))?;
+        let job = Job::new(Options::new(Target::Ratio(1.0)), Format::Ply);
+        Document::from_progression(progression, &job).map(Self).map_err(|error| failed(&error))
+    }
+
+    /// Returns the progression.
+    pub fn progression(&self) -> Option<&Progression> {
+        self.0.progression()
+    }
+
+    /// Makes the level that the arguments request, as [`simplify`] does.
+    ///
+    /// # Errors
+    /// As [`simplify`].
+    pub fn level(
+        &self,
+        arguments: Arguments,
+        files: &Files,
+        listener: Box<Listener<'static>>,
+        check_cancelled: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Outcome, Failure> {
+        let request = request(arguments, files, true)?;
+        complete(&self.0, &request, None, &mut Progress::with_listener(listener), check_cancelled)
+    }
 }
 
 fn open_document(given: Option<InputMesh>, request: &mut Request) -> Result<Document, Failure> {

@@ -32,6 +32,7 @@ mod out_of_memory;
 mod page;
 mod plan;
 mod progress;
+mod progression;
 mod read;
 mod request;
 mod scene_info;
@@ -71,6 +72,7 @@ pub fn run() -> ExitCode {
         Command::Simplify(args) if batch::is_batch(&args) => batch::run(*args),
         Command::Simplify(args) => request::resolve_request(*args).and_then(simplify::run),
         Command::MeshPoints(args) => mesh_points::run(args),
+        Command::Progression(args) => progression::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Clusters(args) => clusters::run(&args),
         Command::Limits(args) => size_limits::run(&args),

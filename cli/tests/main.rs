@@ -26,6 +26,7 @@ mod names;
 mod numbers;
 mod packed;
 mod poses;
+mod progression;
 mod repair;
 mod scenes;
 mod simplify;

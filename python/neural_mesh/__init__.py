@@ -12,6 +12,7 @@ from ._faces import find_clean_faces
 from ._learn import Sample, train
 from ._native import NeuralMeshError, OptionError, __version__
 from ._points import mesh_points
+from ._progression import Progression, load_progression, progression
 from ._record import Record, record
 from ._report import Report, report_schema
 from ._result import Light, Map, NeuralMeshWarning, NotReachedError
@@ -25,14 +26,17 @@ __all__ = [
     "NeuralMeshWarning",
     "NotReachedError",
     "OptionError",
+    "Progression",
     "Record",
     "Report",
     "Sample",
     "__version__",
     "compare",
     "find_clean_faces",
+    "load_progression",
     "lods",
     "mesh_points",
+    "progression",
     "record",
     "report_schema",
     "show",

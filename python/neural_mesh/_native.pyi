@@ -14,11 +14,14 @@ __all__ = [
     "Outcome",
     "ResultArrays",
     "Meshed",
+    "Progression",
     "Record",
     "Pass",
     "simplify",
     "compare",
     "mesh_points",
+    "progression",
+    "read_progression",
     "record",
     "train",
     "cut",
@@ -102,6 +105,15 @@ class Meshed:
     def report(self) -> str: ...
 
 @final
+class Progression:
+    def level(self, options: dict[str, Any], files: dict[str, Any], threads: int | None) -> Outcome: ...
+    def to_bytes(self) -> bytes: ...
+    @property
+    def size(self) -> tuple[int, int]: ...
+    @property
+    def proved_levels(self) -> list[tuple[int, float]]: ...
+
+@final
 class Record:
     @property
     def faces(self) -> NDArray[np.int32]: ...
@@ -110,6 +122,17 @@ class Record:
     def output_vertices(self) -> NDArray[np.int32]: ...
     def sizes(self) -> list[int]: ...
 
+def progression(
+    options: dict[str, Any],
+    files: dict[str, Any],
+    mesh: _Mesh | None,
+    file: tuple[bytes, str] | None,
+    importance: NDArray[np.float32] | None,
+    prove: bool,
+    threads: int | None,
+    progress: _Progress | None,
+) -> Progression: ...
+def read_progression(bytes: bytes) -> Progression: ...
 def record(
     options: Mapping[str, Any], files: Mapping[str, Any], mesh: _Mesh, threads: int | None, progress: _Progress | None
 ) -> Record: ...

@@ -176,22 +176,12 @@ def _simplify_levels(mesh: Any, triangles: Any, target: Mapping[str, Any], optio
         raise _native.OptionError(f"on_dirty={options['on_dirty']!r}: choose from warn, raise, ignore")
     # The input with its attributes, and the options of the simplifier apart from those about files.
     source = read_input(mesh if triangles is None else (mesh, triangles), options["attributes"], options["groups"], options["on_dirty"])
-    selected = {name: value for name, value in options.items() if name not in OWN}
-    if source.ignores_groups:
-        selected["ignore"] = [*(selected["ignore"] or ()), "materials"]
+    selected, factors = _prepare_options(options, source)
     files = {"input": source.path, **{name: options[name] for name in FILES}}
     if files["out"] is not None and os.fspath(files["out"]) == "-":
         raise _native.OptionError("out='-': give the name of a file")
     if source.is_scene and files["out"] is None:
         files.update(bytes=True, format="glb")
-    if isinstance(selected["ignore"], str):
-        selected["ignore"] = selected["ignore"].split(",")
-    factors = options["importance"]
-    if isinstance(factors, str):
-        selected["importance"] = factors
-        factors = None
-    if factors is not None:
-        factors = _read_importance(factors, source)
     # Face values are carried by the map, so it is needed for them, too.
     wants_map = bool(selected["map"])
     selected["map"] = wants_map or (bool(source.face_values) and "lods" not in target)
@@ -207,6 +197,20 @@ def _simplify_levels(mesh: Any, triangles: Any, target: Mapping[str, Any], optio
         raise NotReachedError(outcome.unmet, lights)
     _warn_of_surprises(lights, source, options)
     return lights
+
+
+def _prepare_options(options: Mapping[str, Any], source: MeshInput) -> tuple[dict[str, Any], NDArray[np.float32] | None]:
+    """Returns the simplifier's options, and the importance of each vertex if it is given in numbers."""
+    selected = {name: value for name, value in options.items() if name not in OWN}
+    if source.ignores_groups:
+        selected["ignore"] = [*(selected["ignore"] or ()), "materials"]
+    if isinstance(selected["ignore"], str):
+        selected["ignore"] = selected["ignore"].split(",")
+    factors = options["importance"]
+    if isinstance(factors, str):
+        selected["importance"] = factors
+        factors = None
+    return selected, None if factors is None else _read_importance(factors, source)
 
 
 def _check_file(source: MeshInput, threads: int | None) -> None:

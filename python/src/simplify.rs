@@ -63,7 +63,7 @@ pub fn simplify(
 }
 
 impl Outcome {
-    fn new(py: Python, outcome: embedded::Outcome) -> PyResult<Self> {
+    pub fn new(py: Python, outcome: embedded::Outcome) -> PyResult<Self> {
         let is_scene = outcome.file_vertices.is_none();
         let to_arrays = |result| Py::new(py, ResultArrays::new(py, result, is_scene)?);
         Ok(Self {

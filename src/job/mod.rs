@@ -26,8 +26,10 @@ mod meshopt;
 mod option_value;
 mod outcome;
 mod parse;
+mod progression;
 mod report;
 mod request;
+mod resolve;
 mod run;
 mod shares;
 mod simplified_results;
@@ -45,6 +47,7 @@ pub use files::{Files, Meshes};
 pub use option_value::OptionValue;
 pub use outcome::JobOutcome;
 pub use parse::{RatioOf, bound, count, parse_scaled, ratio_of, share};
+pub use progression::{format_of_progression, make_progression};
 pub use report::{
     Certified, CleaningFigures, DistanceFigures, Dropped, JobReport, Level, MapFile, NamedShare, OutputFigures,
     REACHED, RepairFigures, SAMPLES, Seconds, Shape, Size, TargetWords, outcome_words, score_words, stop_reason,

@@ -4,9 +4,7 @@ use crate::io::{Format, PackOptions, Packing};
 use crate::mesh::Role;
 use crate::model::Weights;
 use crate::search::simplify_to_size;
-use crate::simplify::{
-    Assembly, Hidden, Input, Options, Purpose, SEAM_ERROR, Simplified, Target, simplify, simplify_levels_of_detail,
-};
+use crate::simplify::{Hidden, Input, Options, Purpose, Simplified, Target, simplify, simplify_levels_of_detail};
 
 use super::advice::list_advice;
 use super::bake;
@@ -16,11 +14,13 @@ use super::error::JobError;
 use super::files::Meshes;
 use super::importance::importance;
 use super::outcome::JobOutcome;
+use super::progression::levels_for_goal;
 use super::report::{
     Certified, DistanceFigures, JobReport, Level, OutputFigures, SAMPLES, Seconds, Size, outcome_words, score_words,
     stop_reason, target_words,
 };
 use super::request::Job;
+use super::resolve::{options_for, resolve_target};
 use super::shares;
 use super::simplified_results::SimplifiedResults;
 use super::size::{Goal, LevelSize};
@@ -81,6 +81,9 @@ fn simplify_document(
     weights: Option<&Weights>,
     watch: &mut dyn Watch,
 ) -> Result<SimplifiedResults, JobError> {
+    if let Some(progression) = document.progression() {
+        return levels_for_goal(document, progression, job);
+    }
     // Named shares are simplified first; the rest then gets the remaining size.
     let importance = importance(document, job)?;
     let options = options_for(document, job)?;
@@ -135,26 +138,6 @@ fn bytes_of(document: &Document, result: &Simplified, job: &Job) -> Result<usize
     let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
     let files = document.to_files(&alone, job, job.names.file(0));
     files.map(|files| files.n_bytes()).map_err(|error| JobError::Output(error.to_string()))
-}
-
-fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
-    let mut options = job.options.clone();
-    options.target = resolve_target(job.target(document.mesh().faces().len()), document, job);
-    match &mut options.assembly {
-        Assembly::Closed(closed) => {
-            closed.frame = document.written_frame(job);
-            closed.prune_below = job.prune_below.map_or(0.0, |size| size.to_absolute(document.diagonal()));
-            closed.seam_error = job.seam_texels.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
-            closed.symmetric = closed.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
-        }
-        Assembly::Paper(_) => {}
-    }
-    Ok(options)
-}
-
-// Named shares are simplified first and leave fewer vertices, so the ratio of all vertices becomes a number before.
-fn resolve_target(target: Target, document: &Document, job: &Job) -> Target {
-    if job.shares.is_empty() { target } else { shares::ratio_to_count(target, document.mesh().positions().len()) }
 }
 
 fn bake_result(

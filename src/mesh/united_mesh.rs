@@ -27,11 +27,11 @@ pub struct UnitedMesh {
     pub mesh: TriMesh,
     /// Attributes with the channels of all meshes and separate groups per mesh.
     pub attributes: Attributes,
-    first_groups: Vec<u32>,
-    channels: Vec<Vec<String>>,
-    scales: Vec<f32>,
-    has_groups: Vec<bool>,
-    places: Vec<Vec<DMat4>>,
+    pub(crate) first_groups: Vec<u32>,
+    pub(crate) channels: Vec<Vec<String>>,
+    pub(crate) scales: Vec<f32>,
+    pub(crate) has_groups: Vec<bool>,
+    pub(crate) places: Vec<Vec<DMat4>>,
     diagonal: f64,
 }
 
@@ -94,6 +94,40 @@ impl UnitedMesh {
             diagonal: 0.0,
         };
         Some(united.center_scene())
+    }
+
+    /// Returns the scene without its mesh, to place results.
+    pub(crate) fn without_mesh(&self) -> Self {
+        let (mesh, attributes) = (TriMesh::default(), Attributes::default());
+        let Self { first_groups, channels, scales, has_groups, places, diagonal, .. } = self;
+        let (first_groups, channels) = (first_groups.clone(), channels.clone());
+        let (scales, has_groups, places) = (scales.clone(), has_groups.clone(), places.clone());
+        Self { mesh, attributes, first_groups, channels, scales, has_groups, places, diagonal: *diagonal }
+    }
+
+    /// Rebuilds [`without_mesh`](Self::without_mesh); `None` if the arrays are of different numbers of pieces.
+    pub(crate) fn without_meshes(
+        first_groups: Vec<u32>,
+        channels: Vec<Vec<String>>,
+        (scales, has_groups): (Vec<f32>, Vec<bool>),
+        places: Vec<Vec<DMat4>>,
+        diagonal: f64,
+    ) -> Option<Self> {
+        let n = scales.len();
+        let fit = first_groups.len() == n + 1 && channels.len() == n && has_groups.len() == n && places.len() == n;
+        let are_sorted = first_groups.first() == Some(&0) && first_groups.is_sorted();
+        let are_finite = scales.iter().all(|scale| scale.is_normal()) && diagonal.is_finite();
+        let (mesh, attributes) = (TriMesh::default(), Attributes::default());
+        (n > 0 && fit && are_sorted && are_finite).then_some(Self {
+            mesh,
+            attributes,
+            first_groups,
+            channels,
+            scales,
+            has_groups,
+            places,
+            diagonal,
+        })
     }
 
     fn center_scene(mut self) -> Self {

@@ -2,7 +2,9 @@
 
 mod error;
 mod progress;
+mod prove;
 mod size;
 
 pub use error::{Bounded, simplify_to_error};
+pub use prove::prove_progression;
 pub use size::simplify_to_size;

@@ -40,22 +40,41 @@ fn simplify_whole<'p>(
     levels: Levels<'_, 'p>,
     progress: Progress<'p>,
 ) -> Result<FinishedLevels<'p>, SimplifyError> {
-    let Input { mesh, attributes, .. } = *input;
-    // Stored normals that equal the face normals carry no information; they would make every edge a held hard edge.
-    let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
-    let normals = normals.filter(|_| is_shaded_flat(mesh, attributes));
-    let others = normals.map(|_| attributes.clone().keep_roles(|role| role != Role::Normal, true));
-    let input = Input { attributes: others.as_ref().unwrap_or(attributes), ..*input };
-    let mut levels = simplify_levels(mesh, &ClosedRequest::new(&input, task), levels, progress)?;
-    for closed in &mut levels.results {
-        if let Some(normals) = normals {
-            let Simplified { mesh, attributes, .. } = &mut closed.simplified;
-            *attributes = with_flat_normals(mesh, attributes, &normals.name);
-        }
-        // Kept faces get all their values back, normals included.
-        closed.restore_kept(attributes);
-    }
+    let plain = PlainInput::new(input);
+    let mut levels = simplify_levels(input.mesh, &ClosedRequest::new(&plain.input(), task), levels, progress)?;
+    levels.results.iter_mut().for_each(|closed| plain.restore(closed));
     Ok(levels)
+}
+
+/// Input without stored normals that equal the face normals.
+// Such normals carry no information, and would make every edge a held hard edge.
+pub(super) struct PlainInput<'a> {
+    given: Input<'a>,
+    flat_normals: Option<&'a str>,
+    others: Option<Attributes>,
+}
+
+impl<'a> PlainInput<'a> {
+    pub fn new(input: &Input<'a>) -> Self {
+        let Input { mesh, attributes, .. } = *input;
+        let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
+        let normals = normals.filter(|_| is_shaded_flat(mesh, attributes));
+        let others = normals.map(|_| attributes.clone().keep_roles(|role| role != Role::Normal, true));
+        Self { given: *input, flat_normals: normals.map(|channel| channel.name.as_str()), others }
+    }
+
+    pub fn input(&self) -> Input<'_> {
+        Input { attributes: self.others.as_ref().unwrap_or(self.given.attributes), ..self.given }
+    }
+
+    /// Gives a result flat normals if the input had them, and kept faces all their values.
+    pub fn restore(&self, closed: &mut ClosedResult) {
+        if let Some(name) = self.flat_normals {
+            let Simplified { mesh, attributes, .. } = &mut closed.simplified;
+            *attributes = with_flat_normals(mesh, attributes, name);
+        }
+        closed.restore_kept(self.given.attributes);
+    }
 }
 
 pub(super) fn simplify_by_paper(

@@ -105,13 +105,13 @@ mod tests {
         let faces = (0..4).flat_map(|i| sphere.faces().iter().map(move |face| face.map(|v| v + i * n)));
         let mesh = TriMesh::new(places.into_iter().flat_map(at).collect(), faces.collect()).unwrap();
         let options = ClosedOptions { hidden: Hidden::Drop, ..dropping_below(0.0) };
-        assert_eq!(prune(Pulse::NONE, &Input::bare(&sphere), &options).unwrap().n_dropped, 0);
+        assert_eq!(prune(Pulse::NONE, &Input::bare(&sphere), &options).unwrap().origin.n_dropped, 0);
         let left = prune(Pulse::NONE, &Input::bare(&mesh), &options).unwrap();
-        assert_eq!((left.n_dropped, left.n_hidden), (2, 2));
-        let faces = left.faces.unwrap();
+        assert_eq!((left.origin.n_dropped, left.origin.n_hidden), (2, 2));
+        let faces = left.origin.faces.unwrap();
         assert_eq!((faces.len(), faces.last()), (2 * sphere.faces().len(), Some(&(mesh.faces().len() as u32 - 1))));
         let both = prune(Pulse::NONE, &Input::bare(&mesh), &ClosedOptions { prune_below: 4.0, ..options }).unwrap();
-        assert_eq!((both.n_dropped, both.n_hidden), (3, 2));
+        assert_eq!((both.origin.n_dropped, both.origin.n_hidden), (3, 2));
     }
 
     #[test]
@@ -127,11 +127,11 @@ mod tests {
         assert_eq!(count_components(Pulse::NONE, &cubes), (3, 0));
         let input = Input::bare(&cubes);
         let below = |side: f64| prune(Pulse::NONE, &input, &dropping_below(side * 3f64.sqrt())).unwrap();
-        assert_eq!([0.99, 0.0, f64::NAN, 2.01].map(|side| below(side).n_dropped), [0, 0, 0, 2]);
+        assert_eq!([0.99, 0.0, f64::NAN, 2.01].map(|side| below(side).origin.n_dropped), [0, 0, 0, 2]);
         let two = below(1.01);
-        assert_eq!((two.n_dropped, two.vertices.unwrap()[0], two.faces.unwrap()[0]), (1, 8, 12));
+        assert_eq!((two.origin.n_dropped, two.origin.vertices.unwrap()[0], two.origin.faces.unwrap()[0]), (1, 8, 12));
         let last = below(100.0);
-        assert_eq!((last.n_dropped, last.input().mesh.faces().len()), (2, 12));
+        assert_eq!((last.origin.n_dropped, last.input().mesh.faces().len()), (2, 12));
     }
 
     #[test]
@@ -145,7 +145,10 @@ mod tests {
         assert_eq!(large.positions()[0], [0.0; 3]);
         let touching = TriMesh::new(positions.collect(), faces.collect()).unwrap();
         let one = prune(Pulse::NONE, &Input::bare(&touching), &dropping_below(0.5)).unwrap();
-        assert_eq!((one.n_dropped, one.faces, one.vertices), (1, Some(vec![0, 1, 2, 3]), Some(vec![0, 1, 2, 3])));
+        assert_eq!(
+            (one.origin.n_dropped, one.origin.faces, one.origin.vertices),
+            (1, Some(vec![0, 1, 2, 3]), Some(vec![0, 1, 2, 3]))
+        );
     }
 
     #[test]

@@ -34,10 +34,14 @@ impl Limit {
 }
 
 pub(super) fn resolve_limit(mesh: &TriMesh, target: Target) -> Result<Limit, SimplifyError> {
+    resolve_limit_of(mesh.positions().len(), target)
+}
+
+pub(super) fn resolve_limit_of(n_vertices: usize, target: Target) -> Result<Limit, SimplifyError> {
     match target {
         Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {
             // Rounded down, so that the result is never larger than the requested share.
-            let vertices = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
+            let vertices = ((n_vertices as f64 * ratio) as usize).max(1);
             Ok(Limit::from_vertices(vertices))
         }
         Target::Vertices(vertices) if vertices > 0 => Ok(Limit::from_vertices(vertices)),

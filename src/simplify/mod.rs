@@ -17,6 +17,8 @@ mod network_scores;
 mod options;
 pub mod paper;
 mod progress;
+mod progression;
+mod progression_bytes;
 mod record;
 mod report;
 mod sample_vertices;
@@ -47,6 +49,7 @@ pub use options::{
     Options, Outcome, PaperOptions, Purpose, Refinements, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError,
     Symmetry, Target,
 };
+pub use progression::{Progression, ProvedLevel};
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;

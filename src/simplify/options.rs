@@ -445,6 +445,10 @@ pub enum SimplifyError {
     InMirrorPlane(usize),
     /// Option that cannot be combined with symmetry.
     NotWithSymmetry(&'static str),
+    /// Bytes that are no progression; the text says why.
+    BadProgression(&'static str),
+    /// Progression without proved distances.
+    NotProved,
     /// Factors of wrong number or not positive, or a vertex on no face.
     BadImportance,
     /// No weights for the paper's assembly.
@@ -471,16 +475,15 @@ impl std::fmt::Display for SimplifyError {
                 f,
                 "attributes or importance do not match the mesh: give one row per face and one positive number per vertex"
             ),
-            Self::NotSymmetric { plane, vertices: 0, faces } => write!(
-                f,
-                "not symmetric about {plane}: {faces} faces have no mirror image: choose another plane or turn symmetry off"
-            ),
-            Self::NotSymmetric { plane, vertices, .. } => write!(
-                f,
-                "not symmetric about {plane}: {vertices} vertices have no mirror image: choose another plane or turn symmetry off"
-            ),
+            Self::NotSymmetric { plane, vertices, faces } => {
+                let (n, what) = if *vertices == 0 { (faces, "faces") } else { (vertices, "vertices") };
+                let advice = "choose another plane or turn symmetry off";
+                write!(f, "not symmetric about {plane}: {n} {what} have no mirror image: {advice}")
+            }
             Self::InMirrorPlane(n) => write!(f, "{n} faces lie in the mirror plane: remove them, or turn symmetry off"),
             Self::NotWithSymmetry(what) => write!(f, "{what} and symmetry cannot be combined: leave one out"),
+            Self::BadProgression(why) => write!(f, "not a progression that this version reads: {why}: make it again"),
+            Self::NotProved => write!(f, "the progression has no proved distances: prove it, or ask for a size"),
             Self::BadImportance => write!(
                 f,
                 "invalid importance: must be one positive number per vertex, and every vertex must be on a face"

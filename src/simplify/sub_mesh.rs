@@ -20,13 +20,21 @@ pub(crate) struct SubMesh<'a> {
     importance: Cow<'a, [f32]>,
     kept: Cow<'a, [bool]>,
     locked: Cow<'a, [bool]>,
+    pub origin: SubMeshOrigin,
+}
+
+/// SubMeshOrigin of a subset's vertices and faces in the whole mesh.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SubMeshOrigin {
+    /// Number of vertices of the whole.
+    pub n_vertices: usize,
     /// Vertices of the whole; `None` for all.
     pub vertices: Option<Vec<u32>>,
     /// Faces of the whole; `None` for all.
     pub faces: Option<Vec<u32>>,
     pub n_dropped: usize,
     pub n_hidden: usize,
-    dropped: Vec<DroppedComponent>,
+    pub dropped: Vec<DroppedComponent>,
 }
 
 impl<'a> SubMesh<'a> {
@@ -38,11 +46,7 @@ impl<'a> SubMesh<'a> {
             importance: Cow::Borrowed(input.importance),
             kept: Cow::Borrowed(input.kept),
             locked: Cow::Borrowed(input.locked),
-            vertices: None,
-            faces: None,
-            n_dropped: 0,
-            n_hidden: 0,
-            dropped: Vec::new(),
+            origin: SubMeshOrigin { n_vertices: input.mesh.positions().len(), ..SubMeshOrigin::default() },
         }
     }
 
@@ -77,15 +81,10 @@ impl<'a> SubMesh<'a> {
         let faces: Vec<u32> = (0..input.mesh.faces().len() as u32).filter(|&f| !is_dropped(f as usize)).collect();
         let attributes = input.attributes.clone().select_faces(&faces).ok_or(SimplifyError::BadInput)?;
         let corners = faces.iter().map(|&f| input.mesh.faces()[f as usize]).collect();
-        let part = Self {
-            attributes: Cow::Owned(attributes),
-            kept: select_rows(input.kept, &faces),
-            faces: Some(faces),
-            n_dropped,
-            n_hidden,
-            dropped: dropped_components(input.mesh, is_dropped),
-            ..Self::whole(input)
-        };
+        let kept = select_rows(input.kept, &faces);
+        let dropped = dropped_components(input.mesh, is_dropped);
+        let mut part = Self { attributes: Cow::Owned(attributes), kept, ..Self::whole(input) };
+        part.origin = SubMeshOrigin { faces: Some(faces), n_dropped, n_hidden, dropped, ..part.origin };
         part.compact(corners)
     }
 
@@ -93,7 +92,8 @@ impl<'a> SubMesh<'a> {
         let Input { mesh, importance, locked, .. } = self.whole;
         let (mesh, vertices) = compact(mesh.positions(), faces).map_err(|_| SimplifyError::Overflow)?;
         let (importance, locked) = (select_rows(importance, &vertices), select_rows(locked, &vertices));
-        Ok(Self { mesh: Cow::Owned(mesh), importance, locked, vertices: Some(vertices), ..self })
+        let origin = SubMeshOrigin { vertices: Some(vertices), ..self.origin };
+        Ok(Self { mesh: Cow::Owned(mesh), importance, locked, origin, ..self })
     }
 
     pub fn input(&self) -> Input<'_> {
@@ -102,6 +102,13 @@ impl<'a> SubMesh<'a> {
     }
 
     /// Converts a result for these faces to one for the whole.
+    pub(super) fn lift(&self, simplified: &mut Simplified, derivative: &mut Option<Derivative>) {
+        self.origin.lift(simplified, derivative);
+    }
+}
+
+impl SubMeshOrigin {
+    /// Converts a result for a subset to one for the whole.
     pub(super) fn lift(&self, simplified: &mut Simplified, derivative: &mut Option<Derivative>) {
         let Simplified { source_vertices, map, report, .. } = simplified;
         if let Some(faces) = &self.faces {
@@ -115,7 +122,7 @@ impl<'a> SubMesh<'a> {
         }
         let Some(vertices) = &self.vertices else { return };
         if let Some(map) = map {
-            let mut outputs = vec![u32::MAX; self.whole.mesh.positions().len()];
+            let mut outputs = vec![u32::MAX; self.n_vertices];
             vertices.iter().zip(&map.output_vertices).for_each(|(&v, &x)| outputs[v as usize] = x);
             map.output_vertices = outputs;
             let sources = map.input_vertices.iter_mut().filter(|v| **v != u32::MAX);

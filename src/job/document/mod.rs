@@ -12,7 +12,7 @@ use crate::mesh::cleanup::{CleanCounts, Cleaned};
 use crate::mesh::{Attributes, Channel, Frame, Looks, Role, TriMesh, UnitedMesh};
 use crate::picture::image_size;
 use crate::repair::RepairCounts;
-use crate::simplify::{self, Input, MirrorPlane, Symmetry, importance_of_channel};
+use crate::simplify::{self, Input, MirrorPlane, Progression, Symmetry, importance_of_channel};
 
 use super::error::JobError;
 use super::report::Dropped;
@@ -33,6 +33,8 @@ pub struct Document {
     /// Changes made by `--fill-holes` or `--printable`.
     pub repaired: Option<RepairCounts>,
     kind: Kind,
+    /// Progression whose levels are the results.
+    progression: Option<Progression>,
     // Attributes that the result keeps; `None` if it keeps all of the input's.
     wanted: Option<Attributes>,
     /// Importance of each vertex, in the order of the file.
@@ -162,6 +164,16 @@ impl Document {
         let all = self.attributes();
         let wanted = self.wanted.as_ref().unwrap_or(all).clone();
         Attributes { groups: all.groups.clone(), ..wanted }
+    }
+
+    /// Sets the progression of the document's mesh; results are then its levels.
+    pub fn with_progression(self, progression: Progression) -> Self {
+        Self { progression: Some(progression), ..self }
+    }
+
+    /// Returns the progression whose levels are the results, if there is one.
+    pub fn progression(&self) -> Option<&Progression> {
+        self.progression.as_ref()
     }
 
     /// Returns the united mesh of a scene.

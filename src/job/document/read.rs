@@ -30,11 +30,7 @@ impl Document {
         let cleaned = clean(raw, &clean_options(job)).map_err(|error| JobError::Document(error.to_string()))?;
         let (frame, counts) = (cleaned.frame, cleaned.counts);
         let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
-        let textures = job.textures.map(Textures::new);
-        Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures }
-            .check_images(job)?
-            .repair_mesh(job)?
-            .select_attributes(job)
+        Self::from_kind(kind, (frame, counts), notes, job).check_images(job)?.repair_mesh(job)?.select_attributes(job)
     }
 
     /// Cleans each mesh of a glTF scene.
@@ -105,8 +101,12 @@ impl Document {
             )
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
-        let (frame, textures) = (Frame::default(), job.textures.map(Textures::new));
-        Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures })
+        Ok(Self::from_kind(kind, (Frame::default(), counts), notes, job))
+    }
+
+    fn from_kind(kind: Kind, (frame, counts): (Frame, CleanCounts), notes: Vec<String>, job: &Job) -> Self {
+        let textures = job.textures.map(Textures::new);
+        Self { frame, counts, notes, repaired: None, kind, progression: None, wanted: None, factors: None, textures }
     }
 
     // Only attributes that the job needs and the format can store are kept.

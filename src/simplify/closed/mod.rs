@@ -13,10 +13,12 @@ mod original;
 mod output;
 mod pins;
 mod prepare;
+mod progression;
 mod refine;
 mod request;
 mod result;
 mod saved_collapse;
+mod split_sequence;
 mod stage_settings;
 mod trace;
 
@@ -26,9 +28,8 @@ use crate::mesh::{Attributes, Frame, TriMesh, topology};
 use super::limits::Limit;
 use super::options::{Report, SimplifyError};
 use super::progress::Progress;
-use collapse::{Collapse, CollapseEnd, Constraints, Poses, merges_to, sum_attribute_quadrics};
+use collapse::{Collapse, Constraints, Poses, merges_to, sum_attribute_quadrics};
 use deviation_check::DeviationCheck;
-use dropping::VertexCost;
 use original::Original;
 use output::Output;
 use prepare::prepare;
@@ -37,9 +38,11 @@ use refine::{degenerate_faces, duplicate_positions, fit, flips, foldovers, neste
 use trace::Trace;
 
 pub(super) use attributes::blend::blend;
+pub(super) use collapse::{CollapseEnd, RecordedMerge};
 pub(super) use derivative::Derivative;
-pub(super) use dropping::DroppedFaces;
+pub(super) use dropping::{DroppedFaces, VertexCost, vertex_components};
 pub use importance::importance_of_scores;
+pub(super) use progression::{LevelChoice, ProgressionSurface, RecordedCollapse, prices_by_size, record_collapse};
 pub(super) use refine::duplicate_positions::separate_mirrored;
 pub use request::Importance;
 use request::Requirements;

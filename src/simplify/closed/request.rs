@@ -72,6 +72,12 @@ pub struct VisualProperties<'a> {
 impl<'a> ClosedRequest<'a> {
     /// Plans a run: options, constraints and weights become one request.
     pub fn new(input: &Input<'a>, task: &Task<'a>) -> Self {
+        let request = Self::without_visibility(input, task);
+        Self { visibility: visibility(input, task.options, &request.settings), ..request }
+    }
+
+    /// Plans a run in which nothing is collapsed, so that vertices need no importance.
+    pub fn without_visibility(input: &Input<'a>, task: &Task<'a>) -> Self {
         let Task { options, weights, differentiable, forces_size } = *task;
         let settings = StageSettings::new(options.optimize, options.effort);
         let scores = task.score_source(&settings);
@@ -85,7 +91,7 @@ impl<'a> ClosedRequest<'a> {
         Self {
             importance,
             scores,
-            visibility: visibility(input, options, &settings),
+            visibility: Vec::new(),
             settings,
             refinements: Refinements::default(),
             frame: options.frame,

@@ -95,6 +95,9 @@ impl Collapse<'_> {
             self.was_ceiling_met = true;
             return false;
         }
+        if self.recording.is_some() {
+            self.record_merge([u, v], &merged, x, end_rings);
+        }
         self.merge_vertex_data([u, v], &pair, &merged, x, ceiling);
         self.merge_topology([u, v], corner, end_rings);
         true

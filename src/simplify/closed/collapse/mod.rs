@@ -19,6 +19,8 @@ mod mirrored_half;
 mod pair;
 mod passes;
 mod poses;
+mod record_merges;
+mod recording;
 mod state;
 mod stretch;
 
@@ -27,6 +29,7 @@ pub use constraints::Constraints;
 pub use history::{CollapseEvent, Renewal};
 pub use pair::{PULL, Placement};
 pub use poses::Poses;
+pub use recording::RecordedMerge;
 pub use state::{Collapse, CollapseEnd, merges_to};
 
 #[cfg(test)]

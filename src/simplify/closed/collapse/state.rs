@@ -20,6 +20,7 @@ use super::end_ring::EndRing;
 use super::history::CollapseEvent;
 use super::pair::{CollapseVertex, add_pull};
 use super::poses::Poses;
+use super::recording::Recording;
 
 /// Value of `corner` in a removed vertex.
 pub(super) const REMOVED: u32 = u32::MAX - 1;
@@ -56,6 +57,7 @@ pub struct Collapse<'a> {
     pub(super) is_special: Vec<bool>,
     pub(super) copy: CopyState<'a>,
     pub history: Option<Vec<CollapseEvent>>,
+    pub(super) recording: Option<Box<Recording>>,
     pub(super) pulse: Pulse<'a>,
 }
 
@@ -115,6 +117,11 @@ fn corners_in_order(surface: &PreparedSurface, order: &[u32]) -> CornerTable {
     CornerTable::new(order.len() + n_ghosts, surface.faces.iter().chain(&ghost_faces).map(by_rank))
 }
 
+fn node_of(surface: &PreparedSurface, v: u32) -> CollapseVertex {
+    let importance = surface.importance.get(v as usize).copied().unwrap_or(1.0);
+    CollapseVertex::new(surface.positions[v as usize], add_pull(surface.quadrics[v as usize]), importance, v)
+}
+
 impl<'a> Collapse<'a> {
     pub fn new(pulse: Pulse<'a>, surface: &PreparedSurface) -> Self {
         let n_inner = surface.n_vertices();
@@ -122,11 +129,7 @@ impl<'a> Collapse<'a> {
         let order = curve_order(n_inner, |v| surface.positions[v as usize].to_array(), || pulse.beat(0));
         let corners = corners_in_order(surface, &order);
         pulse.beat(0);
-        let node = |&v: &u32| {
-            let importance = surface.importance.get(v as usize).copied().unwrap_or(1.0);
-            CollapseVertex::new(surface.positions[v as usize], add_pull(surface.quadrics[v as usize]), importance, v)
-        };
-        let mut nodes: Vec<CollapseVertex> = pulse.counting_if(false).map(&order, node);
+        let mut nodes: Vec<CollapseVertex> = pulse.counting_if(false).map(&order, |&v| node_of(surface, v));
         nodes.extend((0..surface.rings.n_ghosts()).map(|_| CollapseVertex::ghost()));
         // Any corner of a vertex serves as the start of walks around it.
         for c in corners.corners() {
@@ -155,6 +158,7 @@ impl<'a> Collapse<'a> {
             is_special: Vec::new(),
             copy: CopyState::Unwanted,
             history: None,
+            recording: None,
             pulse,
         }
     }
@@ -236,6 +240,7 @@ impl<'a> Collapse<'a> {
             corner => CollapseVertex { corner: renumber_corner(faces, corner), ..node },
         };
         vertices.compact_rows(&mut self.nodes, with_corner);
+        self.recording.iter_mut().for_each(|recording| recording.compact(&vertices));
         self.nodes.truncate(vertices.len());
         vertices.compact_rows(&mut self.cheapest, |cheapest| cheapest.renumber(faces));
         self.cheapest.truncate(self.n_vertices);

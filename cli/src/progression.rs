@@ -1,0 +1,145 @@
+//! `neural-mesh progression`: one collapse whose levels `simplify` reads.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use clap::{Parser, ValueEnum};
+use neural_mesh::io::Format;
+use neural_mesh::job::{Document, Job, JobStage, Watch, make_progression};
+use neural_mesh::simplify::{Options, Progression, Target};
+
+use crate::args::{ProgressionArgs, SimplifyArgs};
+use crate::document::{self, is_progression_name};
+use crate::failure::Failure;
+use crate::files;
+use crate::interrupt;
+use crate::messages::{MessageStream, group_digits};
+use crate::names::is_stream;
+use crate::plan::Plan;
+use crate::progress::Progress;
+use crate::request::{Request, resolve_request};
+use crate::simplify::in_pool;
+
+/// Folders below the mesh's in which files that it names are looked for.
+const MOST_FOLDERS_DEEP: usize = 2;
+/// Largest number of entries of a folder that are looked at.
+const MOST_FILES: usize = 4096;
+
+pub fn run(args: &ProgressionArgs) -> Result<(), Failure> {
+    if is_stream(&args.input) || is_stream(&args.output) {
+        return Err(Failure::Usage("progression: give the names of files, not -".into()));
+    }
+    if !is_progression_name(&args.output) {
+        let what = format!("{}: end the name in .nmp, so that simplify reads it", args.output.display());
+        return Err(Failure::Usage(what));
+    }
+    files::check_output_paths([args.output.as_path()], args.force)?;
+    interrupt::handle_signals(Failure::Interrupted);
+    in_pool(args.threads, || write_progression(args))
+}
+
+fn write_progression(args: &ProgressionArgs) -> Result<(), Failure> {
+    let mut request = create_request(args)?;
+    let mut progress = Progress::new(args.quiet, Plan::estimate(&request, None));
+    progress.begin(JobStage::Read);
+    let document = document::open(&mut request)?;
+    let to_failure = |error| request.failure(error);
+    let made = make_progression(&document, &request.job, None, args.prove, &mut progress);
+    let mut progression = made.map_err(to_failure)?;
+    progress.begin(JobStage::Write);
+    progression.files = read_files(&args.input)?;
+    let bytes = progression.to_bytes();
+    check_reopens(&bytes, &request)?;
+    let pending = files::prepare_file(&args.output, &bytes, args.force)?;
+    let seconds = progress.seconds();
+    drop(progress);
+    files::place_files(vec![pending])?;
+    let voice = if args.quiet { MessageStream::Quiet } else { MessageStream::Out };
+    let n_faces = group_digits(progression.n_faces());
+    voice.print_line(&format!("{n_faces} faces, all levels; {} bytes", group_digits(bytes.len())));
+    if let (Some(first), Some(last)) = (progression.proved_levels().first(), progression.proved_levels().last()) {
+        let distances = format!("{:.3e} to {:.3e}", first.distance, last.distance);
+        voice.print_line(&format!("proved distances of {} levels: {distances}", progression.proved_levels().len()));
+    }
+    voice.print_line(&crate::messages::time_line(&seconds));
+    Ok(())
+}
+
+/// Opens the document again from the written bytes, so that a file that cannot be used is not written.
+fn check_reopens(bytes: &[u8], request: &Request) -> Result<(), Failure> {
+    let mut job = Job::new(Options::new(Target::Ratio(1.0)), request.job.format);
+    job.weld = request.job.weld;
+    let reopened = Progression::from_bytes(bytes).map_err(|error| Failure::in_file(&request.source.path, error))?;
+    Document::from_progression(reopened, &job).map(drop).map_err(|error| request.failure(error))
+}
+
+/// Reads the mesh file and the files of its folder that it names.
+pub fn read_files(path: &Path) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+    let name = path.file_name().unwrap_or("mesh".as_ref()).to_string_lossy().into_owned();
+    let bytes = files::read(path)?;
+    let mut files = vec![(name, bytes)];
+    // Formats in one piece name no other files.
+    if !matches!(Format::from_path(path), Some(Format::Obj | Format::Gltf)) {
+        return Ok(files);
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut others = list_files(folder, "", MOST_FOLDERS_DEEP);
+    others.sort();
+    // A file counts as named where its name occurs; a material library may name textures in turn.
+    let mut next = 0;
+    while next < files.len() {
+        let text = String::from_utf8_lossy(&files[next].1).into_owned();
+        let is_named = |name: &String| text.contains(name.as_str()) || text.contains(&name.replace(' ', "%20"));
+        let (named, rest): (Vec<String>, Vec<String>) = others.into_iter().partition(is_named);
+        for name in named {
+            let bytes = files::read(&folder.join(&name))?;
+            files.push((name, bytes));
+        }
+        (others, next) = (rest, next + 1);
+    }
+    Ok(files)
+}
+
+/// Lists the files of a folder and of those in it, by relative name.
+fn list_files(folder: &Path, before: &str, deep: usize) -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }) else {
+        return Vec::new();
+    };
+    let mut names = Vec::new();
+    for entry in entries.flatten().take(MOST_FILES) {
+        let name = format!("{before}{}", entry.file_name().to_string_lossy());
+        match entry.file_type() {
+            Ok(kind) if kind.is_file() => names.push(name),
+            Ok(kind) if kind.is_dir() && deep > 0 => {
+                names.extend(list_files(&entry.path(), &format!("{name}/"), deep - 1));
+            }
+            _ => {}
+        }
+    }
+    names
+}
+
+fn create_request(args: &ProgressionArgs) -> Result<Request, Failure> {
+    let mut words: Vec<OsString> = ["simplify", "-o", "-", "--ratio", "1"].map(OsString::from).into();
+    let flags = [
+        ("--no-weld", args.no_weld),
+        ("--lock-boundaries", args.lock_boundaries),
+        ("--subset", args.subset),
+        ("--keep-features", args.keep_features),
+        ("--keep-components", args.keep_components),
+    ];
+    words.extend(flags.into_iter().filter(|(_, is_given)| *is_given).map(|(flag, _)| flag.into()));
+    let named = |name: &str, value: Option<clap::builder::PossibleValue>| {
+        value.map(|value| OsString::from(format!("--{name}={}", value.get_name())))
+    };
+    words.extend(named("optimize", args.optimize.to_possible_value()));
+    words.extend(named("effort", args.effort.to_possible_value()));
+    words.extend(args.scores.as_ref().and_then(|scores| named("scores", scores.to_possible_value())));
+    words.extend(args.keep.iter().map(|name| format!("--keep={name}").into()));
+    words.extend(["--".into(), args.input.clone().into_os_string()]);
+    // The arguments are given to the parser of `simplify`, so that its checks and defaults apply.
+    let parsed = SimplifyArgs::try_parse_from(words).map_err(|error| Failure::Usage(error.to_string()))?;
+    let mut request = resolve_request(parsed)?;
+    request.stays_in_memory = true;
+    Ok(request)
+}

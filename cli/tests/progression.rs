@@ -1,0 +1,87 @@
+//! `neural-mesh progression`, and `simplify` from its files.
+
+use std::path::Path;
+
+use crate::common::{error_line, files, folder, json, read_welded, run, test_mesh_path};
+use neural_mesh::io;
+use neural_mesh::mesh::topology;
+
+fn make(folder: &Path, mesh: &str, more: &[&str]) {
+    let made = run(folder, &[&["progression", mesh, "-o", "a.nmp"], more].concat());
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+}
+
+#[test]
+fn any_size_comes_from_one_file() {
+    let folder = folder();
+    let spot = test_mesh_path("spot.ply");
+    make(folder.path(), spot.to_str().unwrap(), &[]);
+    let sizes = [("--faces", "1000"), ("--faces", "10%"), ("--vertices", "300"), ("--ratio", "0.05")];
+    for ((option, size), n_faces) in sizes.into_iter().zip([1000, 584, 596, 288]) {
+        for effort in ["fast", "standard"] {
+            let arguments = ["simplify", "a.nmp", "-o", "b.ply", option, size, "--effort", effort, "--force"];
+            let run = run(folder.path(), &arguments);
+            assert_eq!(run.code, Some(0), "{}", run.stderr);
+            let mesh = read_welded(&folder.path().join("b.ply"));
+            assert!(topology(&mesh).is_closed_manifold());
+            assert_eq!(mesh.faces().len(), n_faces, "{option} {size}");
+        }
+    }
+    let run = run(folder.path(), &["simplify", "a.nmp", "-o", "c.obj", "--lods", "50%,10%", "--no-check"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!(io::read_path(&folder.path().join("c-lod1.obj"), None).unwrap().positions.len(), 293);
+}
+
+#[test]
+fn distances_are_proved_on_request() {
+    let folder = folder();
+    let spot = test_mesh_path("spot.ply");
+    make(folder.path(), spot.to_str().unwrap(), &["--prove"]);
+    let within = ["simplify", "a.nmp", "-o", "b.ply", "--error", "2%", "--report", "b.json"];
+    let done = run(folder.path(), &within);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let report = json(&folder.path().join("b.json"));
+    let (proved, sampled) = (&report["certified"]["upper_percent"], &report["distance"]["max_percent"]);
+    assert!(proved.as_f64().unwrap() <= 2.0 && sampled.as_f64() <= proved.as_f64(), "{report}");
+    assert!(report["output"]["faces"].as_u64().unwrap() < 3000);
+    make(folder.path(), spot.to_str().unwrap(), &["--force"]);
+    let refused = error_line(&run(folder.path(), &["simplify", "a.nmp", "-o", "d.ply", "--error", "2%"]));
+    assert!(refused.contains("no proved distances"), "{refused}");
+}
+
+#[test]
+fn materials_come_back_from_the_file_alone() {
+    let folder = folder();
+    let text = "mtllib a.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 0\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+    std::fs::write(folder.path().join("a.obj"), text).unwrap();
+    std::fs::write(folder.path().join("a.mtl"), "newmtl red\nKd 1 0 0\n").unwrap();
+    make(folder.path(), "a.obj", &[]);
+    ["a.obj", "a.mtl"].iter().for_each(|name| std::fs::remove_file(folder.path().join(name)).unwrap());
+    let done = run(folder.path(), &["simplify", "a.nmp", "-o", "b.obj", "--faces", "2"]);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let written = std::fs::read_to_string(folder.path().join("b.obj")).unwrap();
+    assert!(written.contains("usemtl red") && written.contains("mtllib a.mtl"), "{written}");
+    assert_eq!(files(folder.path()), ["a.mtl", "a.nmp", "b.obj"]);
+}
+
+#[test]
+fn wrong_requests_end_in_one_line() {
+    let folder = folder();
+    let spot = test_mesh_path("spot.ply");
+    let spot = spot.to_str().unwrap();
+    make(folder.path(), spot, &[]);
+    std::fs::write(folder.path().join("bad.nmp"), "NMESHPRG nothing").unwrap();
+    for (arguments, code, why) in [
+        (&["progression", spot, "-o", "b.ply"][..], 2, "end the name in .nmp"),
+        (&["progression", "-", "-o", "b.nmp"], 2, "give the names of files"),
+        (&["progression", spot, "-o", "a.nmp"], 1, "exists"),
+        (&["simplify", "a.nmp", "-o", "b.ply", "--faces", "9", "--subset"], 2, "the options with which it was made"),
+        (&["simplify", "a.nmp", "-o", "b.ply", "--size", "9kB"], 2, "levels by size or error"),
+        (&["simplify", "bad.nmp", "-o", "b.ply", "--faces", "9"], 1, "not a progression"),
+    ] {
+        let refused = run(folder.path(), arguments);
+        assert_eq!(refused.code, Some(code), "{}", refused.stderr);
+        assert!(error_line(&refused).contains(why), "{}", refused.stderr);
+    }
+    assert_eq!(files(folder.path()), ["a.nmp", "bad.nmp"]);
+}

@@ -1,0 +1,161 @@
+//! Progressions of documents, and jobs whose results are levels of one.
+
+use crate::io::{Folder, Format, ReadMesh};
+use crate::mesh::{Attributes, RawMesh};
+use crate::metrics::CertifiedDistance;
+use crate::model::Weights;
+use crate::search::prove_progression;
+use crate::simplify::{ClosedOptions, Effort, Event, Progression, Simplified, Target};
+
+use super::document::Document;
+use super::error::JobError;
+use super::importance::importance;
+use super::request::Job;
+use super::resolve::options_for;
+use super::simplified_results::SimplifiedResults;
+use super::size::{Bound, Goal, LevelSize};
+use super::watch::{JobStage, Watch};
+
+/// Share of the progress that the collapse takes if distances are proved afterwards.
+const SHARE_OF_COLLAPSE: f32 = 0.3;
+
+/// Makes the progression of a document, and proves distances of its levels if `proves`.
+///
+/// # Errors
+/// As [`run`](super::run).
+pub fn make_progression(
+    document: &Document,
+    job: &Job,
+    weights: Option<&Weights>,
+    proves: bool,
+    watch: &mut dyn Watch,
+) -> Result<Progression, JobError> {
+    job.check()?;
+    watch.begin(JobStage::Simplify);
+    let importance = importance(document, job)?;
+    let options = options_for(document, job)?;
+    let what = "--assembly: a progression needs closed";
+    let closed = options.assembly.as_closed().ok_or_else(|| JobError::Options(what.into()))?;
+    let kept = document.faces_named("--keep", &job.keep)?;
+    let input = document.input(&importance, &kept);
+    let share = if proves { SHARE_OF_COLLAPSE } else { 1.0 };
+    let mut of_collapse = |event: Event| watch.event(Event { total: share * event.total, ..event });
+    let mut progression = Progression::new(input, weights, closed, &mut of_collapse)?;
+    if proves {
+        let mut of_proofs = |event: Event| watch.event(Event { total: share + (1.0 - share) * event.total, ..event });
+        prove_progression(&mut progression, &input, &mut of_proofs)?;
+    }
+    Ok(progression)
+}
+
+impl Document {
+    /// Opens the document from which a progression was made; its results are then levels of the progression.
+    ///
+    /// # Errors
+    /// [`JobError`] if the progression's files are another mesh, or if options of the job change the mesh.
+    pub fn from_progression(progression: Progression, job: &Job) -> Result<Self, JobError> {
+        check_options(job)?;
+        let open = |job: &Job| match progression.files.split_first() {
+            Some(((name, bytes), others)) => {
+                let files = others.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
+                Self::from_bytes_in(bytes, name, &Folder::in_memory(files), job)
+            }
+            None => Self::from_mesh(read_mesh(&progression), job),
+        };
+        // The progression does not say whether equal positions were welded.
+        let mut document = open(job)?;
+        if !progression.is_of(document.mesh()) {
+            document = open(&Job { weld: !job.weld, ..job.clone() })?;
+        }
+        if !progression.is_of(document.mesh()) {
+            let what = "its mesh is not that of its files in this format: a scene comes back as glb alone";
+            return Err(JobError::Document(what.into()));
+        }
+        Ok(document.with_progression(progression))
+    }
+}
+
+/// Returns the format of the file from which a progression was made, if its name shows it.
+pub fn format_of_progression(progression: &Progression) -> Option<Format> {
+    progression.files.first().and_then(|(name, _)| Format::from_name(name))
+}
+
+/// Rejects options that would have to be known when the progression was made.
+fn check_options(job: &Job) -> Result<(), JobError> {
+    let ClosedOptions { effort, frame, .. } = job.closed_options();
+    let same = ClosedOptions { effort, frame, ..ClosedOptions::default() };
+    let is_plain = job.options.assembly.as_closed() == Some(&same)
+        && job.repair.is_none()
+        && job.bake.is_none()
+        && job.weld_near.is_none()
+        && (job.prune_below.is_none() && job.seam_texels.is_none())
+        && (job.importance.is_none() && job.keep.is_empty() && job.shares.is_empty() && job.ignore.is_empty());
+    let what = "a progression has the options with which it was made: give a size, names of files and --effort alone";
+    if is_plain { Ok(()) } else { Err(JobError::Options(what.into())) }
+}
+
+fn read_mesh(progression: &Progression) -> ReadMesh {
+    let mut read = ReadMesh::default();
+    let (mesh, attributes) = progression.original();
+    let frame = progression.frame();
+    read.mesh = RawMesh {
+        positions: mesh.positions().iter().map(|p| frame.to_file(*p)).collect(),
+        faces: mesh.faces().to_vec(),
+        double: frame.double,
+        attributes: attributes.clone(),
+        ..RawMesh::default()
+    };
+    read
+}
+
+/// Returns the progression's levels for the goal of a job.
+pub(super) fn levels_for_goal(
+    document: &Document,
+    progression: &Progression,
+    job: &Job,
+) -> Result<SimplifiedResults, JobError> {
+    let n_faces = document.mesh().faces().len();
+    // The quick levels are those of the merges, as with the collapse alone.
+    let is_refined = job.closed_options().effort != Effort::Fast;
+    let at = |target: Target| Ok::<_, JobError>(progression.at_target(target, is_refined)?);
+    let mut found = SimplifiedResults::new(Vec::new(), job);
+    let bounds: &[Bound] = match &job.goal {
+        Goal::Error(bound) => std::slice::from_ref(bound),
+        Goal::ErrorLevels(bounds) => bounds,
+        _ => &[],
+    };
+    found.results = match &job.goal {
+        Goal::Levels(sizes) => {
+            sizes.iter().map(|size: &LevelSize| at(size.target(n_faces))).collect::<Result<_, _>>()?
+        }
+        Goal::Error(_) | Goal::ErrorLevels(_) => Vec::new(),
+        Goal::Size(_) => {
+            return Err(JobError::Options("--size: a progression has levels by size or error: give one".into()));
+        }
+        Goal::Target | Goal::ShareOfFaces(_) => vec![at(job.target(n_faces))?],
+    };
+    for bound in bounds {
+        let error = bound.to_absolute(document.diagonal());
+        found.results.push(progression.at_error(error)?);
+        // A level within the bound has the distance that is proved for it; the mesh itself has none.
+        let proved = progression.proved_levels().iter().rev().find(|level| level.distance <= error);
+        let upper = proved.map_or(0.0, |level| level.distance);
+        found.certified.push(CertifiedDistance { lower: 0.0, upper, diagonal: document.diagonal() });
+    }
+    let wanted = document.input(&[], &[]).attributes;
+    found.results.iter_mut().for_each(|result| keep_wanted(result, wanted));
+    Ok(found)
+}
+
+/// Discards attributes that the format of the result does not hold.
+fn keep_wanted(result: &mut Simplified, wanted: &Attributes) {
+    let attributes = &mut result.attributes;
+    let is_wanted = |name: &str, role| wanted.channels.iter().any(|other| other.name == name && other.role == role);
+    attributes.channels.retain(|channel| is_wanted(&channel.name, channel.role));
+    if attributes.channels.is_empty() {
+        attributes.wedges.clear();
+    }
+    if wanted.groups.is_empty() {
+        attributes.groups.clear();
+    }
+}

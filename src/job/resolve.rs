@@ -1,0 +1,28 @@
+//! Options of a job that depend on its document.
+
+use crate::simplify::{Assembly, Options, SEAM_ERROR, Target};
+
+use super::document::Document;
+use super::error::JobError;
+use super::request::Job;
+use super::shares;
+
+pub fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
+    let mut options = job.options.clone();
+    options.target = resolve_target(job.target(document.mesh().faces().len()), document, job);
+    match &mut options.assembly {
+        Assembly::Closed(closed) => {
+            closed.frame = document.written_frame(job);
+            closed.prune_below = job.prune_below.map_or(0.0, |size| size.to_absolute(document.diagonal()));
+            closed.seam_error = job.seam_texels.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
+            closed.symmetric = closed.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
+        }
+        Assembly::Paper(_) => {}
+    }
+    Ok(options)
+}
+
+// Named shares are simplified first and leave fewer vertices, so the ratio of all vertices becomes a number before.
+pub fn resolve_target(target: Target, document: &Document, job: &Job) -> Target {
+    if job.shares.is_empty() { target } else { shares::ratio_to_count(target, document.mesh().positions().len()) }
+}

@@ -1,0 +1,106 @@
+//! Proved distances of a progression's levels.
+
+use crate::mesh::{TriMesh, UnitedMesh};
+use crate::metrics::{DistanceTolerance, certified_distance_with_budget};
+use crate::simplify::{Event, Input, Listener, Progression, ProvedLevel, Simplified, SimplifyError};
+
+/// Ratio of neighbouring sizes of proved levels.
+const STEP: f64 = 2.0;
+/// Number of vertices below which no level is proved.
+const LEAST_SIZE: usize = 4;
+/// Budget of visited triangles and boxes for each proof: the first per face of the original, plus the second.
+const MOST_VISITS: [u64; 2] = [200, 4_000_000];
+
+/// Proves the distances of levels at halving sizes, for [`Progression::at_error`]; `input` is that of the progression.
+///
+/// # Errors
+/// [`SimplifyError::BadInput`] if the progression is of another mesh; [`SimplifyError::Interrupted`] if `progress` stops.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use neural_mesh::{mesh::shapes, search::prove_progression, simplify::{ClosedOptions, Input, Progression}};
+/// let (mesh, go_on) = (shapes::icosphere(4), &mut |_| ControlFlow::Continue(()));
+/// let mut progression = Progression::new(&mesh, None, &ClosedOptions::default(), go_on).unwrap();
+/// prove_progression(&mut progression, &Input::bare(&mesh), go_on).unwrap();
+/// assert!(progression.at_error(0.05).unwrap().mesh.faces().len() < 2000);
+/// ```
+pub fn prove_progression(
+    progression: &mut Progression,
+    input: &Input,
+    progress: &mut Listener,
+) -> Result<(), SimplifyError> {
+    if !progression.is_of(input.mesh) {
+        return Err(SimplifyError::BadInput);
+    }
+    let original = view(input.scene, input.mesh, input.attributes);
+    let most = MOST_VISITS[0] * original.faces().len() as u64 + MOST_VISITS[1];
+    let rounding = rounding(input.scene, &original);
+    let (mut levels, mut n_vertices, mut distance) = (Vec::new(), progression.n_vertices(), 0.0f64);
+    let n_levels = (n_vertices as f64 / LEAST_SIZE as f64).log(STEP).max(1.0);
+    loop {
+        n_vertices = (n_vertices as f64 / STEP) as usize;
+        if n_vertices < LEAST_SIZE {
+            break;
+        }
+        let total = (levels.len() as f32 / n_levels as f32).min(1.0);
+        if progress(Event { stage: "proof", done: total, total }).is_break() {
+            return Err(SimplifyError::Interrupted);
+        }
+        let Simplified { mesh, attributes, .. } = progression.at_vertices(n_vertices, false)?;
+        // A level that stops short of its size is the smallest.
+        let is_smallest = mesh.positions().len() > n_vertices;
+        let level = view(input.scene, &mesh, &attributes);
+        let tolerance = DistanceTolerance { enough: distance, ..DistanceTolerance::default() };
+        let (proved, _) = certified_distance_with_budget(&original, &level, &tolerance, most);
+        // Without a proof, no smaller level has one that counts.
+        let Some(proved) = proved.filter(|proved| proved.upper.is_finite()) else { break };
+        distance = distance.max(proved.upper + rounding);
+        levels.push(ProvedLevel::new(n_vertices, distance));
+        if is_smallest {
+            break;
+        }
+    }
+    progression.set_proved_levels(levels);
+    Ok(())
+}
+
+fn view(scene: Option<&UnitedMesh>, mesh: &TriMesh, attributes: &crate::mesh::Attributes) -> TriMesh {
+    scene.map_or_else(|| mesh.clone(), |scene| scene.view(mesh, attributes).mesh)
+}
+
+/// Returns twice the largest distance by which placement in a scene rounds a position.
+fn rounding(scene: Option<&UnitedMesh>, view: &TriMesh) -> f64 {
+    let reach = view.positions().as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
+    if scene.is_some() { 2.0 * 3f64.sqrt() * f64::from(f32::EPSILON) * f64::from(reach) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ops::ControlFlow;
+
+    use crate::mesh::shapes;
+    use crate::metrics::{Surface, surface_distance};
+    use crate::simplify::ClosedOptions;
+
+    #[test]
+    fn no_sample_is_farther_than_proved_and_distances_rise() {
+        let (mesh, go_on) = (shapes::wavy_sphere(4, 6.0), &mut |_| ControlFlow::Continue(()));
+        let mut progression = Progression::new(&mesh, None, &ClosedOptions::default(), go_on).unwrap();
+        assert_eq!(progression.at_error(0.1), Err(SimplifyError::NotProved));
+        prove_progression(&mut progression, &Input::bare(&mesh), go_on).unwrap();
+        let levels = progression.proved_levels().to_vec();
+        assert!(levels.len() > 5 && levels.is_sorted_by(|x, y| x.distance <= y.distance));
+        for level in &levels {
+            let found = progression.at_error(level.distance * (1.0 + 1e-12)).unwrap().mesh;
+            assert!(found.positions().len() <= level.n_vertices);
+            let surfaces = [&mesh, &found].map(|mesh| Surface::new(mesh, 5000, 0));
+            assert!(surface_distance(&surfaces[0], &surfaces[1]).unwrap().both.max <= level.distance);
+        }
+        assert_eq!(progression.at_error(0.0).unwrap().mesh, mesh);
+        assert_eq!(progression.at_error(-1.0), Err(SimplifyError::BadError(-1.0)));
+        let other = shapes::icosphere(2);
+        let refused = prove_progression(&mut progression, &Input::bare(&other), go_on);
+        assert_eq!(refused, Err(SimplifyError::BadInput));
+    }
+}

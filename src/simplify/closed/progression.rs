@@ -1,0 +1,278 @@
+//! One collapse of all merges, and the levels that it yields.
+
+use rayon::prelude::*;
+
+use crate::mesh::pulse::Pulse;
+use crate::mesh::{TriMesh, topology};
+use crate::simplify::limits::Limit;
+use crate::simplify::options::SimplifyError;
+use crate::simplify::progress::Progress;
+
+use super::collapse::{CollapseEnd, RecordedMerge};
+use super::dropping::{self, VertexCost};
+use super::importance;
+use super::original::Original;
+use super::output::Output;
+use super::prepare::surface::{Normalisation, PreparedSurface};
+use super::prepare::{prepare, prepare_at_scale};
+use super::request::ClosedRequest;
+use super::result::{ClosedResult, local_positions};
+use super::split_sequence::SplitSequence;
+use super::{CollapseBase, DroppedFaces, faces_around::smallest_first, refine, start};
+
+const NONE: u32 = u32::MAX;
+/// Ratio of neighbouring sizes at which the highest price so far is noted.
+const PRICE_STEP: f64 = 1.05;
+
+/// Largest number of moves of corners in saved merges: the first per face, plus the second.
+// Merges of collapses move two corners per face; others could be made to take any memory.
+const MOST_MOVES: [u64; 2] = [64, 1 << 20];
+
+/// All merges of a mesh, in the order of price.
+pub struct RecordedCollapse {
+    pub surface: ProgressionSurface,
+    /// Keys of the merges, rising.
+    pub keys: Vec<f32>,
+    pub end: CollapseEnd,
+}
+
+/// Collapses a mesh to its smallest form and records all merges.
+pub fn record_collapse(
+    mesh: &TriMesh,
+    request: &ClosedRequest,
+    progress: Progress,
+) -> Result<RecordedCollapse, SimplifyError> {
+    let (limit, n_faces) = (Limit::from_vertices(1), mesh.faces().len());
+    let (base, collapse) = start(mesh, request, limit, progress)?;
+    let mut collapse = collapse.with_recording();
+    let end = collapse.run(limit);
+    let mut merges = collapse.take_recording();
+    collapse.free_memory();
+    // Merges that depend on each other have rising keys, so a stable sort keeps their order.
+    merges.par_sort_by(|x, y| x.key.total_cmp(&y.key));
+    progress.enter("finish", n_faces)?;
+    let keys = merges.iter().map(|merge| merge.key).collect();
+    // The collapse removes no vertex twice.
+    let surface = ProgressionSurface::new(mesh, &base.original.surface, &merges).ok_or(SimplifyError::BadInput)?;
+    Ok(RecordedCollapse { surface, keys, end })
+}
+
+/// The manifold surface of a mesh, as the collapse numbers its vertices.
+pub struct ProgressionSurface {
+    pub scale: Normalisation,
+    /// Faces, if the surface has other vertices or another winding than the mesh.
+    pub faces: Option<Vec<[u32; 3]>>,
+    /// Mesh vertex of each surface vertex from the mesh's number of vertices on.
+    pub copies: Vec<u32>,
+    pub sequence: SplitSequence,
+}
+
+impl ProgressionSurface {
+    /// Builds the splits of a mesh from its merges; `None` if the merges are of another mesh.
+    fn new(mesh: &TriMesh, surface: &PreparedSurface, merges: &[RecordedMerge]) -> Option<Self> {
+        let sequence = SplitSequence::new(surface.pulse, &surface.positions, &surface.faces, merges)?;
+        Some(Self::from_sequence(mesh, surface, sequence))
+    }
+
+    fn from_sequence(mesh: &TriMesh, surface: &PreparedSurface, sequence: SplitSequence) -> Self {
+        let copies = surface.sources().skip(mesh.positions().len()).collect();
+        let faces = (*surface.faces != *mesh.faces()).then(|| surface.faces.to_vec());
+        Self { scale: surface.scale, faces, copies, sequence }
+    }
+
+    /// Builds the splits of a mesh from saved merges; `None` if the merges are of another mesh.
+    pub fn from_merges(mesh: &TriMesh, merges: &[RecordedMerge]) -> Option<Self> {
+        let surface = PreparedSurface::new(mesh, Pulse::NONE);
+        let most_moves = MOST_MOVES[0] * surface.faces.len() as u64 + MOST_MOVES[1];
+        let sequence =
+            SplitSequence::with_most_moves(Pulse::NONE, &surface.positions, &surface.faces, merges, most_moves)?;
+        Some(Self::from_sequence(mesh, &surface, sequence))
+    }
+
+    pub fn faces<'a>(&'a self, mesh: &'a TriMesh) -> &'a [[u32; 3]] {
+        self.faces.as_deref().unwrap_or(mesh.faces())
+    }
+
+    /// Returns the mesh vertex at a surface vertex.
+    pub fn source(&self, mesh: &TriMesh, vertex: u32) -> u32 {
+        let n_own = mesh.positions().len();
+        if (vertex as usize) < n_own { vertex } else { self.copies[vertex as usize - n_own] }
+    }
+}
+
+/// Size of a level, and the faces that it still has.
+pub struct LevelChoice<'a> {
+    /// Number of vertices of the sequence, those of dropped components included.
+    pub n: usize,
+    /// Mesh without the dropped components, and their faces in the whole; `None` for the whole.
+    pub rest: Option<(&'a TriMesh, &'a [u32])>,
+    pub end: CollapseEnd,
+}
+
+impl ProgressionSurface {
+    /// Makes a level with all that the mesh carries, refined if asked, and checked if the merges may be anyone's.
+    ///
+    /// # Errors
+    /// [`SimplifyError::BadProgression`] if a checked level is no manifold, [`SimplifyError::Overflow`].
+    pub fn make_level(
+        &self,
+        mesh: &TriMesh,
+        request: &ClosedRequest,
+        choice: &LevelChoice,
+        [is_refined, is_checked]: [bool; 2],
+    ) -> Result<ClosedResult, SimplifyError> {
+        let base = self.base(mesh, request, choice.rest);
+        let output = self.output(&base, choice.n);
+        if is_checked && !is_manifold(&output) {
+            return Err(SimplifyError::BadProgression("its merges are no mesh's"));
+        }
+        if is_refined {
+            return refine(&base, request, output, choice.end, None, Progress::SILENT);
+        }
+        finish_unrefined(&base, request, output, choice.end)
+    }
+
+    /// Chooses components to drop at a level; `None` if all stay.
+    pub fn choose_dropped(
+        &self,
+        mesh: &TriMesh,
+        request: &ClosedRequest,
+        choice: &LevelChoice,
+        cost: &VertexCost,
+    ) -> Option<DroppedFaces> {
+        let within = request.requirements.drops_within?;
+        let mut base = self.base(mesh, request, choice.rest);
+        let visual = request.visual_properties();
+        if visual.is_weighed {
+            importance::weigh(&mut base.original.surface, request.importance, 1.0, &request.visibility);
+        }
+        let output = self.output(&base, choice.n);
+        dropping::choose_dropped(&base.original, &output, cost, within, &visual)
+    }
+
+    fn base<'a>(
+        &self,
+        mesh: &'a TriMesh,
+        request: &ClosedRequest,
+        rest: Option<(&'a TriMesh, &'a [u32])>,
+    ) -> CollapseBase<'a> {
+        let requirements = &request.requirements;
+        let Some((rest, faces)) = rest else {
+            let original = prepare(mesh, requirements, Pulse::NONE);
+            return CollapseBase { original, collapse_vertices: Vec::new() };
+        };
+        let original = prepare_at_scale(rest, self.scale, requirements, Pulse::NONE);
+        let collapse_vertices = self.vertices_of_rest(mesh, &original, faces);
+        CollapseBase { original, collapse_vertices }
+    }
+
+    /// Returns the vertex of the whole surface at each vertex of the rest's.
+    fn vertices_of_rest(&self, mesh: &TriMesh, rest: &Original, faces: &[u32]) -> Vec<u32> {
+        let mut vertices = vec![0; rest.surface.n_vertices()];
+        let corners = rest.surface.faces.iter().zip(rest.mesh.faces()).zip(faces);
+        for ((of_surface, of_rest), &face) in corners {
+            let [whole, of_mesh] = [self.faces(mesh), mesh.faces()].map(|faces| faces[face as usize]);
+            for &v in of_surface {
+                // Corners are identified by their mesh vertex, since surfaces may wind a face differently.
+                let at = of_rest.iter().position(|&w| w == rest.surface.source(v)).unwrap_or(0);
+                let own = whole.into_iter().find(|&w| self.source(mesh, w) == of_mesh[at]);
+                vertices[v as usize] = own.unwrap_or(whole[0]);
+            }
+        }
+        vertices
+    }
+
+    /// Returns the surface with the first `n` vertices of the sequence that it has, in the order of its own vertices.
+    fn output(&self, base: &CollapseBase, n: usize) -> Output {
+        let (surface, sequence) = (&base.original.surface, &self.sequence);
+        let whole = |v: u32| base.collapse_vertices.get(v as usize).copied().unwrap_or(v);
+        let mut rank = vec![0; sequence.n_vertices()];
+        (0u32..).zip(sequence.vertices()).for_each(|(r, &v)| rank[v as usize] = r);
+        // Each vertex is merged into its first ancestor that remains; parents have smaller ranks.
+        let mut ancestor: Vec<u32> = (0..sequence.n_vertices() as u32).collect();
+        (n..ancestor.len()).for_each(|r| ancestor[r] = ancestor[sequence.parent(r) as usize]);
+        let own = (0..surface.n_vertices() as u32).map(|v| rank[whole(v) as usize]);
+        let remaining: Vec<u32> =
+            (0u32..).zip(own.clone()).filter(|(_, r)| (*r as usize) < n).map(|(v, _)| v).collect();
+        let at = sequence.positions(n);
+        let mut number = vec![NONE; n];
+        let mut positions = Vec::with_capacity(remaining.len());
+        for (i, &v) in (0u32..).zip(&remaining) {
+            let r = rank[whole(v) as usize] as usize;
+            number[r] = i;
+            positions.push(at[r]);
+        }
+        let vertex_of: Vec<u32> = own.map(|r| number[ancestor[r as usize] as usize]).collect();
+        // A face remains if its corners are merged into three vertices.
+        let faces = surface.faces.iter().map(|face| face.map(|v| vertex_of[v as usize]));
+        let faces = faces.filter(|&[a, b, c]| a != b && b != c && c != a).map(smallest_first).collect();
+        let pins = self.pins(base, n, &remaining);
+        Output::new(surface.pulse, positions, faces, pins, vertex_of)
+    }
+
+    fn pins(&self, base: &CollapseBase, n: usize, remaining: &[u32]) -> super::pins::Pins {
+        let original = &base.original;
+        if original.features.is_empty() && original.pins.is_empty() {
+            return super::pins::Pins::default();
+        }
+        let sequence = &self.sequence;
+        let n_own = original.surface.n_vertices();
+        let mut pins = original.pins.with_surface_origins(n_own);
+        // Pins follow the merges, in the numbers of the remaining surface.
+        let mut of_surface: Vec<u32> = vec![NONE; sequence.n_vertices()];
+        let whole = |v: u32| base.collapse_vertices.get(v as usize).copied().unwrap_or(v);
+        (0..n_own as u32).for_each(|v| of_surface[whole(v) as usize] = v);
+        for rank in (n..sequence.n_vertices()).rev() {
+            let vertices = [sequence.parent(rank) as usize, rank].map(|rank| sequence.vertices()[rank]);
+            let [kept, removed] = vertices.map(|v| of_surface[v as usize]);
+            if kept != NONE && removed != NONE {
+                pins.merge(kept, removed, sequence.takes_place(rank));
+            }
+        }
+        pins.select(remaining)
+    }
+}
+
+fn is_manifold(output: &Output) -> bool {
+    let positions = output.positions.iter().map(|p| p.to_array()).collect();
+    let mesh = TriMesh::new(positions, output.faces().to_vec());
+    mesh.is_ok_and(|mesh| {
+        let found = topology(&mesh);
+        found.non_manifold_edges + found.non_manifold_vertices + found.unreferenced_vertices == 0
+    })
+}
+
+/// Returns the highest price so far at falling numbers of vertices, all of them counted.
+pub fn prices_by_size(n_vertices: usize, keys: impl Iterator<Item = f32>) -> Vec<(usize, f32)> {
+    let mut prices: Vec<(usize, f32)> = Vec::new();
+    let (mut left, mut most) = (n_vertices, 0.0f32);
+    for key in keys {
+        (left, most) = (left - 1, most.max(key));
+        if prices.last().is_none_or(|(last, _)| left as f64 * PRICE_STEP <= *last as f64) {
+            prices.push((left, most));
+        }
+    }
+    prices.push((left, most));
+    prices
+}
+
+/// Finishes a level whose vertices stay where the collapse put them.
+fn finish_unrefined(
+    base: &CollapseBase,
+    request: &ClosedRequest,
+    mut output: Output,
+    end: CollapseEnd,
+) -> Result<ClosedResult, SimplifyError> {
+    let original = &base.original;
+    let requirements = &request.requirements;
+    let attributes = requirements.attributes.or(requirements.map.then_some(crate::mesh::Attributes::NONE));
+    attributes.into_iter().for_each(|attributes| output.record_attributes(original, attributes));
+    let positions = local_positions(original, &output);
+    let corner_values = attributes.and_then(|attributes| output.take_attributes(original, attributes));
+    let (attributes, corner_map) = corner_values.unzip();
+    let mut closed = ClosedResult::new(original, output, positions, requirements.kept)?;
+    let map = corner_map.filter(|_| requirements.map).map(|corners| closed.build_map(original.mesh, corners));
+    (closed.simplified.attributes, closed.simplified.map) = (attributes.unwrap_or_default(), map);
+    base.complete_report(&mut closed.simplified.report, request, end);
+    Ok(closed)
+}
