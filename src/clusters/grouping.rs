@@ -22,7 +22,7 @@ struct Node {
 
 /// Number of common edges of two nodes, the smaller number first.
 #[derive(Clone, Copy)]
-struct Link {
+struct ClusterLink {
     nodes: [u32; 2],
     n_edges: u64,
 }
@@ -53,7 +53,7 @@ pub fn group_clusters(
 }
 
 /// Counts the common edges of each pair of clusters.
-fn find_links(edges: &[Vec<[u32; 2]>]) -> Vec<Link> {
+fn find_links(edges: &[Vec<[u32; 2]>]) -> Vec<ClusterLink> {
     let owner =
         |(cluster, edges): (u32, &Vec<[u32; 2]>)| edges.iter().map(move |&edge| (edge, cluster)).collect::<Vec<_>>();
     let mut owners: Vec<([u32; 2], u32)> = (0u32..).zip(edges).flat_map(owner).collect();
@@ -63,28 +63,31 @@ fn find_links(edges: &[Vec<[u32; 2]>]) -> Vec<Link> {
         // Non-manifold edges link each cluster with the next.
         pairs.extend(owners.windows(2).map(|pair| [pair[0].1, pair[1].1]));
     }
-    sum_links(pairs.into_iter().filter(|[a, b]| a != b).map(|nodes| Link { nodes, n_edges: 1 }).collect())
+    sum_links(pairs.into_iter().filter(|[a, b]| a != b).map(|nodes| ClusterLink { nodes, n_edges: 1 }).collect())
 }
 
-fn sum_links(mut links: Vec<Link>) -> Vec<Link> {
+fn sum_links(mut links: Vec<ClusterLink>) -> Vec<ClusterLink> {
     links.sort_unstable_by_key(|link| link.nodes);
-    let sum = |links: &[Link]| Link { nodes: links[0].nodes, n_edges: links.iter().map(|link| link.n_edges).sum() };
+    let sum = |links: &[ClusterLink]| ClusterLink {
+        nodes: links[0].nodes,
+        n_edges: links.iter().map(|link| link.n_edges).sum(),
+    };
     links.chunk_by(|x, y| x.nodes == y.nodes).map(sum).collect()
 }
 
 /// Merges pairs of at most `most` clusters, those first whose common edges are the largest share of a boundary.
-fn merge_best_pairs(nodes: Vec<Node>, links: &[Link], most: usize) -> (Vec<Node>, Vec<Link>) {
-    let fits = |link: &&Link| {
+fn merge_best_pairs(nodes: Vec<Node>, links: &[ClusterLink], most: usize) -> (Vec<Node>, Vec<ClusterLink>) {
+    let fits = |link: &&ClusterLink| {
         let [a, b] = link.nodes.map(|node| nodes[node as usize].members.len());
         a + b <= most
     };
     // Shares are compared as whole numbers, so that no rounding decides.
-    let share = |link: &Link| {
+    let share = |link: &ClusterLink| {
         let [a, b] = link.nodes.map(|node| nodes[node as usize].n_edges.max(1));
         (link.n_edges.pow(2) << 20) / (a * b)
     };
-    let size = |link: &Link| link.nodes.iter().map(|&node| nodes[node as usize].members.len()).sum::<usize>();
-    let mut candidates: Vec<&Link> = links.iter().filter(fits).collect();
+    let size = |link: &ClusterLink| link.nodes.iter().map(|&node| nodes[node as usize].members.len()).sum::<usize>();
+    let mut candidates: Vec<&ClusterLink> = links.iter().filter(fits).collect();
     // Small groups come first, so that sizes stay even.
     candidates.sort_unstable_by_key(|link| (size(link).ilog2(), Reverse(share(link)), link.nodes));
     let mut merged_into: Vec<u32> = (0..nodes.len() as u32).collect();
@@ -101,7 +104,12 @@ fn merge_best_pairs(nodes: Vec<Node>, links: &[Link], most: usize) -> (Vec<Node>
     renumber(nodes, links, &merged_into, &n_inner_edges)
 }
 
-fn renumber(nodes: Vec<Node>, links: &[Link], merged_into: &[u32], n_inner_edges: &[u64]) -> (Vec<Node>, Vec<Link>) {
+fn renumber(
+    nodes: Vec<Node>,
+    links: &[ClusterLink],
+    merged_into: &[u32],
+    n_inner_edges: &[u64],
+) -> (Vec<Node>, Vec<ClusterLink>) {
     let mut numbers: Vec<u32> = Vec::with_capacity(nodes.len());
     let mut merged: Vec<Node> = Vec::with_capacity(nodes.len());
     for ((v, node), &n_inner) in nodes.into_iter().enumerate().zip(n_inner_edges) {
@@ -120,7 +128,7 @@ fn renumber(nodes: Vec<Node>, links: &[Link], merged_into: &[u32], n_inner_edges
     }
     let renumbered = links.iter().map(|link| {
         let [a, b] = link.nodes.map(|node| numbers[node as usize]);
-        Link { nodes: [a.min(b), a.max(b)], ..*link }
+        ClusterLink { nodes: [a.min(b), a.max(b)], ..*link }
     });
     (merged, sum_links(renumbered.filter(|link| link.nodes[0] != link.nodes[1]).collect()))
 }
