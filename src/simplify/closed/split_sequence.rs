@@ -261,11 +261,10 @@ fn link_vertices(n: usize, merges: &[RecordedMerge]) -> Option<(Vec<Link>, Vec<u
         links[merge.removed as usize] = Link { rank: rank as u32, parent: merge.kept };
         vertices[rank] = merge.removed;
     }
-    let mut n_left = 0;
-    for (v, link) in (0u32..).zip(&mut links).filter(|(_, link)| link.rank == NONE) {
-        *link = Link { rank: n_left, parent: v };
-        vertices[n_left as usize] = v;
-        n_left += 1;
+    let left = (0u32..).zip(&mut links).filter(|(_, link)| link.rank == NONE);
+    for (rank, (v, link)) in left.enumerate() {
+        *link = Link { rank: rank as u32, parent: v };
+        vertices[rank] = v;
     }
     Some((links, vertices))
 }
