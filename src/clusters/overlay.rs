@@ -4,8 +4,6 @@
 //! distance to a triangle is convex, so over a piece it is largest at a corner: any assignment gives a proved bound, and a
 //! good one a sharp bound.
 
-use std::cell::OnceCell;
-
 use glam::DVec3;
 
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
@@ -22,14 +20,16 @@ const MOST_CUTS: usize = 96;
 // Around vertices of strongly bent surfaces, the planes leave gaps, in which pieces would turn for ever.
 const MOST_STEPS: u8 = 8;
 const MOST_STARTS: u8 = 3;
-const NO_FACE: u32 = u32::MAX;
-/// Triangles with a bound above `OUTLIER` times the one that this share of all has are covered again, more sharply.
-// Of a thousand triangles, three or four have walked to a wrong face.
-const USUAL: f64 = 0.9;
+/// Distances of pieces that are not cut, over the largest one of a centroid.
+const ENOUGH: f64 = 0.4;
+/// Bounds of triangles that are covered again, more sharply, over the largest distance of a centroid.
+// Of a thousand triangles of a smooth surface, three or four have walked to a wrong face.
 const OUTLIER: f64 = 1.5;
+/// Distance that need not be sharper, as a share of the largest coordinate.
+const FLOOR: f64 = 1e-7;
 /// Bound over the distance of a point at which a piece is not halved further.
 const SHARP: f64 = 1.1;
-const MOST_HALVINGS: u32 = 10;
+const MOST_HALVINGS: u32 = 8;
 /// Distance beyond a plane that does not count, as a share of the edge's length.
 const TOLERANCE: f64 = 1e-7;
 
@@ -47,7 +47,7 @@ pub struct OverlaySurface {
     twins: Vec<u32>,
     /// Cutting plane of each half-edge.
     planes: Vec<EdgePlane>,
-    tree: OnceCell<NearestOnTriangles>,
+    tree: NearestOnTriangles,
 }
 
 #[derive(Clone, Copy)]
@@ -85,16 +85,14 @@ impl OverlaySurface {
             EdgePlane { normal, offset: normal.dot(a), slack: TOLERANCE * a.distance(b) }
         };
         let planes = twins.iter().enumerate().map(plane).collect();
-        Self { tree: OnceCell::new(), triangles, twins, planes }
+        let single = |corners: &[DVec3; 3]| corners.map(|p| p.as_vec3().to_array());
+        let tree = NearestOnTriangles::new(&triangles.iter().map(single).collect::<Vec<_>>());
+        Self { triangles, twins, planes, tree }
     }
 
     /// Returns the point of the surface closest to a point.
     pub fn nearest(&self, p: DVec3) -> Option<Hit> {
-        // Most pieces find their face from that of a neighbour and need no tree.
-        let triangle = |corners: &[DVec3; 3]| corners.map(|p| p.as_vec3().to_array());
-        let tree =
-            self.tree.get_or_init(|| NearestOnTriangles::new(&self.triangles.iter().map(triangle).collect::<Vec<_>>()));
-        tree.nearest(p)
+        self.tree.nearest(p)
     }
 
     pub fn triangles(&self) -> &[[DVec3; 3]] {
@@ -103,63 +101,51 @@ impl OverlaySurface {
 
     /// Covers this surface by pieces, each with a face of the other surface and a bound of the distance to it.
     pub fn cover_by(&self, other: &Self) -> Vec<CoveredPiece> {
-        let n_faces = self.triangles.len();
-        let (mut starts, mut bounds) = (vec![NO_FACE; n_faces], vec![0.0f64; n_faces]);
-        let (mut pieces, mut pending) = (Vec::with_capacity(6 * n_faces), Vec::new());
-        for (face, neighbour) in self.neighbours_first() {
-            // Neighbours lie over the same faces, or next to them.
-            let start = neighbour.map_or(NO_FACE, |neighbour| starts[neighbour as usize]);
-            other.cover(self.triangles[face as usize], start, &mut pending, |over, distance| {
-                starts[face as usize] = over;
-                bounds[face as usize] = bounds[face as usize].max(distance);
+        let hits: Vec<Option<Hit>> = self.triangles.iter().map(|corners| other.nearest(centroid(corners))).collect();
+        let least = hits.iter().flatten().map(|hit| hit.distance2).fold(0.0, f64::max).sqrt();
+        let floor = FLOOR * self.reach();
+        let (mut pieces, mut pending) = (Vec::with_capacity(4 * hits.len()), Vec::new());
+        for ((face, &triangle), hit) in (0..).zip(&self.triangles).zip(&hits) {
+            let Some(start) = hit.map(|hit| hit.triangle) else { continue };
+            let (begin, mut bound) = (pieces.len(), 0.0f64);
+            other.cover((triangle, start), (ENOUGH * least).max(floor), &mut pending, |over, distance| {
+                bound = bound.max(distance);
                 pieces.push(CoveredPiece { face, over, distance });
             });
-        }
-        let usual = OUTLIER * quantile(&bounds, USUAL);
-        pieces.retain(|piece| bounds[piece.face as usize] <= usual);
-        for (face, _) in (0..).zip(&bounds).filter(|(_, bound)| **bound > usual) {
-            let visit = |over, distance| pieces.push(CoveredPiece { face, over, distance });
-            other.cover_by_halving(self.triangles[face as usize], usual, visit);
+            let usual = (OUTLIER * least).max(floor);
+            if bound > usual {
+                pieces.truncate(begin);
+                let visit = |over, distance| pieces.push(CoveredPiece { face, over, distance });
+                other.cover_by_halving(triangle, usual, visit);
+            }
         }
         pieces
     }
 
-    /// Lists all faces, each but the first of a component after a neighbour, which comes with it.
-    fn neighbours_first(&self) -> Vec<(u32, Option<u32>)> {
-        let n_faces = self.triangles.len();
-        let (mut is_listed, mut order) = (vec![false; n_faces], Vec::with_capacity(n_faces));
-        let mut next = 0;
-        for first in 0..n_faces as u32 {
-            if std::mem::replace(&mut is_listed[first as usize], true) {
-                continue;
-            }
-            order.push((first, None));
-            while let Some(&(face, _)) = order.get(next) {
-                next += 1;
-                let twins = &self.twins[3 * face as usize..][..3];
-                for neighbour in twins.iter().filter(|twin| **twin != NO_TWIN).map(|twin| twin / 3) {
-                    if !std::mem::replace(&mut is_listed[neighbour as usize], true) {
-                        order.push((neighbour, Some(face)));
-                    }
-                }
-            }
-        }
-        order
+    /// Returns the largest coordinate.
+    fn reach(&self) -> f64 {
+        self.triangles.as_flattened().iter().fold(0.0, |most, p| most.max(p.abs().max_element()))
     }
 
-    /// Covers a triangle by faces, the first of which is `start` unless there is none.
-    fn cover(&self, triangle: [DVec3; 3], start: u32, pending: &mut Vec<Piece>, mut visit: impl FnMut(u32, f64)) {
+    /// Covers a triangle by faces, the first of which is `start`; pieces within `enough` of a face are not cut.
+    fn cover(
+        &self,
+        (triangle, start): ([DVec3; 3], u32),
+        enough: f64,
+        pending: &mut Vec<Piece>,
+        mut visit: impl FnMut(u32, f64),
+    ) {
         let mut points = [DVec3::ZERO; MOST_CORNERS];
         points[..3].copy_from_slice(&triangle);
-        let first = Piece { points, n: 3, face: start, entry: NO_TWIN, n_steps: 0, n_starts: 0 };
-        pending.push(if start == NO_FACE { self.start_again(first) } else { first });
+        pending.push(Piece { points, n: 3, face: start, entry: NO_TWIN, n_steps: 0, n_starts: 0 });
         let mut n_cuts = 0;
         while let Some(piece) = pending.pop() {
-            n_cuts += 1;
             let piece = if piece.n_steps > MOST_STEPS { self.start_again(piece) } else { piece };
-            let is_last = n_cuts > MOST_CUTS || piece.n_starts >= MOST_STARTS;
-            let inside = if is_last { Some(self.start_again(piece)) } else { self.cut(piece, pending) };
-            if let Some(inside) = inside {
+            let distance = self.distance(&piece.points[..piece.n], piece.face);
+            n_cuts += 1;
+            if distance <= enough || n_cuts > MOST_CUTS || piece.n_starts >= MOST_STARTS {
+                visit(piece.face, distance);
+            } else if let Some(inside) = self.cut(piece, pending) {
                 visit(inside.face, self.distance(&inside.points[..inside.n], inside.face));
             }
         }
@@ -231,14 +217,6 @@ fn rotate_longest_first([a, b, c]: [DVec3; 3]) -> [DVec3; 3] {
         [b, c, a]
     } else {
         [c, a, b]
-    }
-}
-
-fn quantile(values: &[f64], share: f64) -> f64 {
-    let mut values = values.to_vec();
-    match values.len() {
-        0 => 0.0,
-        n => *values.select_nth_unstable_by((share * (n - 1) as f64) as usize, f64::total_cmp).1,
     }
 }
 
@@ -321,7 +299,8 @@ mod tests {
         let triangle = shapes::icosphere(1).faces()[5].map(|v| shapes::icosphere(1).positions()[v as usize]);
         let triangle = triangle.map(|p| DVec3::from(p.map(f64::from)));
         let mut faces = Vec::new();
-        target.cover(triangle, NO_FACE, &mut Vec::new(), |face, _| faces.push(face));
+        let start = target.nearest(centroid(&triangle)).unwrap().triangle;
+        target.cover((triangle, start), 0.0, &mut Vec::new(), |face, _| faces.push(face));
         // A face of the coarse sphere lies over sixteen of the fine one, and touches their neighbours.
         faces.sort_unstable();
         faces.dedup();
