@@ -473,6 +473,9 @@ pub struct ClustersArgs {
     /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
+    /// Write a page that draws the hierarchy, with all that it needs inside
+    #[arg(long, value_name = "FILE.html")]
+    pub html: Option<PathBuf>,
     /// Write a report as JSON; - for standard output (messages then go to standard error)
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,

@@ -51,3 +51,21 @@ fn bevy_gets_its_own_format_and_wrong_sizes_are_refused() {
     let wrong = run(folder.path(), &["clusters", mesh, "-o", "a.nmc", "--max-faces", "3"]);
     assert_eq!(wrong.code, Some(2), "{}", wrong.stderr);
 }
+
+#[test]
+fn a_page_is_written_beside_the_hierarchy() {
+    let folder = folder();
+    let mesh = test_mesh_path("spot.ply");
+    let arguments = ["clusters", mesh.to_str().unwrap(), "-o", "spot.nmc", "--quiet", "--html"];
+    let with_page = |page: &str| run(folder.path(), &[&arguments[..], &[page]].concat());
+    for wrong in ["-", "./spot.nmc"] {
+        let refused = with_page(wrong);
+        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    }
+    assert!(!folder.path().join("spot.nmc").exists());
+    let made = with_page("spot.html");
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let page = std::fs::read_to_string(folder.path().join("spot.html")).unwrap();
+    assert!(page.contains("<title>spot.ply - ") && page.contains("data-of=\"clusters\""));
+    assert!(folder.path().join("spot.nmc").exists());
+}

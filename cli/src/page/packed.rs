@@ -31,11 +31,16 @@ impl Packed {
 
     /// Returns all numbers as text that needs no escape in HTML.
     pub fn text(&self) -> String {
-        let mut deflate = DeflateEncoder::new(Vec::new(), Compression::new(6));
-        // Writing to a vector cannot fail.
-        let deflated = deflate.write_all(&self.bytes).and_then(|()| deflate.finish());
-        STANDARD.encode(deflated.unwrap_or_default())
+        pack_bytes(&self.bytes)
     }
+}
+
+/// Returns bytes as text that needs no escape in HTML.
+pub fn pack_bytes(bytes: &[u8]) -> String {
+    let mut deflate = DeflateEncoder::new(Vec::new(), Compression::new(6));
+    // Writing to a vector cannot fail.
+    let deflated = deflate.write_all(bytes).and_then(|()| deflate.finish());
+    STANDARD.encode(deflated.unwrap_or_default())
 }
 
 #[cfg(test)]

@@ -38,7 +38,8 @@ const INSIDE = `
   float facing = abs(dot(normal, normalize(vViewPosition)));
   if (!gl_FrontFacing) diffuseColor.rgb = mix(diffuseColor.rgb, inside, smoothstep(0.05, 0.4, facing));`;
 
-function tintInside(shader) {
+/** Changes the shader of a surface so that back faces have another colour. */
+export function tintInside(shader) {
   const after = '#include <normal_fragment_maps>';
   shader.fragmentShader = shader.fragmentShader.replace(after, `${after}${INSIDE}`);
 }

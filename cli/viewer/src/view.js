@@ -67,6 +67,7 @@ function draw(view) {
     view.renderer.setScissor(...shownPart(frame, i, view.wipe));
     view.camera.aspect = box.width / Math.max(box.height, 1);
     view.camera.updateProjectionMatrix();
+    view.beforePane?.(box);
     view.scenes[i].lamp.position.copy(lampPosition(view));
     view.scenes[i].lamp.target.position.copy(view.controls.target);
     view.renderer.render(view.scenes[i].scene, view.camera);

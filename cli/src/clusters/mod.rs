@@ -1,4 +1,6 @@
-//! `neural-mesh clusters`: writes a hierarchy of clusters.
+//! `neural-mesh clusters`: writes a hierarchy of clusters, and a page that draws its cuts.
+
+mod page;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -12,7 +14,7 @@ use neural_mesh::simplify::{ClosedOptions, SimplifyError};
 use serde::Serialize;
 
 use crate::args::{ClustersArgs, SimplifyArgs};
-use crate::failure::Failure;
+use crate::failure::{Failure, display_path};
 use crate::files;
 use crate::interrupt;
 use crate::messages::{MessageStream, group_digits};
@@ -46,7 +48,10 @@ struct ClustersReport {
 }
 
 pub fn run(args: &ClustersArgs) -> Result<(), Failure> {
-    let outputs = [Some(&args.output), args.report.as_ref()].into_iter().flatten();
+    if args.html.as_deref().is_some_and(is_stream) {
+        return Err(Failure::Usage("--html needs the name of a file".into()));
+    }
+    let outputs = [Some(&args.output), args.report.as_ref(), args.html.as_ref()].into_iter().flatten();
     files::check_output_paths(outputs.map(PathBuf::as_path).filter(|path| !is_stream(path)), args.force)?;
     check_stdout(is_stream(&args.output), args.report.as_deref().is_some_and(is_stream))?;
     interrupt::handle_signals(Failure::Interrupted);
@@ -67,6 +72,10 @@ fn run_in_pool(args: &ClustersArgs) -> Result<(), Failure> {
     let mut pending = Vec::new();
     if !is_stream(&args.output) {
         pending.push(files::prepare_file(&args.output, &bytes, args.force)?);
+    }
+    if let Some(path) = &args.html {
+        let page = page::create_page(&input_name(&args.input), &clusters);
+        pending.push(files::prepare_file(path, page.as_bytes(), args.force)?);
     }
     let report = create_report(args, &clusters, (document.mesh().faces().len(), bytes.len()), began);
     let json = files::prepare_json(args.report.as_deref(), &report, args.force, &mut pending)?;
@@ -109,6 +118,14 @@ fn encode(output: &Path, clusters: &Clusters) -> Result<Vec<u8>, Failure> {
     match is_for_bevy {
         true => clusters.to_meshlet_mesh().map_err(|error| Failure::in_file(output, error)),
         false => Ok(clusters.to_bytes()),
+    }
+}
+
+/// Returns the name of the mesh for readers of the page.
+fn input_name(input: &Path) -> String {
+    match input.file_name() {
+        Some(name) if !is_stream(input) => name.to_string_lossy().into_owned(),
+        _ => display_path(input),
     }
 }
 
