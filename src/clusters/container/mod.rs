@@ -1,6 +1,6 @@
 //! The file format of hierarchies, `.nmc`: a header in JSON, aligned arrays, and pages of which each can be loaded alone.
 //!
-//! `docs/formats/nmc.md` describes every byte.
+//! `docs/clusters.md` describes every byte.
 
 mod read;
 mod write;
