@@ -18,6 +18,8 @@ use super::{Cluster, ClusterError, ClusterGroup, ClusterOptions, Clusters, Spher
 const MOST_LEFT: f64 = 0.85;
 /// Share of the clusters above which a level has made too little progress: the next one forms groups of twice the size.
 const SLOW: f64 = 0.9;
+/// Size of groups, over the number of all clusters, at which a level without progress is the last.
+const MOST_WANTED: usize = 4;
 /// Number of groups between two events.
 const GROUPS_PER_EVENT: usize = 64;
 const NO_GROUP: u32 = u32::MAX;
@@ -69,6 +71,10 @@ pub fn build_clusters(
         let n_before = build.live.len();
         build.add_level(wanted, listener)?;
         if build.live.len() as f64 > SLOW * n_before as f64 {
+            // A group of all clusters has no shared vertices: if it stays, nothing makes it smaller.
+            if build.live.len() == n_before && wanted > MOST_WANTED * n_before {
+                break;
+            }
             wanted *= 2;
         }
     }
@@ -206,25 +212,35 @@ impl Build {
             self.live.extend(members);
             return;
         };
-        let level = members.iter().map(|it| self.made.clusters[it.number as usize].level).max().unwrap_or(0);
-        let spheres = members.iter().map(|it| self.made.clusters[it.number as usize].sphere);
-        let sphere = Sphere::enclose(spheres.chain(self.sources(&members).map(|group| group.sphere)));
-        let mut attribute_errors = result.errors.of_channels;
-        for (k, error) in attribute_errors.iter_mut().enumerate() {
-            *error += self.sources(&members).map(|group| group.attribute_errors[k]).fold(0.0, f32::max);
+        let faces = self.pool.append(&result.patch, &result.reduced, &result.errors.of_faces);
+        let parts = result
+            .parts
+            .into_iter()
+            .map(|part| -> Vec<PoolFace> { part.into_iter().filter_map(|face| faces[face as usize]).collect() });
+        let parts: Vec<Vec<PoolFace>> = parts.filter(|part| !part.is_empty()).collect();
+        if parts.is_empty() {
+            self.live.extend(members);
+            return;
         }
-        let group = self.made.groups.len() as u32;
-        let before = self.sources(&members).map(|group| group.error).fold(0.0, f32::max);
-        let error = result.errors.of_faces.iter().copied().fold(before, f32::max);
-        self.made.groups.push(ClusterGroup { level, error, attribute_errors, sphere });
+        let level = members.iter().map(|it| self.made.clusters[it.number as usize].level).max().unwrap_or(0);
+        let group = self.add_group(&members, level, result.errors);
         for member in members {
             self.made.clusters[member.number as usize].group = Some(group);
         }
-        let faces = self.pool.append(&result.patch, &result.reduced, &result.errors.of_faces);
-        for part in result.parts {
-            let faces = part.into_iter().map(|face| faces[face as usize]).collect();
-            self.add_cluster(faces, level + 1, Some(group));
+        parts.into_iter().for_each(|part| self.add_cluster(part, level + 1, Some(group)));
+    }
+
+    fn add_group(&mut self, members: &[LiveCluster], level: u32, errors: GroupErrors) -> u32 {
+        let spheres = members.iter().map(|it| self.made.clusters[it.number as usize].sphere);
+        let sphere = Sphere::enclose(spheres.chain(self.sources(members).map(|group| group.sphere)));
+        let mut attribute_errors = errors.of_channels;
+        for (k, error) in attribute_errors.iter_mut().enumerate() {
+            *error += self.sources(members).map(|group| group.attribute_errors[k]).fold(0.0, f32::max);
         }
+        let before = self.sources(members).map(|group| group.error).fold(0.0, f32::max);
+        let error = errors.of_faces.into_iter().fold(before, f32::max);
+        self.made.groups.push(ClusterGroup { level, error, attribute_errors, sphere });
+        (self.made.groups.len() - 1) as u32
     }
 
     fn add_cluster(&mut self, mut faces: Vec<PoolFace>, level: u32, source: Option<u32>) {

@@ -122,7 +122,9 @@ impl VertexPool {
     }
 
     /// Adds the vertices of a simplified patch and returns its faces; corners at locked places keep their vertices.
-    pub fn append(&mut self, patch: &Patch, reduced: &ReducedPatch, errors: &[f32]) -> Vec<PoolFace> {
+    ///
+    /// A face with two corners at one place is `None`.
+    pub fn append(&mut self, patch: &Patch, reduced: &ReducedPatch, errors: &[f32]) -> Vec<Option<PoolFace>> {
         let held = patch.held_vertices(self);
         let mut numbers: FxHashMap<(u32, u32), u32> = FxHashMap::default();
         let mut own_places: FxHashMap<u32, u32> = FxHashMap::default();
@@ -148,7 +150,9 @@ impl VertexPool {
                 numbers.insert(key, number);
                 number
             });
-            faces.push(PoolFace { corners, group: reduced.attributes.group(face as u32), error: errors[face] });
+            let [a, b, c] = corners.map(|vertex| self.place(vertex));
+            let made = PoolFace { corners, group: reduced.attributes.group(face as u32), error: errors[face] };
+            faces.push((a != b && b != c && c != a).then_some(made));
         }
         faces
     }

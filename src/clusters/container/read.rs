@@ -91,8 +91,7 @@ fn read_sphere(row: &[u8]) -> Read<Sphere> {
 
 fn read_group(row: &[u8], attribute_errors: Vec<f32>) -> Read<ClusterGroup> {
     let (sphere, error) = (read_sphere(row)?, f32_of(&row[16..]));
-    // Written so that NaN fails.
-    if !(error >= 0.0) {
+    if error.is_nan() || error < 0.0 {
         return Err(damage_error("a group with a negative error"));
     }
     Ok(ClusterGroup { level: u32_at(row, 20), error, attribute_errors, sphere })

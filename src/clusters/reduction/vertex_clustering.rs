@@ -95,7 +95,7 @@ fn joined_faces(mesh: &TriMesh, is_locked: &[bool], bounds: &Bounds, size: f64) 
 }
 
 /// Drops faces with equal corners, and faces over the same three vertices in pairs.
-fn distinct_faces(faces: impl Iterator<Item = [u32; 3]>) -> (Vec<[u32; 3]>, Vec<u32>) {
+pub fn distinct_faces(faces: impl Iterator<Item = [u32; 3]>) -> (Vec<[u32; 3]>, Vec<u32>) {
     let mut last: FxHashMap<[u32; 3], usize> = FxHashMap::default();
     let mut kept: Vec<Option<([u32; 3], u32)>> = Vec::new();
     for (source, face) in (0u32..).zip(faces).filter(|(_, [a, b, c])| a != b && b != c && c != a) {

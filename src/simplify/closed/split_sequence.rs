@@ -335,7 +335,8 @@ mod tests {
                 let named = |face: [u32; 3]| smallest_first(face.map(|v| sequence.vertices()[v as usize]));
                 let mut found: Vec<[u32; 3]> = sequence.faces(n).into_iter().map(named).collect();
                 let mut naive_sorted = naive.clone();
-                (found.sort_unstable(), naive_sorted.sort_unstable());
+                found.sort_unstable();
+                naive_sorted.sort_unstable();
                 assert_eq!(found, naive_sorted, "{n}");
                 let at = sequence.positions(n);
                 assert!((0..n).all(|v| at[v] == positions[sequence.vertices()[v] as usize]), "{n}");
