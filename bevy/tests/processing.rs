@@ -54,7 +54,7 @@ impl AssetLoader for BytesLoader {
 /// Processes a folder of assets and loads one of them.
 ///
 /// # Errors
-/// What the asset server says.
+/// Message of the asset server.
 fn process(folder: &Path, name: &'static str) -> Result<(TriMesh, String), String> {
     let path = |name: &str| folder.join(name).to_string_lossy().into_owned();
     let mut app = App::new();

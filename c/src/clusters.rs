@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 use std::ptr::null_mut;
+use std::sync::OnceLock;
 
 use neural_mesh::clusters::{Cluster, ClusterGroup, ClusterOptions, Clusters, Sphere, build_clusters};
 use neural_mesh::indices::Buffers;
@@ -56,14 +57,15 @@ pub struct NmClusters {
     clusters: Vec<NmCluster>,
     groups: Vec<NmClusterGroup>,
     made: Clusters,
-    bytes: Vec<u8>,
+    /// The file, made when it is first asked for.
+    bytes: OnceLock<Vec<u8>>,
 }
 
 impl NmClusters {
     fn new(made: Clusters) -> Self {
         let clusters = made.clusters.iter().map(cluster).collect();
         let groups = made.groups.iter().map(group).collect();
-        Self { clusters, groups, bytes: made.to_bytes(), made }
+        Self { clusters, groups, made, bytes: OnceLock::new() }
     }
 }
 
@@ -222,5 +224,5 @@ pub unsafe extern "C" fn nm_clusters_triangles(clusters: *const NmClusters, coun
 /// As for `nm_clusters_clusters`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_clusters_bytes(clusters: *const NmClusters, count: *mut usize) -> *const u8 {
-    array(clusters, count, 1, |it| &it.bytes)
+    array(clusters, count, 1, |it| it.bytes.get_or_init(|| it.made.to_bytes()))
 }

@@ -441,11 +441,6 @@ pub struct InfoArgs {
     pub memory: Option<f64>,
 }
 
-const LIMITS_NOTES: &str = "\
-Simplifies the mesh level by level, with the options given here, and writes no mesh. The line `limit` says why the \
-mesh cannot get smaller; the lines `try` name options that would help. Exit codes: 0 success, \
-1 problem with the input, the disk or standard output, 2 wrong usage, 130 interrupted.";
-
 /// Arguments of `clusters`.
 #[derive(Debug, Parser)]
 pub struct ClustersArgs {
@@ -542,6 +537,11 @@ pub struct ProgressionArgs {
     #[arg(short, long)]
     pub quiet: bool,
 }
+
+const LIMITS_NOTES: &str = "\
+Simplifies the mesh level by level, with the options given here, and writes no mesh. The line `limit` says why the \
+mesh cannot get smaller; the lines `try` name options that would help. Exit codes: 0 success, \
+1 problem with the input, the disk or standard output, 2 wrong usage, 130 interrupted.";
 
 /// Arguments of `limits`.
 #[derive(Debug, Parser)]

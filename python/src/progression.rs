@@ -3,15 +3,14 @@
 use std::sync::Arc;
 
 use neural_mesh::job::Arguments;
-use neural_mesh_cli::embedded::{self, Files, OpenProgression};
+use neural_mesh_cli::embedded::{Files, OpenProgression};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::arrays::numbers;
 use crate::background::run_in_background;
 use crate::mesh_arrays::{MeshArrays, parse_options};
-use crate::simplify::Outcome;
+use crate::simplify::{Outcome, read_input};
 
 #[pyclass(frozen, module = "neural_mesh._native")]
 pub struct Progression(Arc<OpenProgression>);
@@ -32,11 +31,7 @@ pub fn progression(
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Progression> {
     let (options, files): (Arguments, Files) = (parse_options(options)?, parse_options(files)?);
-    let factors = importance.map(|factors| Ok::<_, PyErr>(numbers(&factors, "importance")?.to_vec())).transpose()?;
-    let given = match (mesh, file) {
-        (Some(mesh), _) => Some(embedded::InputMesh::Mesh(Box::new(mesh.read()?), factors)),
-        (None, file) => file.map(|(bytes, name)| embedded::InputMesh::File(bytes, name)),
-    };
+    let given = read_input(mesh, file, importance)?;
     let made = run_in_background(py, threads, progress, move |channel| {
         OpenProgression::new(options, &files, given, prove, channel.listener())
     })?;

@@ -51,15 +51,24 @@ pub fn simplify(
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Outcome> {
     let (options, files): (Arguments, Files) = (parse_options(options)?, parse_options(files)?);
-    let factors = importance.map(|factors| Ok::<_, PyErr>(numbers(&factors, "importance")?.to_vec())).transpose()?;
-    let given = match (mesh, file) {
-        (Some(mesh), _) => Some(embedded::InputMesh::Mesh(Box::new(mesh.read()?), factors)),
-        (None, file) => file.map(|(bytes, name)| embedded::InputMesh::File(bytes, name)),
-    };
+    let given = read_input(mesh, file, importance)?;
     let outcome = run_in_background(py, threads, progress, move |channel| {
         embedded::simplify(options, &files, given, channel.listener(), &|| channel.check_cancelled())
     })?;
     Outcome::new(py, outcome)
+}
+
+/// Converts a mesh with the importance of its vertices, or else a file in memory.
+pub fn read_input(
+    mesh: Option<MeshArrays>,
+    file: Option<(Vec<u8>, String)>,
+    importance: Option<PyReadonlyArray1<f32>>,
+) -> PyResult<Option<embedded::InputMesh>> {
+    let factors = importance.map(|factors| Ok::<_, PyErr>(numbers(&factors, "importance")?.to_vec())).transpose()?;
+    Ok(match (mesh, file) {
+        (Some(mesh), _) => Some(embedded::InputMesh::Mesh(Box::new(mesh.read()?), factors)),
+        (None, file) => file.map(|(bytes, name)| embedded::InputMesh::File(bytes, name)),
+    })
 }
 
 impl Outcome {

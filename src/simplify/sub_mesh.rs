@@ -23,7 +23,7 @@ pub(crate) struct SubMesh<'a> {
     pub origin: SubMeshOrigin,
 }
 
-/// SubMeshOrigin of a subset's vertices and faces in the whole mesh.
+/// Origin of a subset's vertices and faces in the whole mesh.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SubMeshOrigin {
     /// Number of vertices of the whole.

@@ -2,6 +2,7 @@
 
 mod page;
 
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -74,7 +75,9 @@ fn run_in_pool(args: &ClustersArgs) -> Result<(), Failure> {
         pending.push(files::prepare_file(&args.output, &bytes, args.force)?);
     }
     if let Some(path) = &args.html {
-        let page = page::create_page(&input_name(&args.input), &clusters);
+        // The page reads the same bytes, unless the file is Bevy's.
+        let file = if is_for_bevy(&args.output) { Cow::Owned(clusters.to_bytes()) } else { Cow::Borrowed(&bytes[..]) };
+        let page = page::create_page(&input_name(&args.input), &file);
         pending.push(files::prepare_file(path, page.as_bytes(), args.force)?);
     }
     let report = create_report(args, &clusters, (document.mesh().faces().len(), bytes.len()), began);
@@ -113,9 +116,12 @@ fn build(args: &ClustersArgs, job: &Job, document: &Document, progress: &mut Pro
     })
 }
 
+fn is_for_bevy(output: &Path) -> bool {
+    output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(MESHLET_MESH))
+}
+
 fn encode(output: &Path, clusters: &Clusters) -> Result<Vec<u8>, Failure> {
-    let is_for_bevy = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(MESHLET_MESH));
-    match is_for_bevy {
+    match is_for_bevy(output) {
         true => clusters.to_meshlet_mesh().map_err(|error| Failure::in_file(output, error)),
         false => Ok(clusters.to_bytes()),
     }

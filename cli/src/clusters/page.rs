@@ -1,6 +1,5 @@
 //! Hierarchy of clusters as one self-contained HTML file; the page's `container.js` reads it.
 
-use neural_mesh::clusters::Clusters;
 use serde_json::json;
 
 use crate::page::packed::pack_bytes;
@@ -8,10 +7,10 @@ use crate::page::{data_script, fill_page, json_script};
 
 const PAGE: &str = include_str!("../../viewer/dist/clusters.html");
 
-/// Returns the page, with the bytes of an `.nmc` file embedded.
-pub fn create_page(name: &str, clusters: &Clusters) -> String {
+/// Returns the page, with the bytes `file` of an `.nmc` embedded.
+pub fn create_page(name: &str, file: &[u8]) -> String {
     let words = json_script("hierarchy", &json!({ "name": name }));
-    let data = data_script("clusters", &pack_bytes(&clusters.to_bytes()));
+    let data = data_script("clusters", &pack_bytes(file));
     fill_page(PAGE, name, &(words + &data))
 }
 
@@ -22,7 +21,7 @@ mod tests {
 
     use base64::Engine;
     use base64::engine::general_purpose::STANDARD;
-    use neural_mesh::clusters::{ClusterOptions, build_clusters};
+    use neural_mesh::clusters::{ClusterOptions, Clusters, build_clusters};
     use neural_mesh::mesh::shapes;
     use neural_mesh::simplify::Input;
 
@@ -36,7 +35,7 @@ mod tests {
 
     #[test]
     fn names_are_escaped_and_nothing_is_loaded() {
-        let page = create_page("</script><!-- data --><img src=x onerror=alert(1)>&amp;", &hierarchy());
+        let page = create_page("</script><!-- data --><img src=x onerror=alert(1)>&amp;", &hierarchy().to_bytes());
         assert!(!page.contains("<img src=x") && page.contains("<title>&lt;/script&gt;"));
         assert_eq!(page.matches("</script>").count(), PAGE.matches("</script>").count() + 2);
         check_page_loads_nothing(&page);
@@ -44,7 +43,7 @@ mod tests {
 
     #[test]
     fn the_page_holds_the_hierarchy() {
-        let page = create_page("a.ply", &hierarchy());
+        let page = create_page("a.ply", &hierarchy().to_bytes());
         let (_, text) = page.split_once("data-of=\"clusters\">").unwrap();
         let packed = STANDARD.decode(text.split_once('<').unwrap().0).unwrap();
         let mut bytes = Vec::new();
