@@ -500,6 +500,9 @@ pub struct ProgressionArgs {
     /// Prove the distances of levels at halving sizes, so that simplify takes --error; takes longer
     #[arg(long)]
     pub prove: bool,
+    /// Write a page with a slider through the levels, with all that it needs inside
+    #[arg(long, value_name = "FILE.html")]
+    pub html: Option<PathBuf>,
     /// Measure to favour
     #[arg(long, value_enum, default_value = "balanced", hide_possible_values = true)]
     pub optimize: OptimizeArg,

@@ -66,6 +66,6 @@ fn a_page_is_written_beside_the_hierarchy() {
     let made = with_page("spot.html");
     assert_eq!(made.code, Some(0), "{}", made.stderr);
     let page = std::fs::read_to_string(folder.path().join("spot.html")).unwrap();
-    assert!(page.contains("<title>spot.ply - ") && page.contains("data-of=\"clusters\""));
+    assert!(page.contains("<title>spot.ply - ") && page.contains("data-of=\"embedded\""));
     assert!(folder.path().join("spot.nmc").exists());
 }

@@ -14,7 +14,7 @@ use super::progression::{Drop, Progression, ProvedLevel};
 use super::sub_mesh::SubMeshOrigin;
 
 const MAGIC: &[u8; 8] = b"NMESHPRG";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 impl Progression {
     /// Returns the progression as bytes that [`from_bytes`](Self::from_bytes) reads.
@@ -73,6 +73,8 @@ impl Progression {
         self.end.write(bytes);
         self.size.map(|n| n as u64).write(bytes);
         self.origins.write(bytes);
+        self.surface.faces.write(bytes);
+        self.surface.copies.write(bytes);
         self.surface.sequence.merges().collect::<Vec<_>>().write(bytes);
         self.drops.write(bytes);
         self.proofs.write(bytes);
@@ -89,14 +91,12 @@ impl Progression {
         let end = CollapseEnd::read(from)?;
         let size = <[u64; 2]>::read(from)?.map(|n| n as usize);
         let origins = <[SubMeshOrigin; 2]>::read(from)?;
-        let merges: Vec<RecordedMerge> = Vec::read(from)?;
+        let surface = read_surface(from, &mesh)?;
         let (drops, proofs, files) = (Vec::read(from)?, Vec::read(from)?, Vec::read(from)?);
         // All is checked here, so that levels are made without a further look.
-        let are_finite = merges.iter().all(|merge| merge.position.is_finite());
-        if mesh.faces().is_empty() || !are_finite || !are_origins_of(&origins, &mesh, size) {
+        if !are_origins_of(&origins, &mesh, size) {
             return None;
         }
-        let surface = ProgressionSurface::from_merges(&mesh, &merges)?;
         let (components, _) = vertex_components(surface.sequence.n_vertices(), surface.faces(&mesh));
         let progression = Self {
             mesh,
@@ -136,6 +136,19 @@ impl Progression {
         let some_stays = is_dropped.contains(&false);
         self.input().check().is_ok() && drops_fit && faces_fit && proofs_fit && channels_fit && some_stays
     }
+}
+
+/// Reads the merges of a mesh's surface.
+///
+/// The surface is stored for readers that cannot make a mesh manifold; here it must be the one that is made.
+fn read_surface(from: &mut ByteReader, mesh: &TriMesh) -> Option<ProgressionSurface> {
+    let (faces, copies): (Option<Vec<[u32; 3]>>, Vec<u32>) = (Option::read(from)?, Vec::read(from)?);
+    let merges: Vec<RecordedMerge> = Vec::read(from)?;
+    if mesh.faces().is_empty() || !merges.iter().all(|merge| merge.position.is_finite()) {
+        return None;
+    }
+    let surface = ProgressionSurface::from_merges(mesh, &merges)?;
+    (surface.faces == faces && surface.copies == copies).then_some(surface)
 }
 
 /// Returns whether origins lead from the mesh to used vertices and faces, and on to the caller's mesh.

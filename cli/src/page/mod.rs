@@ -7,7 +7,7 @@ pub mod packed;
 pub mod pairs;
 pub mod surface_data;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 const TITLE: &str = "<!-- title -->";
 const DATA: &str = "<!-- data -->";
@@ -37,6 +37,42 @@ pub fn json_script(id: &str, value: &Value) -> String {
     format!("<script type=\"application/json\" id=\"{id}\">{text}</script>\n")
 }
 
+/// Fills a template that shows one file: the file's bytes, and the name that readers see.
+pub fn embed_file(page: &str, name: &str, bytes: &[u8]) -> String {
+    let words = json_script("embedded", &json!({ "name": name }));
+    fill_page(page, name, &(words + &data_script("embedded", &packed::pack_bytes(bytes))))
+}
+
 fn escape_html(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+
+    use base64::Engine;
+    use base64::engine::general_purpose::STANDARD;
+
+    use super::*;
+
+    const PAGE: &str = "<title><!-- title --></title>\n<!-- data -->\n<script></script>";
+
+    #[test]
+    fn names_are_escaped() {
+        let page = embed_file(PAGE, "</script><!-- data --><img src=x onerror=alert(1)>&amp;", b"bytes");
+        assert!(!page.contains("<img src=x") && page.contains("<title>&lt;/script&gt;"));
+        assert_eq!(page.matches("</script>").count(), PAGE.matches("</script>").count() + 2);
+    }
+
+    #[test]
+    fn the_page_holds_the_bytes() {
+        let bytes: Vec<u8> = (0..400_000u32).map(|i| (i * i >> 7) as u8).collect();
+        let page = embed_file(PAGE, "a.ply", &bytes);
+        let elements = page.split("data-of=\"embedded\">").skip(1).map(|text| text.split_once('<').unwrap().0);
+        let packed: Vec<u8> = elements.flat_map(|text| STANDARD.decode(text).unwrap()).collect();
+        let mut unpacked = Vec::new();
+        flate2::read::DeflateDecoder::new(&packed[..]).read_to_end(&mut unpacked).unwrap();
+        assert!(unpacked == bytes);
+    }
 }

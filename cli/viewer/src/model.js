@@ -117,8 +117,13 @@ async function makeWire(model, materials) {
 function wireOf({ surface }, { wire }) {
   const material = wire.clone();
   material.color = wire.color;
-  material.opacity = Math.min(0.6, Math.max(0.1, 0.6 * Math.sqrt(60_000 / surface.faces.length)));
+  material.opacity = wireOpacity(surface.faces.length);
   return material;
+}
+
+/** Returns the opacity of edges of a surface with a number of corners of faces. */
+export function wireOpacity(nCorners) {
+  return Math.min(0.6, Math.max(0.1, 0.6 * Math.sqrt(60_000 / nCorners)));
 }
 
 /** Returns the number of points that are drawn. */

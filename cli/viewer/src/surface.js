@@ -96,6 +96,13 @@ export async function vertexNormals(positions, faces) {
   return normals;
 }
 
+/** Computes area-weighted vertex normals at once into an array of the same length as the positions. */
+export function fillNormals(positions, faces, normals) {
+  normals.fill(0);
+  addNormals(positions, faces, normals, 0, faces.length / 3);
+  normalise(normals, 0, normals.length / 3);
+}
+
 function addNormals(positions, faces, normals, from, to) {
   for (let i = 3 * from; i < 3 * to; i += 3) {
     const [a, b, c] = [3 * faces[i], 3 * faces[i + 1], 3 * faces[i + 2]];

@@ -2,27 +2,32 @@
 
 import { element } from '../element.js';
 import { listen } from '../keys.js';
-import { bytesOf } from '../numbers.js';
-import { attempt, markFirstDraw, wait } from '../stage.js';
+import { makeOpener, markOpened, openEmbedded } from '../opener.js';
+import { BOX, turnUp } from '../single.js';
+import { wait } from '../stage.js';
 import { makeTheme } from '../theme.js';
 import { askToDraw, lookFromStart, makeView } from '../view.js';
 import { count } from '../words.js';
 import { readHierarchy } from './container.js';
 import { LEVEL_COLOURS, SIZE_COLOURS } from './material.js';
 import { makeRates, noteFrame, ratesOf } from './rates.js';
-import { isSettled, makeClusterScene, setClusterTheme, trianglesOf, turnScene } from './scene.js';
+import { isSettled, makeClusterScene, setClusterTheme, trianglesOf } from './scene.js';
 
 const at = (id) => document.getElementById(id);
 
 /** Milliseconds between updates of the figures. */
 const EVERY = 250;
 
-const BOX = { half: [0.58, 0.58, 0.58], radius: 1, eye: [0.55, 0.4, 1] };
+const WORDS = {
+  command: 'clusters',
+  loading: 'Loading the coarsest level',
+  empty: 'Choose or drop a file .nmc, which neural-mesh clusters writes',
+};
 
 function start() {
   const view = makeView(at('canvas'), [at('pane-0')], BOX);
   const page = {
-    view, scene: null, rates: makeRates(), theme: null, nOpened: 0, isOpening: false,
+    view, scene: null, rates: makeRates(), theme: null, opener: null,
     settings: { pixels: 1, colouring: 'clusters', isFrozen: false, zUp: false, turns: false },
   };
   view.drawn = () => drawn(page);
@@ -35,59 +40,19 @@ function start() {
   listen(view, at('canvas'));
   at('reset').addEventListener('click', () => lookFromStart(view));
   wireSettings(page);
-  wireFiles(page);
   setInterval(() => writeFigures(page), EVERY);
   at('canvas').drawnTriangles = () => Float32Array.from(trianglesOf(page.scene));
-  openEmbedded(page);
-}
-
-/** Opens the hierarchy in the page, if there is one. */
-function openEmbedded(page) {
-  const words = at('hierarchy');
-  if (!words) {
-    wait('Choose or drop a file .nmc, which neural-mesh clusters writes');
-    markFirstDraw();
-    return;
-  }
-  const { name } = JSON.parse(words.textContent);
-  open(page, name, async () => {
-    const stream = new Blob(await bytesOf('clusters')).stream().pipeThrough(new DecompressionStream('deflate-raw'));
-    return new Response(stream).blob();
+  page.opener = makeOpener({
+    words: WORDS, read: readHierarchy, show: (hierarchy, refuse) => show(page, hierarchy, refuse),
   });
+  openEmbedded(page.opener);
 }
 
-/** Opens a file; a later call replaces this one. One line says why a file, or a page of it, cannot be shown. */
-async function open(page, name, load) {
-  const turn = ++page.nOpened;
-  const refuse = (error) => {
-    if (turn !== page.nOpened) return;
-    page.isOpening = false;
-    wait(`${name}: ${error.message}`);
-  };
-  page.isOpening = true;
-  wait('Loading the coarsest level');
-  try {
-    const hierarchy = await readHierarchy(await load());
-    if (turn !== page.nOpened) return;
-    page.scene = makeClusterScene(page.view, hierarchy, page.settings, { before: page.scene, failed: refuse });
-    setClusterTheme(page.scene, page.theme);
-    turnScene(page.scene);
-    at('name').textContent = name;
-    document.title = `${name} - neural-mesh clusters`;
-  } catch (error) {
-    refuse(error);
-  }
-}
-
-function wireFiles(page) {
-  const openFile = (file) => { if (file) attempt(open(page, file.name, async () => file)); };
-  at('file').addEventListener('change', () => openFile(at('file').files[0]));
-  at('choose').addEventListener('click', () => at('file').click());
-  document.addEventListener('dragover', (event) => event.preventDefault());
-  document.addEventListener('drop', (event) => {
-    event.preventDefault();
-    openFile(event.dataTransfer.files[0]);
-  });
+function show(page, hierarchy, refuse) {
+  const { view, settings } = page;
+  page.scene = makeClusterScene(view, hierarchy, settings, { before: page.scene, failed: refuse });
+  setClusterTheme(page.scene, page.theme);
+  turnUp(page.scene, settings.zUp);
 }
 
 function wireSettings(page) {
@@ -102,7 +67,7 @@ function wireSettings(page) {
     settings.colouring = document.querySelector('[name="colouring"]:checked').value;
     for (const legend of document.querySelectorAll('[data-legend]')) legend.hidden = legend.dataset.legend !== settings.colouring;
     view.controls.autoRotate = settings.turns;
-    if (page.scene) turnScene(page.scene);
+    if (page.scene) turnUp(page.scene, settings.zUp);
     askToDraw(view);
   };
   const step = (by) => {
@@ -125,11 +90,7 @@ function drawn(page) {
   noteFrame(rates, performance.now(), view.renderer.info.render.triangles);
   // A turned camera asks for the next frame.
   if (settings.turns) view.controls.update();
-  if (page.isOpening) {
-    page.isOpening = false;
-    wait('');
-    markFirstDraw();
-  }
+  markOpened(page.opener);
   // Signals to tests that the cut is complete.
   document.documentElement.dataset.cut = isSettled(scene) ? `${cut.nTriangles}` : '';
 }

@@ -1,6 +1,7 @@
 // Meshes of loaded pages: one per page, whose corners are those of the clusters that are drawn.
 
 import { BufferAttribute, BufferGeometry, DynamicDrawUsage, Mesh } from 'three';
+import { sendFirst } from '../buffers.js';
 
 /** Creates the mesh of a decoded page, with nothing to draw. */
 export function makePageMesh({ contents, positions, normals, facts, corners, firsts }, material) {
@@ -36,9 +37,7 @@ function fillIndex({ mesh, corners, firsts, drawn }) {
     index.array.set(corners.subarray(firsts[i], firsts[i + 1]), n);
     n += firsts[i + 1] - firsts[i];
   });
-  index.clearUpdateRanges();
-  index.addUpdateRange(0, n);
-  index.needsUpdate = true;
+  sendFirst(index, n);
   mesh.geometry.setDrawRange(0, n);
   mesh.visible = n > 0;
 }

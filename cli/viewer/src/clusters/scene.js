@@ -1,7 +1,8 @@
 // A hierarchy in a view: before each frame, decides the cut, asks for its pages, and draws it.
 
-import { Frustum, Group, Matrix4, Vector3 } from 'three';
-import { askToDraw, lookFromStart, setLight, setPlace } from '../view.js';
+import { Frustum, Matrix4 } from 'three';
+import { addGroups, placeBox } from '../single.js';
+import { askToDraw, setLight } from '../view.js';
 import { coarseGroups, isDrawn, isInView, replacedGroups } from './cut.js';
 import { COLOURINGS, makeClusterMaterial } from './material.js';
 import { drawnTriangles, makePageMesh, setDrawn } from './meshes.js';
@@ -11,9 +12,6 @@ import { closeStore, hasRoots, isComplete, isWaiting, makeStore, want } from './
 /** Most bytes of pages that stay loaded. */
 const BUDGET = 256 * 2 ** 20;
 
-/** Direction from which a mesh is first seen. */
-const EYE = [0.55, 0.4, 1];
-
 /**
  * Shows a hierarchy in a view in place of an earlier scene. `settings` {pixels, colouring, isFrozen, zUp} may change between frames.
  * `failed(error)` is called for pages that cannot be shown.
@@ -22,7 +20,7 @@ export function makeClusterScene(view, hierarchy, settings, { before, failed, bu
   if (before) removeScene(view, before);
   const isFlat = !hierarchy.header.channels.some(({ role, width }) => role === 'normal' && width === 3);
   const scene = {
-    view, hierarchy, settings, root: new Group(), body: new Group(), material: makeClusterMaterial({ isFlat }), pages: new Map(),
+    view, hierarchy, settings, ...addGroups(view), material: makeClusterMaterial({ isFlat }), pages: new Map(),
     eyeOfCut: null, isPlaced: false, cut: { nClusters: 0, nTriangles: 0, ofLevels: [] },
   };
   const arrived = (page, bytes) => {
@@ -33,8 +31,6 @@ export function makeClusterScene(view, hierarchy, settings, { before, failed, bu
   };
   const dropped = (page) => removePage(scene, page);
   scene.store = makeStore(hierarchy, Math.max(Math.floor(budget / hierarchy.header.page_size), 1), { arrived, dropped, failed });
-  scene.root.add(scene.body);
-  view.scenes[0].scene.add(scene.root);
   view.beforePane = ({ height }) => {
     view.renderer.info.reset();
     update(scene, height);
@@ -55,12 +51,6 @@ function removePage({ pages, body }, page) {
   body.remove(mesh);
   mesh.geometry.dispose();
   pages.delete(page);
-}
-
-/** Turns the mesh so that the axis that is up in its file is up in the view. */
-export function turnScene(scene) {
-  scene.root.rotation.x = scene.settings.zUp ? -Math.PI / 2 : 0;
-  askToDraw(scene.view);
 }
 
 /** Sets the colours of a theme. */
@@ -116,30 +106,19 @@ function eyeOf({ root, body, view: { camera, renderer } }, height) {
   };
 }
 
-/** Centers the box of the coarsest level, whose diagonal becomes 2, and looks at all of it. */
+/** Centers the box of the coarsest level, and looks at all of it. */
 function place(scene) {
-  const { view, root, body, store, hierarchy: { clusters }, pages } = scene;
+  const { store, hierarchy: { clusters }, pages } = scene;
   const level = clusters.levels.reduce((a, b) => Math.max(a, b));
-  const [low, high] = [new Vector3().setScalar(Infinity), new Vector3().setScalar(-Infinity)];
-  for (const page of store.rootPages) {
-    const { mesh } = pages.get(page);
-    const { position, facts } = mesh.geometry.attributes;
-    for (let v = 0; v < position.count; v++) {
-      if (facts.getY(v) !== level) continue;
-      const point = new Vector3().fromBufferAttribute(position, v);
-      low.min(point);
-      high.max(point);
+  placeBox(scene, (visit) => {
+    for (const page of store.rootPages) {
+      const { position, facts } = pages.get(page).mesh.geometry.attributes;
+      for (let v = 0; v < position.count; v++) {
+        if (facts.getY(v) === level) visit(position.getX(v), position.getY(v), position.getZ(v));
+      }
     }
-  }
-  const sides = high.clone().sub(low);
-  const scale = 2 / (sides.length() || 1);
-  // The body moves the mesh to the origin, the root scales and turns it.
-  body.position.addVectors(low, high).multiplyScalar(-0.5);
-  root.scale.setScalar(scale);
+  });
   scene.isPlaced = true;
-  const half = sides.multiplyScalar(0.5 * scale).toArray();
-  setPlace(view, { half, radius: Math.hypot(...half), eye: EYE });
-  lookFromStart(view);
 }
 
 /** Counts clusters and triangles of the cut, in all and of each level. */

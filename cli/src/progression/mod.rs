@@ -1,7 +1,9 @@
-//! `neural-mesh progression`: one collapse whose levels `simplify` reads.
+//! `neural-mesh progression`: one collapse whose levels `simplify` reads, and a page that shows them.
+
+mod page;
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::{Parser, ValueEnum};
 use neural_mesh::io::Format;
@@ -33,7 +35,11 @@ pub fn run(args: &ProgressionArgs) -> Result<(), Failure> {
         let what = format!("{}: end the name in .nmp, so that simplify reads it", args.output.display());
         return Err(Failure::Usage(what));
     }
-    files::check_output_paths([args.output.as_path()], args.force)?;
+    if args.html.as_deref().is_some_and(is_stream) {
+        return Err(Failure::Usage("--html needs the name of a file".into()));
+    }
+    let outputs = [Some(&args.output), args.html.as_ref()].into_iter().flatten();
+    files::check_output_paths(outputs.map(PathBuf::as_path), args.force)?;
     interrupt::handle_signals(Failure::Interrupted);
     in_pool(args.threads, || write_progression(args))
 }
@@ -50,10 +56,14 @@ fn write_progression(args: &ProgressionArgs) -> Result<(), Failure> {
     progression.files = read_files(&args.input)?;
     let bytes = progression.to_bytes();
     check_reopens(&bytes, &request)?;
-    let pending = files::prepare_file(&args.output, &bytes, args.force)?;
+    let mut pending = vec![files::prepare_file(&args.output, &bytes, args.force)?];
+    if let Some(path) = &args.html {
+        let page = page::create_page(&progression.files[0].0, &bytes);
+        pending.push(files::prepare_file(path, page.as_bytes(), args.force)?);
+    }
     let seconds = progress.seconds();
     drop(progress);
-    files::place_files(vec![pending])?;
+    files::place_files(pending)?;
     let voice = if args.quiet { MessageStream::Quiet } else { MessageStream::Out };
     let n_faces = group_digits(progression.n_faces());
     voice.print_line(&format!("{n_faces} faces, all levels; {} bytes", group_digits(bytes.len())));
