@@ -65,6 +65,23 @@ fn materials_come_back_from_the_file_alone() {
 }
 
 #[test]
+fn a_page_is_written_beside_the_progression() {
+    let folder = folder();
+    let spot = test_mesh_path("spot.ply");
+    let arguments = ["progression", spot.to_str().unwrap(), "-o", "spot.nmp", "--quiet", "--html"];
+    let with_page = |page: &str| run(folder.path(), &[&arguments[..], &[page]].concat());
+    for wrong in ["-", "./spot.nmp"] {
+        let refused = with_page(wrong);
+        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    }
+    let made = with_page("spot.html");
+    assert_eq!((made.code, made.stdout.len()), (Some(0), 0), "{}", made.stderr);
+    let page = std::fs::read_to_string(folder.path().join("spot.html")).unwrap();
+    assert!(page.contains("<title>spot.ply - ") && page.contains("data-of=\"embedded\""));
+    assert_eq!(files(folder.path()), ["spot.html", "spot.nmp"]);
+}
+
+#[test]
 fn wrong_requests_end_in_one_line() {
     let folder = folder();
     let spot = test_mesh_path("spot.ply");

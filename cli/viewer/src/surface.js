@@ -117,7 +117,8 @@ function addNormals(positions, faces, normals, from, to) {
 
 function normalise(normals, from, to) {
   for (let i = 3 * from; i < 3 * to; i += 3) {
-    const length = Math.hypot(normals[i], normals[i + 1], normals[i + 2]) || 1;
+    const [x, y, z] = [normals[i], normals[i + 1], normals[i + 2]];
+    const length = Math.sqrt(x * x + y * y + z * z) || 1;
     normals[i] /= length; normals[i + 1] /= length; normals[i + 2] /= length;
   }
 }

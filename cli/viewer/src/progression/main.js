@@ -124,9 +124,10 @@ function isSame(one, other) {
   return one.n === other.n && one.nDrops === other.nDrops;
 }
 
-function distanceWords(level, proof, { diagonal }) {
+function distanceWords(level, proof, { proofs, diagonal }) {
   if (level.isWhole) return '0';
-  return proof ? `${short(proof.distance)}, ${shareWords(proof.distance, diagonal)}` : 'not of this level';
+  if (proof) return `${short(proof.distance)}, ${shareWords(proof.distance, diagonal)}`;
+  return proofs.length > 0 ? 'only at the sizes below' : 'none without --prove';
 }
 
 function shareWords(distance, diagonal) {
@@ -139,15 +140,15 @@ function listProofs(page) {
   at('proofs').replaceChildren(...page.proofs.map((proof) => {
     const row = document.createElement('tr');
     row.dataset.size = proof.nVertices;
-    const button = element('button', count(proof.level.nFaces), { type: 'button', title: 'Shows this level' });
+    const button = element('button', `${count(proof.level.nFaces)} faces`, { type: 'button', title: 'Shows this level' });
     button.addEventListener('click', () => moveTo(page, page.sizes.indexOf(proof.nVertices)));
     const head = element('th', '', { scope: 'row' });
     head.append(button);
     row.append(head, element('td', short(proof.distance)), element('td', shareWords(proof.distance, diagonal)));
     return row;
   }));
+  at('proved-steps').replaceChildren(...page.proofs.map((proof) => element('option', '', { value: page.sizes.indexOf(proof.nVertices) })));
   at('proof-table').hidden = page.proofs.length === 0;
-  at('no-proofs').hidden = page.proofs.length > 0;
 }
 
 try {
