@@ -37,7 +37,7 @@ pub fn json_script(id: &str, value: &Value) -> String {
     format!("<script type=\"application/json\" id=\"{id}\">{text}</script>\n")
 }
 
-/// Fills a template that shows one file: the file's bytes, and the name that readers see.
+/// Fills a template with the bytes of a file and the name that readers see.
 pub fn embed_file(page: &str, name: &str, bytes: &[u8]) -> String {
     let words = json_script("embedded", &json!({ "name": name }));
     fill_page(page, name, &(words + &data_script("embedded", &packed::pack_bytes(bytes))))

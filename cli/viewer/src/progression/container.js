@@ -6,7 +6,7 @@ import { checksumOf } from './checksum.js';
 const VERSION = 2;
 const MAGIC = 'NMESHPRG';
 const HEAD = 12;
-/** Bytes of a merge, a dropped component, and a file without its name and content. */
+/** Bytes of a merge, and of a dropped component. */
 const MERGE = 21;
 const DROPPED = 12;
 
@@ -29,6 +29,7 @@ export async function readProgression(file) {
   const merges = await readMerges(reader);
   const drops = list(reader, 24, () => readDrop(reader));
   const proofs = list(reader, 16, () => ({ nVertices: length(reader), distance: float(reader) }));
+  check(proofs.every(({ nVertices, distance }) => nVertices > 0 && distance >= 0), 'a proved level without a distance');
   // The files of the input follow, which nothing here needs.
   check(positions.every(Number.isFinite), 'a position that is not finite');
   checkFaces(faces, positions.length / 3);

@@ -24,7 +24,7 @@ const WORDS = {
 function start() {
   const view = makeView(at('canvas'), [at('pane-0')], BOX);
   const page = {
-    view, scene: null, theme: null, opener: null, sizes: [0], proofs: [],
+    view, scene: null, theme: null, opener: null, sizes: [0], proofs: [], written: null,
     settings: { size: Infinity, wire: false, flat: true, zUp: false, turns: false },
   };
   view.drawn = () => drawn(page);
