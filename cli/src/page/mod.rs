@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn the_page_holds_the_bytes() {
-        let bytes: Vec<u8> = (0..400_000u32).map(|i| (i * i >> 7) as u8).collect();
+        let bytes: Vec<u8> = (0..400_000u32).map(|i| (i.wrapping_mul(i) >> 7) as u8).collect();
         let page = embed_file(PAGE, "a.ply", &bytes);
         let elements = page.split("data-of=\"embedded\">").skip(1).map(|text| text.split_once('<').unwrap().0);
         let packed: Vec<u8> = elements.flat_map(|text| STANDARD.decode(text).unwrap()).collect();
