@@ -110,49 +110,58 @@ async function reverseMerges(positions, merges, { ranks, vertices, nRoots }) {
 
 /** Sorts faces by the split that makes them, and corners by the vertex to which they move. */
 async function sortFaces(surfaceFaces, links) {
-  const { n, nRoots } = links;
-  const nFaces = surfaceFaces.length / 3;
-  const [faceEnds, moveEnds] = [new Uint32Array(n + 1), new Uint32Array(n)];
-  const [births, slots] = [new Uint32Array(nFaces), new Uint32Array(nFaces)];
-  const made = new Uint32Array(3 * nFaces);
-  const corners = new Uint32Array(3);
-  const most = MOST_MOVES[0] * nFaces + MOST_MOVES[1];
-  let nMoves = 0;
-  const note = (vertex) => {
-    moveEnds[vertex]++;
-    nMoves++;
-  };
-  await inSlices(nFaces, (from, to) => {
-    for (let face = from; face < to; face++) {
-      births[face] = followCorners(surfaceFaces, face, links, corners, note);
-      faceEnds[births[face] + 1]++;
-      made.set(corners, 3 * face);
-    }
-    check(nMoves <= most, 'merges that are no mesh\'s');
-  });
-  for (let rank = 0; rank < n; rank++) faceEnds[rank + 1] += faceEnds[rank];
-  const faces = new Uint32Array(3 * nFaces);
-  const nextFace = faceEnds.slice();
-  for (let face = 0; face < nFaces; face++) {
-    slots[face] = nextFace[births[face]]++;
-    faces.set(made.subarray(3 * face, 3 * face + 3), 3 * slots[face]);
-  }
+  const { births, made, nMoves } = await findBirths(surfaceFaces, links);
+  const { faces, faceEnds, slots } = placeFaces(births, made, links.n);
   // Counts become the starts of rows, which grow to their ends.
+  const moveEnds = nMoves;
   let sum = 0;
-  for (let rank = 0; rank < n; rank++) {
+  for (let rank = 0; rank < links.n; rank++) {
     sum += moveEnds[rank];
     moveEnds[rank] = sum - moveEnds[rank];
   }
-  const moves = new Uint32Array(sum);
+  const [moves, corners] = [new Uint32Array(sum), new Uint32Array(3)];
   let slot = 0;
   const move = (vertex, corner) => { moves[moveEnds[vertex]++] = 3 * slot + corner; };
-  await inSlices(nFaces, (from, to) => {
+  await inSlices(slots.length, (from, to) => {
     for (let face = from; face < to; face++) {
       slot = slots[face];
       followCorners(surfaceFaces, face, links, corners, move);
     }
   });
   return { faces, faceEnds, moves, moveEnds };
+}
+
+/** Returns for each face the vertex whose split makes it and its corners then, and how many corners move to each vertex. */
+async function findBirths(surfaceFaces, links) {
+  const nFaces = surfaceFaces.length / 3;
+  const [births, made, nMoves] = [new Uint32Array(nFaces), new Uint32Array(3 * nFaces), new Uint32Array(links.n)];
+  const [most, corners] = [MOST_MOVES[0] * nFaces + MOST_MOVES[1], new Uint32Array(3)];
+  let sum = 0;
+  const note = (vertex) => {
+    nMoves[vertex]++;
+    sum++;
+  };
+  await inSlices(nFaces, (from, to) => {
+    for (let face = from; face < to; face++) {
+      births[face] = followCorners(surfaceFaces, face, links, corners, note);
+      made.set(corners, 3 * face);
+      check(sum <= most, 'merges that are no mesh\'s');
+    }
+  });
+  return { births, made, nMoves };
+}
+
+/** Sorts faces by their births; `slots` has the place of each. */
+function placeFaces(births, made, n) {
+  const [faceEnds, slots, faces] = [new Uint32Array(n + 1), new Uint32Array(births.length), new Uint32Array(made.length)];
+  for (const birth of births) faceEnds[birth + 1]++;
+  for (let rank = 0; rank < n; rank++) faceEnds[rank + 1] += faceEnds[rank];
+  const next = faceEnds.slice();
+  for (let face = 0; face < births.length; face++) {
+    slots[face] = next[births[face]]++;
+    faces.set(made.subarray(3 * face, 3 * face + 3), 3 * slots[face]);
+  }
+  return { faces, faceEnds, slots };
 }
 
 /**
