@@ -49,7 +49,8 @@ impl Server {
             self.app.update();
             match self.app.world().resource::<AssetServer>().load_state(&handle) {
                 LoadState::Loaded => break,
-                LoadState::Failed(error) => return Err(error.to_string()),
+                // Bevy adds a backtrace.
+                LoadState::Failed(error) => return Err(error.to_string().lines().take(1).collect()),
                 _ if start.elapsed() > LONGEST => return Err("Bevy does not finish loading".to_string()),
                 _ => std::thread::sleep(Duration::from_millis(1)),
             }

@@ -71,9 +71,9 @@ impl Tree {
         let reach = (0..3).map(|k| bounds[k].abs() + bounds[k + 3]).fold(0.0, f32::max);
         let tree = Self { nodes, meshlets, reach };
         tree.check_children()?;
-        match tree.count_levels() {
-            Some(depth) if depth == content.depth() => {}
-            depth => return Err(format!("{depth:?} levels of nodes, {} stored", content.depth())),
+        let n_levels = tree.count_levels().ok_or("the root does not lead to all nodes")?;
+        if n_levels != content.depth() {
+            return Err(format!("{n_levels} levels of nodes, {} stored", content.depth()));
         }
         let is_inside = |child: &Child| {
             let (center, half) = (child.bounds.center, child.bounds.half);
@@ -81,10 +81,6 @@ impl Tree {
         };
         let is_valid = tree.nodes[0].iter().all(is_inside);
         is_valid.then_some(tree).ok_or_else(|| "the root is outside the box of the mesh".to_string())
-    }
-
-    pub fn n_nodes(&self) -> usize {
-        self.nodes.len()
     }
 
     pub fn meshlets(&self) -> &[Bounds] {
