@@ -1,9 +1,9 @@
 //! Errors of simplified groups.
 
+use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::mesh::{Attributes, Channel, Role};
-use crate::spatial::Hit;
 
-use super::overlay::{OverlaySurface, centroid};
+use super::overlay::{Cover, OverlaySurface, centroid};
 use super::vertices::{Patch, ReducedPatch};
 
 /// Slack for rounding, as a share of the bound and of the largest coordinate.
@@ -25,13 +25,14 @@ pub fn measure(patch: &Patch, reduced: &ReducedPatch, before: &[f32]) -> GroupEr
         let bound = &mut bounds[after as usize];
         *bound = bound.max(f64::from(before[face as usize]) + distance);
     };
-    from.cover_by(&to).into_iter().for_each(|piece| raise(piece.over, piece.face, piece.distance));
-    to.cover_by(&from).into_iter().for_each(|piece| raise(piece.face, piece.over, piece.distance));
+    let (there, back) = (from.cover_by(&to), to.cover_by(&from));
+    there.pieces.iter().for_each(|piece| raise(piece.over, piece.face, piece.distance));
+    back.pieces.iter().for_each(|piece| raise(piece.face, piece.over, piece.distance));
     let reach = patch.mesh.positions().as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
     let slack = |bound: f64| round_up(bound * (1.0 + SLACK[0]) + f64::from(reach) * SLACK[1]);
     GroupErrors {
         of_faces: bounds.into_iter().map(slack).collect(),
-        of_channels: attribute_changes(patch, reduced, [&from, &to]),
+        of_channels: attribute_changes(patch, reduced, [&from, &to], &there),
     }
 }
 
@@ -41,32 +42,44 @@ fn round_up(x: f64) -> f32 {
     if f64::from(rounded) < x { rounded.next_up() } else { rounded }
 }
 
-fn attribute_changes(patch: &Patch, reduced: &ReducedPatch, [from, to]: [&OverlaySurface; 2]) -> Vec<f32> {
+fn attribute_changes(
+    patch: &Patch,
+    reduced: &ReducedPatch,
+    [from, to]: [&OverlaySurface; 2],
+    cover: &Cover,
+) -> Vec<f32> {
     let mut sums = vec![0.0; patch.attributes.channels.len()];
     if sums.is_empty() {
         return Vec::new();
     }
-    for (face, triangle) in from.triangles().iter().enumerate() {
-        let Some(hit) = to.nearest(centroid(triangle)) else { continue };
+    for ((face, triangle), footing) in from.triangles().iter().enumerate().zip(&cover.at_centroids) {
+        let after = footing.face;
+        let weights = nearest_weights_f64(centroid(triangle), to.triangles()[after as usize]);
         for (number, sum) in sums.iter_mut().enumerate() {
-            *sum += f64::from(change(&patch.attributes, face, &reduced.attributes, &hit, number));
+            *sum += f64::from(change(&patch.attributes, face, &reduced.attributes, (after, weights), number));
         }
     }
     sums.into_iter().map(|sum| (sum / from.triangles().len() as f64) as f32).collect()
 }
 
 /// Returns the largest difference of a channel's numbers at a face's centroid and at a point of the result.
-fn change(before: &Attributes, face: usize, after: &Attributes, hit: &Hit, number: usize) -> f32 {
+fn change(
+    before: &Attributes,
+    face: usize,
+    after: &Attributes,
+    (over, weights): (u32, [f64; 3]),
+    number: usize,
+) -> f32 {
     let (channel, other) = (&before.channels[number], &after.channels[number]);
     // Numbers of joints and objects are not interpolated.
     if matches!(channel.role, Role::Label | Role::Skin) {
         return 0.0;
     }
-    let (own, found) = (before.wedges[face], after.wedges[hit.triangle as usize]);
+    let (own, found) = (before.wedges[face], after.wedges[over as usize]);
     let blend = |channel: &Channel, wedges: [u32; 3], weights: [f32; 3], k: usize| {
         wedges.iter().zip(weights).map(|(&wedge, weight)| weight * channel.value(wedge)[k]).sum::<f32>()
     };
-    let weights = hit.weights.map(|weight| weight as f32);
+    let weights = weights.map(|weight| weight as f32);
     let difference = |k: usize| (blend(channel, own, [1.0 / 3.0; 3], k) - blend(other, found, weights, k)).abs();
     (0..channel.width).map(difference).fold(0.0, f32::max)
 }

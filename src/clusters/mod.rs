@@ -9,8 +9,10 @@ mod build;
 #[cfg(feature = "job")]
 mod container;
 mod cut;
+mod cut_pieces;
 mod error;
 mod face_split;
+mod footprint;
 mod grouping;
 mod meshlet_mesh;
 mod overlay;
