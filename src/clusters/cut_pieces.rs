@@ -1,4 +1,4 @@
-//! Coverings of triangles that faces of a surface do not cover as seen along the normal, such as those beside creases.
+//! Coverings of triangles that faces of a surface do not cover as seen along the normal, such as those next to creases.
 //!
 //! The triangle is cut along planes through the edges of the surface, and each piece is assigned to one face. The
 //! distance to a triangle is convex, so over a piece it is largest at a corner: any assignment gives a proved bound, and a
@@ -6,10 +6,10 @@
 
 use glam::DVec3;
 
+use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::mesh::half_edges::NO_TWIN;
 
-use super::overlay::{OverlaySurface, centroid};
-use crate::geometry::nearest_on_triangle::nearest_weights_f64;
+use super::overlay_surface::{EdgePlane, OverlaySurface, centroid};
 
 /// Most corners of a piece; larger ones are not cut.
 const MOST_CORNERS: usize = 12;
@@ -22,17 +22,8 @@ const MOST_STARTS: u8 = 3;
 /// Bound over the distance of a point at which a piece is not halved further.
 const SHARP: f64 = 1.1;
 const MOST_HALVINGS: u32 = 8;
-/// Distance beyond a plane that does not count, as a share of the edge's length.
-const TOLERANCE: f64 = 1e-7;
 
-#[derive(Clone, Copy)]
-pub struct EdgePlane {
-    /// Unit normal, towards the half-edge's own face.
-    normal: DVec3,
-    offset: f64,
-    slack: f64,
-}
-
+/// Part of a triangle on its way over the surface.
 #[derive(Clone, Copy)]
 pub struct Piece {
     points: [DVec3; MOST_CORNERS],
@@ -45,19 +36,6 @@ pub struct Piece {
 }
 
 impl OverlaySurface {
-    /// Returns the cutting plane of each half-edge, n_faces x 3.
-    pub fn create_planes(&self) -> Vec<EdgePlane> {
-        let plane = |(half_edge, &twin): (usize, &u32)| {
-            let (face, corner) = (half_edge / 3, half_edge % 3);
-            let [a, b] = [corner, (corner + 1) % 3].map(|k| self.triangles[face][k]);
-            // Both sides of an edge are cut by the plane through it along the mean normal.
-            let other = if twin == NO_TWIN { DVec3::ZERO } else { self.normals[twin as usize / 3] };
-            let normal = (self.normals[face] + other).cross(b - a).normalize_or_zero();
-            EdgePlane { normal, offset: normal.dot(a), slack: TOLERANCE * a.distance(b) }
-        };
-        self.twins.iter().enumerate().map(plane).collect()
-    }
-
     /// Covers a triangle by pieces, the first on the face `start`; pieces within `enough` of a face are not cut.
     pub fn cover_by_cutting(
         &self,

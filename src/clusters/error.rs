@@ -3,7 +3,8 @@
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::mesh::{Attributes, Channel, Role};
 
-use super::overlay::{Cover, OverlaySurface, centroid};
+use super::overlay::Cover;
+use super::overlay_surface::{OverlaySurface, centroid};
 use super::vertices::{Patch, ReducedPatch};
 
 /// Slack for rounding, as a share of the bound and of the largest coordinate.

@@ -25,7 +25,7 @@ impl Footprint {
     /// Returns `None` for a triangle without area.
     pub fn new([a, b, c]: [DVec3; 3], normal: DVec3) -> Option<Self> {
         let area2 = (b - a).cross(c - a).dot(normal);
-        if !(area2 > 0.0) {
+        if area2 <= 0.0 {
             return None;
         }
         let gradients = [c - b, a - c, b - a].map(|side| normal.cross(side) / area2);
@@ -131,7 +131,7 @@ mod tests {
         };
         assert!(!passes([0.0; 3], [2.0, 0.0, 0.0]) && !passes([0.0, 2.0, 0.0], [0.0; 3]));
         assert!(passes([-1.0, 1.0, 0.0], [3.0, 1.0, 0.0]) && passes([3.0, 0.5, 0.0], [-1.0, 0.5, 1.0]));
-        // Beside the triangle, and past its corner with the triangle on the face's side.
+        // Next to the triangle, and past its corner with the triangle on the face's side.
         assert!(!passes([-1.0, -1.0, 0.0], [3.0, -1.0, 0.0]) && !passes([3.0, 0.0, 0.0], [0.0, 3.0, 0.0]));
     }
 }

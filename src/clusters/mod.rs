@@ -16,6 +16,7 @@ mod footprint;
 mod grouping;
 mod meshlet_mesh;
 mod overlay;
+mod overlay_surface;
 mod reduction;
 mod sphere;
 mod vertices;

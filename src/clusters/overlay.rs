@@ -1,16 +1,12 @@
 //! Bounds of the distance from the triangles of a surface to a nearby surface, by overlaying their faces.
 
-use std::cell::OnceCell;
-
 use glam::DVec3;
 
-use crate::geometry::triangle::area_normal_f64;
-use crate::mesh::TriMesh;
-use crate::mesh::half_edges::{NO_TWIN, twins};
-use crate::spatial::NearestOnTriangles;
+use crate::mesh::half_edges::NO_TWIN;
 
-use super::cut_pieces::{EdgePlane, Piece};
+use super::cut_pieces::Piece;
 use super::footprint::{Footprint, passes_inside};
+use super::overlay_surface::{OverlaySurface, centroid};
 
 /// Distances that are not made sharper, over the largest one of a centroid.
 const ENOUGH: f64 = 0.4;
@@ -46,17 +42,6 @@ pub struct Footing {
     is_below: bool,
 }
 
-/// A surface with the neighbours of its faces.
-pub struct OverlaySurface {
-    pub(super) triangles: Vec<[DVec3; 3]>,
-    /// Unit normals; zero for faces without area.
-    pub(super) normals: Vec<DVec3>,
-    pub(super) twins: Vec<u32>,
-    // Both are made when they are first needed.
-    planes: OnceCell<Vec<EdgePlane>>,
-    tree: OnceCell<NearestOnTriangles>,
-}
-
 /// State while triangles are covered one after the other.
 struct Covering<'a> {
     other: &'a OverlaySurface,
@@ -64,13 +49,13 @@ struct Covering<'a> {
     enough: f64,
     /// Bound above which a triangle is covered again by a sharper method.
     usual: f64,
-    search: Search,
+    search: FaceQueue,
     pending: Vec<Piece>,
     parts: Vec<(u32, f64)>,
 }
 
 /// Faces that are still to be visited, and those that have been.
-struct Search {
+struct FaceQueue {
     pending: Vec<u32>,
     /// Round in which each face was last found.
     found: Vec<u32>,
@@ -78,23 +63,6 @@ struct Search {
 }
 
 impl OverlaySurface {
-    pub fn new(mesh: &TriMesh) -> Self {
-        let point = |v: u32| DVec3::from(mesh.positions()[v as usize].map(f64::from));
-        let triangles: Vec<[DVec3; 3]> = mesh.faces().iter().map(|face| face.map(point)).collect();
-        let normals = triangles.iter().map(|&corners| area_normal_f64(corners).normalize_or_zero()).collect();
-        let twins = twins(mesh.positions().len(), mesh.faces());
-        Self { triangles, normals, twins, planes: OnceCell::new(), tree: OnceCell::new() }
-    }
-
-    pub fn triangles(&self) -> &[[DVec3; 3]] {
-        &self.triangles
-    }
-
-    /// Returns the cutting plane of each half-edge, n_faces x 3.
-    pub fn planes(&self) -> &[EdgePlane] {
-        self.planes.get_or_init(|| self.create_planes())
-    }
-
     /// Covers this surface by pieces, each with a face of the other surface and a bound of the distance to it.
     pub fn cover_by(&self, other: &Self) -> Cover {
         let (at_centroids, least) = self.find_centroids(other);
@@ -103,7 +71,7 @@ impl OverlaySurface {
             other,
             enough: (ENOUGH * least).max(floor),
             usual: (OUTLIER * least).max(floor),
-            search: Search { pending: Vec::new(), found: vec![0; other.triangles.len()], round: 0 },
+            search: FaceQueue { pending: Vec::new(), found: vec![0; other.triangles.len()], round: 0 },
             pending: Vec::new(),
             parts: Vec::new(),
         };
@@ -158,7 +126,7 @@ impl OverlaySurface {
         self.face_below(face, p, normal).unwrap_or((Footing { face, is_below: false }, distance))
     }
 
-    /// Walks from a face to the one below a point, as seen along `normal`; also returns the height.
+    /// Returns the face below a point, as seen along `normal`, in a few steps from `face`; and the height.
     fn face_below(&self, mut face: u32, p: DVec3, normal: DVec3) -> Option<(Footing, f64)> {
         for _ in 0..MOST_STEPS {
             let cosine = self.normals[face as usize].dot(normal);
@@ -172,8 +140,10 @@ impl OverlaySurface {
             });
             let (side, least) = if sides[0] <= sides[1].min(sides[2]) {
                 (0, sides[0])
+            } else if sides[1] <= sides[2] {
+                (1, sides[1])
             } else {
-                if sides[1] <= sides[2] { (1, sides[1]) } else { (2, sides[2]) }
+                (2, sides[2])
             };
             if least >= 0.0 {
                 let height = self.normals[face as usize].dot(p - corners[0]) / cosine;
@@ -187,33 +157,15 @@ impl OverlaySurface {
         None
     }
 
-    /// Returns the closest face and its distance.
-    pub fn nearest(&self, p: DVec3) -> (u32, f64) {
-        let single = |corners: &[DVec3; 3]| corners.map(|p| p.as_vec3().to_array());
-        let build = || NearestOnTriangles::new(&self.triangles.iter().map(single).collect::<Vec<_>>());
-        let hit = self.tree.get_or_init(build).nearest(p);
-        hit.map_or((0, f64::INFINITY), |hit| (hit.triangle, hit.distance2.sqrt()))
-    }
-
-    /// Returns the largest distance of a triangle's corners and centroid.
-    fn sampled_distance(&self, triangle: &[DVec3; 3]) -> f64 {
-        let points = triangle.iter().copied().chain([centroid(triangle)]);
-        points.map(|p| self.nearest(p).1).fold(0.0, f64::max)
-    }
-
-    /// Returns the largest coordinate.
-    fn reach(&self) -> f64 {
-        self.triangles.as_flattened().iter().fold(0.0, |most, p| most.max(p.abs().max_element()))
-    }
-
-    /// Visits the faces over a triangle with bounds of their heights, from the one over its centroid; false if they may
-    /// leave a part of it open. Bounds of at most `enough` are not sharp.
+    /// Visits the faces over a triangle, from the one over its centroid, with bounds of their heights.
+    ///
+    /// Bounds of at most `enough` are not sharp. Returns false if the faces may leave a part of the triangle open.
     fn cover(
         &self,
         start: u32,
         triangle: &Footprint,
         enough: f64,
-        search: &mut Search,
+        search: &mut FaceQueue,
         mut visit: impl FnMut(u32, f64),
     ) -> bool {
         search.begin(start);
@@ -261,7 +213,7 @@ impl Covering<'_> {
     }
 }
 
-impl Search {
+impl FaceQueue {
     fn begin(&mut self, start: u32) {
         self.round += 1;
         self.pending.clear();
@@ -276,14 +228,10 @@ impl Search {
     }
 }
 
-pub fn centroid([a, b, c]: &[DVec3; 3]) -> DVec3 {
-    (a + b + c) / 3.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
+    use crate::mesh::{TriMesh, shapes};
     use crate::metrics::{DistanceTolerance, certified_distance};
 
     fn largest(from: &TriMesh, to: &TriMesh) -> f64 {

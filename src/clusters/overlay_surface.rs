@@ -1,0 +1,83 @@
+//! A surface to be overlaid: its triangles, their neighbours, and what is made of them when it is first needed.
+
+use std::cell::OnceCell;
+
+use glam::DVec3;
+
+use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::TriMesh;
+use crate::mesh::half_edges::{NO_TWIN, twins};
+use crate::spatial::NearestOnTriangles;
+
+/// Distance beyond a plane that does not count, as a share of the edge's length.
+const TOLERANCE: f64 = 1e-7;
+
+/// A surface with the neighbours of its faces.
+pub struct OverlaySurface {
+    pub(super) triangles: Vec<[DVec3; 3]>,
+    /// Unit normals; zero for faces without area.
+    pub(super) normals: Vec<DVec3>,
+    pub(super) twins: Vec<u32>,
+    // Both are made when they are first needed.
+    planes: OnceCell<Vec<EdgePlane>>,
+    tree: OnceCell<NearestOnTriangles>,
+}
+
+/// Plane through an edge, which parts what lies over its two faces.
+#[derive(Clone, Copy)]
+pub struct EdgePlane {
+    /// Unit normal, towards the half-edge's own face.
+    pub normal: DVec3,
+    pub offset: f64,
+    pub slack: f64,
+}
+
+impl OverlaySurface {
+    pub fn new(mesh: &TriMesh) -> Self {
+        let point = |v: u32| DVec3::from(mesh.positions()[v as usize].map(f64::from));
+        let triangles: Vec<[DVec3; 3]> = mesh.faces().iter().map(|face| face.map(point)).collect();
+        let normals = triangles.iter().map(|&corners| area_normal_f64(corners).normalize_or_zero()).collect();
+        let twins = twins(mesh.positions().len(), mesh.faces());
+        Self { triangles, normals, twins, planes: OnceCell::new(), tree: OnceCell::new() }
+    }
+
+    pub fn triangles(&self) -> &[[DVec3; 3]] {
+        &self.triangles
+    }
+
+    /// Returns the cutting plane of each half-edge, n_faces x 3.
+    pub fn planes(&self) -> &[EdgePlane] {
+        let plane = |(half_edge, &twin): (usize, &u32)| {
+            let (face, corner) = (half_edge / 3, half_edge % 3);
+            let [a, b] = [corner, (corner + 1) % 3].map(|k| self.triangles[face][k]);
+            // Both sides of an edge are cut by the plane through it along the mean normal.
+            let other = if twin == NO_TWIN { DVec3::ZERO } else { self.normals[twin as usize / 3] };
+            let normal = (self.normals[face] + other).cross(b - a).normalize_or_zero();
+            EdgePlane { normal, offset: normal.dot(a), slack: TOLERANCE * a.distance(b) }
+        };
+        self.planes.get_or_init(|| self.twins.iter().enumerate().map(plane).collect())
+    }
+
+    /// Returns the closest face and its distance.
+    pub fn nearest(&self, p: DVec3) -> (u32, f64) {
+        let single = |corners: &[DVec3; 3]| corners.map(|p| p.as_vec3().to_array());
+        let build = || NearestOnTriangles::new(&self.triangles.iter().map(single).collect::<Vec<_>>());
+        let hit = self.tree.get_or_init(build).nearest(p);
+        hit.map_or((0, f64::INFINITY), |hit| (hit.triangle, hit.distance2.sqrt()))
+    }
+
+    /// Returns the largest distance of a triangle's corners and centroid.
+    pub fn sampled_distance(&self, triangle: &[DVec3; 3]) -> f64 {
+        let points = triangle.iter().copied().chain([centroid(triangle)]);
+        points.map(|p| self.nearest(p).1).fold(0.0, f64::max)
+    }
+
+    /// Returns the largest coordinate.
+    pub fn reach(&self) -> f64 {
+        self.triangles.as_flattened().iter().fold(0.0, |most, p| most.max(p.abs().max_element()))
+    }
+}
+
+pub fn centroid([a, b, c]: &[DVec3; 3]) -> DVec3 {
+    (a + b + c) / 3.0
+}
