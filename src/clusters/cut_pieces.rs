@@ -9,7 +9,7 @@ use glam::DVec3;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::mesh::half_edges::NO_TWIN;
 
-use super::overlay_surface::{EdgePlane, OverlaySurface, centroid};
+use super::overlay_surface::{EdgePlane, OverlaySurface, largest_distance};
 
 /// Most corners of a piece; larger ones are not cut.
 const MOST_CORNERS: usize = 12;
@@ -64,8 +64,8 @@ impl OverlaySurface {
     pub fn cover_by_halving(&self, triangle: [DVec3; 3], enough: f64, mut visit: impl FnMut(u32, f64)) {
         let mut pending = vec![(triangle, 0)];
         while let Some((triangle, n_cuts)) = pending.pop() {
-            let hits = [triangle[0], triangle[1], triangle[2], centroid(&triangle)].map(|p| self.nearest(p));
-            let least = hits.iter().fold(0.0, |most: f64, (_, distance)| most.max(*distance));
+            let hits = self.nearest_samples(&triangle);
+            let least = largest_distance(&hits);
             let bounds = hits.iter().map(|&(face, _)| (self.distance(&triangle, face), face));
             let Some((bound, face)) = bounds.min_by(|x, y| x.0.total_cmp(&y.0)) else { return };
             if bound <= enough.max(SHARP * least) || n_cuts == MOST_HALVINGS {
@@ -175,6 +175,7 @@ impl Piece {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clusters::overlay_surface::centroid;
     use crate::mesh::shapes;
 
     #[test]

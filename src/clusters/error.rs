@@ -14,7 +14,7 @@ const SLACK: [f64; 2] = [1e-9, 1e-13];
 pub struct GroupErrors {
     /// Bound, for each face, of the distance to the part of the input surface that it replaces, both ways; n_faces.
     pub of_faces: Vec<f32>,
-    /// Mean change of each channel between the centroids of the patch's faces and the points closest to them.
+    /// Mean change of each channel between the centroids of the patch's faces and the points of the result below them.
     pub of_channels: Vec<f32>,
 }
 
@@ -29,8 +29,8 @@ pub fn measure(patch: &Patch, reduced: &ReducedPatch, before: &[f32]) -> GroupEr
     let (there, back) = (from.cover_by(&to), to.cover_by(&from));
     there.pieces.iter().for_each(|piece| raise(piece.over, piece.face, piece.distance));
     back.pieces.iter().for_each(|piece| raise(piece.face, piece.over, piece.distance));
-    let reach = patch.mesh.positions().as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
-    let slack = |bound: f64| round_up(bound * (1.0 + SLACK[0]) + f64::from(reach) * SLACK[1]);
+    let rounding = from.reach() * SLACK[1];
+    let slack = |bound: f64| round_up(bound * (1.0 + SLACK[0]) + rounding);
     GroupErrors {
         of_faces: bounds.into_iter().map(slack).collect(),
         of_channels: attribute_changes(patch, reduced, [&from, &to], &there),
@@ -53,14 +53,14 @@ fn attribute_changes(
     if sums.is_empty() {
         return Vec::new();
     }
-    for ((face, triangle), footing) in from.triangles().iter().enumerate().zip(&cover.at_centroids) {
+    for ((face, triangle), footing) in from.triangles.iter().enumerate().zip(&cover.at_centroids) {
         let after = footing.face;
-        let weights = nearest_weights_f64(centroid(triangle), to.triangles()[after as usize]);
+        let weights = nearest_weights_f64(centroid(triangle), to.triangles[after as usize]);
         for (number, sum) in sums.iter_mut().enumerate() {
             *sum += f64::from(change(&patch.attributes, face, &reduced.attributes, (after, weights), number));
         }
     }
-    sums.into_iter().map(|sum| (sum / from.triangles().len() as f64) as f32).collect()
+    sums.into_iter().map(|sum| (sum / from.triangles.len() as f64) as f32).collect()
 }
 
 /// Returns the largest difference of a channel's numbers at a face's centroid and at a point of the result.

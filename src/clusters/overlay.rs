@@ -6,7 +6,7 @@ use crate::mesh::half_edges::NO_TWIN;
 
 use super::cut_pieces::Piece;
 use super::footprint::{Footprint, passes_inside};
-use super::overlay_surface::{OverlaySurface, centroid};
+use super::overlay_surface::{OverlaySurface, centroid, largest_distance};
 
 /// Distances that are not made sharper, over the largest one of a centroid.
 const ENOUGH: f64 = 0.4;
@@ -19,6 +19,7 @@ const FLOOR: f64 = 1e-7;
 const LEAST_COSINE: f64 = 0.2;
 /// Most faces between the hint and the face over a centroid.
 const MOST_STEPS: usize = 8;
+
 /// Part of a face of one surface near a face of another.
 pub struct CoveredPiece {
     pub face: u32,
@@ -49,7 +50,7 @@ struct Covering<'a> {
     enough: f64,
     /// Bound above which a triangle is covered again by a sharper method.
     usual: f64,
-    search: FaceQueue,
+    queue: FaceQueue,
     pending: Vec<Piece>,
     parts: Vec<(u32, f64)>,
 }
@@ -71,7 +72,7 @@ impl OverlaySurface {
             other,
             enough: (ENOUGH * least).max(floor),
             usual: (OUTLIER * least).max(floor),
-            search: FaceQueue { pending: Vec::new(), found: vec![0; other.triangles.len()], round: 0 },
+            queue: FaceQueue { pending: Vec::new(), found: vec![0; other.triangles.len()], round: 0 },
             pending: Vec::new(),
             parts: Vec::new(),
         };
@@ -103,12 +104,10 @@ impl OverlaySurface {
                 }
                 largest = largest.max(distance);
                 found[face] = Some(footing);
-                for twin in self.twins[3 * face..3 * face + 3].iter().filter(|twin| **twin != NO_TWIN) {
-                    let next = *twin as usize / 3;
-                    if found[next].is_none() {
-                        let below = other.face_below(footing.face, centroid(&self.triangles[next]), self.normals[next]);
-                        pending.extend(below.map(|below| (next, below)));
-                    }
+                let twins = self.twins[3 * face..3 * face + 3].iter().filter(|twin| **twin != NO_TWIN);
+                for next in twins.map(|twin| *twin as usize / 3).filter(|&next| found[next].is_none()) {
+                    let below = other.face_below(footing.face, centroid(&self.triangles[next]), self.normals[next]);
+                    pending.extend(below.map(|below| (next, below)));
                 }
             }
         }
@@ -134,17 +133,11 @@ impl OverlaySurface {
                 return None;
             }
             let corners = self.triangles[face as usize];
-            let sides = [0, 1, 2].map(|k| {
+            let sides = (0..3).map(|k| {
                 let (a, b) = (corners[k], corners[(k + 1) % 3]);
-                (b - a).cross(p - a).dot(normal)
+                (k, (b - a).cross(p - a).dot(normal))
             });
-            let (side, least) = if sides[0] <= sides[1].min(sides[2]) {
-                (0, sides[0])
-            } else if sides[1] <= sides[2] {
-                (1, sides[1])
-            } else {
-                (2, sides[2])
-            };
+            let (side, least) = sides.min_by(|x, y| x.1.total_cmp(&y.1))?;
             if least >= 0.0 {
                 let height = self.normals[face as usize].dot(p - corners[0]) / cosine;
                 return Some((Footing { face, is_below: true }, height.abs()));
@@ -165,11 +158,11 @@ impl OverlaySurface {
         start: u32,
         triangle: &Footprint,
         enough: f64,
-        search: &mut FaceQueue,
+        queue: &mut FaceQueue,
         mut visit: impl FnMut(u32, f64),
     ) -> bool {
-        search.begin(start);
-        while let Some(face) = search.pending.pop() {
+        queue.begin(start);
+        while let Some(face) = queue.pending.pop() {
             if self.normals[face as usize].dot(triangle.normal) < LEAST_COSINE {
                 return false;
             }
@@ -179,7 +172,7 @@ impl OverlaySurface {
                 if passes_inside(corners[side], corners[(side + 1) % 3]) {
                     match self.twins[3 * face as usize + side] {
                         NO_TWIN => return false,
-                        twin => search.add(twin / 3),
+                        twin => queue.add(twin / 3),
                     }
                 }
             }
@@ -195,18 +188,19 @@ impl Covering<'_> {
         parts.clear();
         let footprint = Footprint::new(triangle, normal).filter(|_| start.is_below);
         let is_covered = footprint.is_some_and(|footprint| {
-            other.cover(start.face, &footprint, self.enough, &mut self.search, |over, distance| {
+            other.cover(start.face, &footprint, self.enough, &mut self.queue, |over, distance| {
                 parts.push((over, distance));
             })
         });
-        let is_below = |bound: f64, parts: &[(u32, f64)]| parts.iter().all(|(_, distance)| *distance <= bound);
-        if is_covered && (is_below(self.usual, parts) || is_below(OUTLIER * other.sampled_distance(&triangle), parts)) {
+        let is_sharp = |bound: f64| bound <= OUTLIER * largest_distance(&other.nearest_samples(&triangle));
+        let bound = largest_distance(parts);
+        if is_covered && (bound <= self.usual || is_sharp(bound)) {
             return;
         }
         parts.clear();
         let visit = |over, distance| parts.push((over, distance));
         other.cover_by_cutting((triangle, start.face), self.enough, &mut self.pending, visit);
-        if !is_below(self.usual, parts) {
+        if largest_distance(parts) > self.usual {
             parts.clear();
             other.cover_by_halving(triangle, self.usual, |over, distance| parts.push((over, distance)));
         }

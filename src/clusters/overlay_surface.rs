@@ -41,10 +41,6 @@ impl OverlaySurface {
         Self { triangles, normals, twins, planes: OnceCell::new(), tree: OnceCell::new() }
     }
 
-    pub fn triangles(&self) -> &[[DVec3; 3]] {
-        &self.triangles
-    }
-
     /// Returns the cutting plane of each half-edge, n_faces x 3.
     pub fn planes(&self) -> &[EdgePlane] {
         let plane = |(half_edge, &twin): (usize, &u32)| {
@@ -66,10 +62,10 @@ impl OverlaySurface {
         hit.map_or((0, f64::INFINITY), |hit| (hit.triangle, hit.distance2.sqrt()))
     }
 
-    /// Returns the largest distance of a triangle's corners and centroid.
-    pub fn sampled_distance(&self, triangle: &[DVec3; 3]) -> f64 {
-        let points = triangle.iter().copied().chain([centroid(triangle)]);
-        points.map(|p| self.nearest(p).1).fold(0.0, f64::max)
+    /// Returns the closest face and its distance, of a triangle's corners and of its centroid.
+    pub fn nearest_samples(&self, triangle: &[DVec3; 3]) -> [(u32, f64); 4] {
+        let [a, b, c] = *triangle;
+        [a, b, c, centroid(triangle)].map(|p| self.nearest(p))
     }
 
     /// Returns the largest coordinate.
@@ -80,4 +76,8 @@ impl OverlaySurface {
 
 pub fn centroid([a, b, c]: &[DVec3; 3]) -> DVec3 {
     (a + b + c) / 3.0
+}
+
+pub fn largest_distance(hits: &[(u32, f64)]) -> f64 {
+    hits.iter().fold(0.0, |most, (_, distance)| most.max(*distance))
 }
