@@ -468,6 +468,9 @@ pub struct ClustersArgs {
     /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
+    /// Memory to use, in GiB [default: what is free]; larger PLY (binary), STL and OBJ are read in blocks
+    #[arg(long, value_name = "GIB", value_parser = number_parser(GIB_RANGE, |gib| gib > 0.0), allow_negative_numbers = true)]
+    pub memory: Option<f64>,
     /// Write a page that draws the hierarchy, with all that it needs inside
     #[arg(long, value_name = "FILE.html")]
     pub html: Option<PathBuf>,
@@ -613,12 +616,9 @@ pub struct CompareArgs {
     /// Seed of the samples; equal seeds give equal results
     #[arg(long, value_name = "N", default_value = "0", value_parser = parse_seed, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Show all measures instead of the ten most used
+    /// Show all measures instead of the eleven most used
     #[arg(long)]
     pub all: bool,
-    /// Render the meshes from six sides and measure how similar the images are
-    #[arg(long)]
-    pub appearance: bool,
     /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
     pub threads: Option<usize>,

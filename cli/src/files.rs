@@ -101,13 +101,23 @@ pub fn resolve_folder(path: &Path) -> PathBuf {
 
 /// Writes bytes to a temporary file in the final folder, compressed for names in `.gz`.
 pub fn prepare_file(name: &Path, bytes: &[u8], force: bool) -> Result<PendingFile, Failure> {
+    let bytes = io::compress_by_name(name, bytes).map_err(|error| Failure::in_file(name, error))?;
+    let (pending, ()) = prepare_file_by(name, force, |file| file.write_all(&bytes))?;
+    Ok(pending)
+}
+
+/// Lets `write` fill a temporary file in the final folder; also returns what it returns.
+pub fn prepare_file_by<T>(
+    name: &Path,
+    force: bool,
+    write: impl FnOnce(&mut dyn Write) -> std::io::Result<T>,
+) -> Result<(PendingFile, T), Failure> {
     let destination = resolve_links(name)?;
     let problem = |error| Failure::in_file(name, format!("cannot be written: {error}: check the folder and the disk"));
     // The temporary file is in the final folder, so that moving it into place is a rename.
     let mut temporary = create_temporary_in(folder_of(&destination)).map_err(problem)?;
-    let bytes = io::compress_by_name(name, bytes).map_err(|error| Failure::in_file(name, error))?;
-    temporary.write_all(&bytes).map_err(problem)?;
-    Ok(PendingFile { temporary, name: name.into(), destination, force })
+    let written = write(&mut temporary).map_err(problem)?;
+    Ok((PendingFile { temporary, name: name.into(), destination, force }, written))
 }
 
 /// Prepares the file of a JSON document; for standard output, returns the document's bytes instead.

@@ -23,7 +23,8 @@ use crate::progress::Progress;
 use crate::read::open_in_pieces;
 use crate::request::Request;
 
-const REMEDY: &str = "allow more with --memory";
+pub const PROBLEM: &str = "the mesh needs more memory than allowed";
+pub const REMEDY: &str = "allow more with --memory";
 /// Memory reserved in addition to that of the blocks, in bytes.
 const OVERHEAD_BYTES: u64 = 16 << 20;
 /// Costs in ns per face of simplifying in blocks and of measuring distances, for 100 million faces.
@@ -40,9 +41,7 @@ pub fn simplify_in_blocks(
     let began = Instant::now();
     let Some((pieces, n_bytes)) = open_in_pieces(path, request.memory, request.job.bake) else { return Ok(None) };
     check_options(request, &pieces)?;
-    // Blocks are stored next to the output, on the disk that must have room anyway.
-    let folder = request.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-    let room = WorkingSpace { n_bytes: n_bytes.saturating_sub(OVERHEAD_BYTES), folder };
+    let room = working_space(request.output.as_deref(), n_bytes);
     let mut options = request.job.options.clone();
     options.target = request.job.target(usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX));
     let check_cost = if request.job.check { CHECK_COST } else { 0.0 };
@@ -61,7 +60,13 @@ pub fn simplify_in_blocks(
     prepare_output(request, result, (options.target, distance), seconds).map(Some)
 }
 
-fn show_step(progress: &mut Progress, step: JobStage) -> impl FnMut(f64) -> ControlFlow<()> + Send {
+/// Returns the memory for blocks of `n_bytes`, and the folder of the output: its disk must have room anyway.
+pub fn working_space(output: Option<&Path>, n_bytes: u64) -> WorkingSpace<'_> {
+    let folder = output.and_then(Path::parent).unwrap_or(Path::new(""));
+    WorkingSpace { n_bytes: n_bytes.saturating_sub(OVERHEAD_BYTES), folder }
+}
+
+pub fn show_step(progress: &mut Progress, step: JobStage) -> impl FnMut(f64) -> ControlFlow<()> + Send {
     move |done| {
         progress.show_step_done(step, done);
         ControlFlow::Continue(())
@@ -92,17 +97,21 @@ fn check_options(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
         ("--for", options.purpose != Purpose::Shape),
         ("--no-weld or --weld", !request.job.weld || request.job.weld_near.is_some()),
     ];
-    let problem = "the mesh needs more memory than allowed";
     if let Some((name, _)) = named.into_iter().find(|(_, is_requested)| *is_requested) {
         return Err(Failure::in_file(
             &request.source.path,
-            format!("{problem}, and {name} does not work in blocks: {REMEDY}, or leave the option out"),
+            format!("{PROBLEM}, and {name} does not work in blocks: {REMEDY}, or leave the option out"),
         ));
     }
+    check_content(request, pieces)
+}
+
+/// Rejects a file whose attributes would be lost in blocks, unless they are to be ignored.
+pub fn check_content(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
     let content = pieces.other_content().filter(|_| request.job.ignore.is_empty() && !request.job.format.is_bare());
     let loses_content = |content| {
         let what = format!(
-            "{problem}, and simplification in blocks would drop its {content}: {REMEDY}, or accept that with --ignore uv,normals,colors,materials"
+            "{PROBLEM}, and simplification in blocks would drop its {content}: {REMEDY}, or accept that with --ignore uv,normals,colors,materials"
         );
         Failure::in_file(&request.source.path, what)
     };

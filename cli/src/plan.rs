@@ -27,6 +27,7 @@ pub fn describe_stage(stage: &str) -> &'static str {
         "assign" | "edges" | "faces" => "choosing faces",
         "proof" => "proving the distance",
         "bytes" => "measuring the file",
+        "clusters" => "making levels",
         _ => "finishing",
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use neural_mesh::io::{self, Asset, Format, Pieces, ReadError};
+use neural_mesh::io::{Asset, Format, Pieces, ReadError};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::model::Weights;
@@ -29,10 +29,6 @@ pub fn read_weights(path: Option<&Path>, assembly: &Assembly) -> Result<Option<W
         path,
         format!("was trained with the objective \"{learned}\" and works only with {usage}, or leave --weights out"),
     ))
-}
-
-pub fn read_mesh(source: &Source) -> Result<RawMesh, Failure> {
-    parse_source(source, io::read, io::read_path)
 }
 
 pub fn read_asset(source: &Source) -> Result<Asset, Failure> {

@@ -3,6 +3,8 @@
 use crate::common::avatar::Avatar;
 use crate::common::{error_line, folder, run, test_mesh_path};
 use neural_mesh::clusters::Clusters;
+use neural_mesh::io::{Format, write};
+use neural_mesh::mesh::{Frame, edges, shapes, topology};
 use serde_json::Value;
 
 #[test]
@@ -68,4 +70,29 @@ fn a_page_is_written_beside_the_hierarchy() {
     let page = std::fs::read_to_string(folder.path().join("spot.html")).unwrap();
     assert!(page.contains("<title>spot.ply - ") && page.contains("data-of=\"embedded\""));
     assert!(folder.path().join("spot.nmc").exists());
+}
+
+#[test]
+fn a_mesh_larger_than_the_memory_gets_its_hierarchy_in_blocks() {
+    let folder = folder();
+    let mesh = shapes::icosphere(8);
+    std::fs::write(folder.path().join("large.ply"), write(&mesh, &Frame::default(), Format::Ply).unwrap()).unwrap();
+    let clusters = |output: &str, more: &[&str]| {
+        let words = ["clusters", "large.ply", "-o", output, "--effort", "fast", "--memory", "0.25"];
+        run(folder.path(), &[&words[..], more].concat())
+    };
+    for (output, more) in [("a.meshlet_mesh", &[][..]), ("-", &[]), ("a.nmc", &["--html", "a.html"])] {
+        let refused = clusters(output, more);
+        assert_eq!(refused.code, Some(1), "{}", refused.stderr);
+        assert!(error_line(&refused).contains("in blocks"), "{}", refused.stderr);
+    }
+    let made = clusters("a.nmc", &["--report", "r.json"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.path().join("r.json")).unwrap()).unwrap();
+    assert_eq!((&report["roots"], &report["faces"]), (&1.into(), &1_310_720.into()));
+    let clusters = Clusters::from_bytes(&std::fs::read(folder.path().join("a.nmc")).unwrap()).unwrap();
+    let (whole, _) = clusters.mesh_of(&clusters.cut_at_error(-1.0));
+    assert_eq!(topology(&whole), topology(&mesh));
+    let (light, _) = clusters.mesh_of(&clusters.cut_at_error(1e-3));
+    assert!(light.faces().len() < 20_000 && edges(&light).iter().all(|edge| edge.n_faces() == 2));
 }

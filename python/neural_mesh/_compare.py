@@ -50,7 +50,6 @@ class CompareOptions(TypedDict, total=False):
 
     samples: Whole
     seed: Whole
-    appearance: bool
     weld: bool
     html: bool | Path
     force: bool
@@ -63,7 +62,6 @@ def compare(original: Any, *simplified: Any, **options: Unpack[CompareOptions]) 
     Each mesh is anything that `simplify` takes or returns.
 
     - `samples`: sample points per surface; 50,000 by default. `seed`: seed of the samples
-    - `appearance`: also compares rendered pictures
     - `weld`: merges vertices at equal positions first; `True` by default
     - `html`: also makes a page: `True` fills `Comparison.page`, a path writes the file; `force` replaces an existing one
     - `threads`: one per core by default
@@ -83,7 +81,6 @@ def compare(original: Any, *simplified: Any, **options: Unpack[CompareOptions]) 
         [mesh.arrays for mesh in meshes],
         samples=int(options.get("samples", 50_000)),
         seed=int(options.get("seed", 0)),
-        appearance=bool(options.get("appearance", False)),
         weld=weld,
         html=None if html is False else "page.html" if html is True else os.fspath(html),
         writes=not isinstance(html, bool),

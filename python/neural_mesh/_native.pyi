@@ -151,7 +151,6 @@ def compare(
     *,
     samples: int,
     seed: int,
-    appearance: bool,
     weld: bool,
     html: str | None,
     writes: bool,

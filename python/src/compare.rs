@@ -14,7 +14,7 @@ use crate::mesh_arrays::MeshArrays;
 ///
 /// The page is written to `html` if `writes`.
 #[pyfunction]
-#[pyo3(signature = (paths, meshes, *, samples, seed, appearance, weld, html, writes, force, threads))]
+#[pyo3(signature = (paths, meshes, *, samples, seed, weld, html, writes, force, threads))]
 #[allow(clippy::too_many_arguments, reason = "they are keywords")]
 pub fn compare(
     py: Python,
@@ -22,7 +22,6 @@ pub fn compare(
     meshes: Vec<Option<MeshArrays>>,
     samples: usize,
     seed: u64,
-    appearance: bool,
     weld: bool,
     html: Option<PathBuf>,
     writes: bool,
@@ -43,7 +42,6 @@ pub fn compare(
         samples,
         seed,
         all: false,
-        appearance,
         threads: None,
         no_weld: !weld,
         quiet: true,

@@ -18,7 +18,12 @@ pub fn figures(appearance: Option<&Appearance>) -> [Figure; 5] {
         Figure { name, unit, about, value }
     };
     [
-        figure("flip", "", "FLIP error: visible difference between shaded pictures, 0 for equal pictures", |a| a.flip),
+        figure(
+            "flip",
+            "",
+            "FLIP error: visible difference between shaded pictures where either shows a mesh, 0 for equal pictures",
+            |a| a.flip,
+        ),
         figure("ssim", "", "structural similarity of shaded pictures, 1 for equal pictures", |a| a.ssim),
         figure("normals_ssim", "", "structural similarity of pictures of the normals", |a| a.normals_ssim),
         figure("psnr", "dB", "peak signal-to-noise ratio of shaded pictures", |a| a.psnr),

@@ -2,6 +2,8 @@
 
 mod figures;
 
+use rayon::prelude::*;
+
 use crate::metrics::{flip, psnr, silhouette_iou, ssim};
 use crate::picture::{Image, ShadedMesh, view_shaded};
 
@@ -10,15 +12,18 @@ pub use figures::figures;
 /// Height of pictures in pixels that distinguishes meshes of ten thousand faces.
 pub const USUAL_HEIGHT: usize = 256;
 
+/// Distances of the eye, over that from which the original fits the picture.
+pub const DISTANCES: [usize; 2] = [1, 2];
+
 /// Directions of view, azimuth and elevation in degrees.
 pub const VIEWS: [[f32; 2]; 6] =
     [[30.0, 15.0], [120.0, 15.0], [210.0, 15.0], [300.0, 15.0], [75.0, 70.0], [255.0, -70.0]];
 
-/// Similarity of pictures; all but `psnr` are means over [`VIEWS`].
+/// Similarity of pictures; all but `psnr` are means over [`VIEWS`] and [`DISTANCES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Appearance {
-    /// FLIP error of the shaded pictures, 0 for equal ones, at most 1.
+    /// FLIP error of the shaded pictures over the pixels that show either mesh, 0 for equal ones, at most 1.
     pub flip: f64,
     /// Structural similarity of the shaded pictures in grey, 1 for equal ones.
     pub ssim: f64,
@@ -26,7 +31,7 @@ pub struct Appearance {
     pub normals_ssim: f64,
     /// Peak signal-to-noise ratio of all shaded pictures, in decibels; infinite for equal ones.
     pub psnr: f64,
-    /// Intersection over union of the silhouettes, 1 for equal ones.
+    /// Intersection over union of the silhouettes, by the covered part of each pixel, 1 for equal ones.
     pub silhouette_iou: f64,
 }
 
@@ -49,27 +54,41 @@ pub fn appearance<'a>(
     if meshes[0].mesh.faces().is_empty() {
         return None;
     }
-    let mut sum = Appearance::default();
-    let mut pixels = [Vec::new(), Vec::new()];
-    for direction in VIEWS {
-        // The camera fits the original, so that equal pixels show equal places.
-        let views = view_shaded(&meshes, direction, height);
-        let [first, second] = views.as_slice() else { return None };
-        let [a, b] = [&first.shaded, &second.shaded].map(colours);
-        sum.flip += flip(first.shaded.width, &a, &b)?;
-        sum.ssim += channels_ssim(&first.shaded, &second.shaded, &[luma])?;
-        sum.normals_ssim += channels_ssim(&first.normals, &second.normals, &[|p| p[0], |p| p[1], |p| p[2]])?;
-        sum.silhouette_iou += silhouette_iou(&first.covered, &second.covered)?;
-        pixels.iter_mut().zip([a, b]).for_each(|(all, colours)| all.extend(colours.into_flattened()));
-    }
-    let n = VIEWS.len() as f64;
+    let views: Vec<_> =
+        VIEWS.into_iter().flat_map(|view| DISTANCES.map(|distance| (view, height / distance))).collect();
+    let compared: Option<Vec<_>> =
+        views.par_iter().map(|&(view, height)| compare_views(&meshes, view, height)).collect();
+    let compared = compared?;
+    let mean = |of: fn(&Appearance) -> f64| {
+        compared.iter().map(|(of_view, _)| of(of_view)).sum::<f64>() / compared.len() as f64
+    };
+    let pixels = |mesh: usize| -> Vec<u8> { compared.iter().flat_map(|(_, pixels)| pixels[mesh].clone()).collect() };
     Some(Appearance {
-        flip: sum.flip / n,
-        ssim: sum.ssim / n,
-        normals_ssim: sum.normals_ssim / n,
-        psnr: psnr(&pixels[0], &pixels[1])?,
-        silhouette_iou: sum.silhouette_iou / n,
+        flip: mean(|it| it.flip),
+        ssim: mean(|it| it.ssim),
+        normals_ssim: mean(|it| it.normals_ssim),
+        psnr: psnr(&pixels(0), &pixels(1))?,
+        silhouette_iou: mean(|it| it.silhouette_iou),
     })
+}
+
+/// Compares two meshes in one view, without `psnr`; also returns the pixels of both pictures.
+fn compare_views(meshes: &[ShadedMesh; 2], view: [f32; 2], height: usize) -> Option<(Appearance, [Vec<u8>; 2])> {
+    // The camera fits the original, so that equal pixels show equal places.
+    let views = view_shaded(meshes, view, height);
+    let [first, second] = views.as_slice() else { return None };
+    let [a, b] = [&first.shaded, &second.shaded].map(colours);
+    let errors = flip(first.shaded.width, &a, &b)?;
+    let shown = errors.iter().zip(first.covered.iter().zip(&second.covered)).filter(|(_, (p, q))| **p + **q > 0);
+    let (error, n_shown) = shown.fold((0.0, 0), |(sum, n), (error, _)| (sum + error, n + 1));
+    let of_view = Appearance {
+        flip: error / f64::from(n_shown.max(1)),
+        ssim: channels_ssim(&first.shaded, &second.shaded, &[luma])?,
+        normals_ssim: channels_ssim(&first.normals, &second.normals, &[|p| p[0], |p| p[1], |p| p[2]])?,
+        psnr: 0.0,
+        silhouette_iou: silhouette_iou(&first.covered, &second.covered)?,
+    };
+    Some((of_view, [a, b].map(Vec::into_flattened)))
 }
 
 fn channels_ssim(a: &Image, b: &Image, channels: &[fn([u8; 4]) -> u8]) -> Option<f64> {

@@ -21,7 +21,11 @@ pub use file_description::{FileDescription, describe_pieces};
 pub use join::join;
 #[cfg(feature = "io")]
 pub use out_of_core::{OutOfCoreError, OutOfCoreResult, ProgressCallback, WorkingSpace, simplify_pieces};
+#[cfg(all(feature = "io", feature = "job"))]
+pub(crate) use out_of_core::{check_room, cut_file, report_progress};
 pub use price::{BlockPrices, price_for, sample_block};
+#[cfg(all(feature = "io", feature = "job"))]
+pub(crate) use spooled_blocks::StoredBlock;
 
 /// Approximate number of faces per block.
 pub const FACES_PER_BLOCK: usize = 1 << 19;

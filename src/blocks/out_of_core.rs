@@ -242,7 +242,7 @@ fn with_frame(options: &Options, frame: Frame) -> (Options, ClosedOptions) {
 }
 
 /// Reports progress; returns an error if the listener stops the run.
-pub(super) fn report_progress(listener: &mut ProgressCallback, done: f64) -> Result<(), SimplifyError> {
+pub(crate) fn report_progress(listener: &mut ProgressCallback, done: f64) -> Result<(), SimplifyError> {
     match listener(done) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
@@ -330,7 +330,7 @@ fn target_share(target: Target, n_faces: usize) -> f64 {
 }
 
 /// Returns an error if the run needs more memory than allowed.
-pub(super) fn check_room(pieces: &Pieces, share: f64, room: &WorkingSpace) -> Result<(), OutOfCoreError> {
+pub(crate) fn check_room(pieces: &Pieces, share: f64, room: &WorkingSpace) -> Result<(), OutOfCoreError> {
     let n_faces = pieces.n_faces();
     let n_blocks = n_faces.div_ceil(FACES_PER_BLOCK as u64);
     let cutting = pieces.n_memory_bytes().saturating_add(n_blocks.saturating_mul(BYTES_PER_BLOCK));
@@ -347,7 +347,7 @@ pub(super) fn parallel_blocks(room: &WorkingSpace) -> usize {
 }
 
 /// Sorts the triangles of a file into blocks on disk, and counts the broken faces.
-pub(super) fn cut_file(
+pub(crate) fn cut_file(
     pieces: &Pieces,
     n_blocks: usize,
     room: &WorkingSpace,

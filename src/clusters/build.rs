@@ -57,42 +57,28 @@ pub fn build_clusters(
     if faces.is_empty() {
         return Err(SimplifyError::Empty.into());
     }
-    let mut build = Build {
-        limit: ClusterLimit { n_faces: options.max_faces, n_vertices: options.max_vertices },
-        options: options_for_groups(&options.simplify),
-        work: (0, 2 * faces.len()),
-        made: Clusters { origin: options.simplify.frame.origin, ..Clusters::default() },
-        live: Vec::new(),
-        pool,
-    };
+    let mut build = Build::new(options, pool);
     build.begin(faces);
-    let mut wanted = options.clusters_per_group;
-    while build.live.len() > 1 {
-        let n_before = build.live.len();
-        build.add_level(wanted, listener)?;
-        if build.live.len() as f64 > SLOW * n_before as f64 {
-            // A group of all clusters has no shared vertices: if it stays, nothing makes it smaller.
-            if build.live.len() == n_before && wanted > MOST_WANTED * n_before {
-                break;
-            }
-            wanted *= 2;
-        }
-    }
+    build.add_levels(usize::MAX, listener)?;
     Ok(build.finish())
 }
 
-struct LiveCluster {
-    number: u32,
-    faces: Vec<PoolFace>,
+/// Cluster without a group so far.
+pub struct LiveCluster {
+    pub number: u32,
+    pub faces: Vec<PoolFace>,
 }
 
-struct Build {
+/// Hierarchy that grows level by level.
+pub struct Build {
+    pub pool: VertexPool,
+    pub made: Clusters,
+    pub live: Vec<LiveCluster>,
+    /// Marks places that faces outside of this hierarchy use; those after its end are not used outside.
+    pub held: Vec<bool>,
     limit: ClusterLimit,
     options: ClosedOptions,
-    pool: VertexPool,
-    made: Clusters,
-    /// Clusters without a group so far.
-    live: Vec<LiveCluster>,
+    clusters_per_group: usize,
     /// Faces simplified so far, and about how many there will be.
     work: (usize, usize),
 }
@@ -105,7 +91,21 @@ struct GroupResult {
 }
 
 impl Build {
-    fn begin(&mut self, faces: Vec<PoolFace>) {
+    pub fn new(options: &ClusterOptions, pool: VertexPool) -> Self {
+        Self {
+            pool,
+            made: Clusters { origin: options.simplify.frame.origin, ..Clusters::default() },
+            live: Vec::new(),
+            held: Vec::new(),
+            limit: ClusterLimit { n_faces: options.max_faces, n_vertices: options.max_vertices },
+            options: options_for_groups(&options.simplify),
+            clusters_per_group: options.clusters_per_group,
+            work: (0, 0),
+        }
+    }
+
+    /// Splits faces of the input into the clusters of level 0.
+    pub fn begin(&mut self, faces: Vec<PoolFace>) {
         let (centroid, corners) =
             (|face: u32| self.pool.centroid(&faces[face as usize]), |face: u32| faces[face as usize].corners);
         let parts = split_faces((0..faces.len() as u32).collect(), self.limit, &centroid, &corners);
@@ -113,6 +113,30 @@ impl Build {
             let faces = part.into_iter().map(|face| faces[face as usize]).collect();
             self.add_cluster(faces, 0, None);
         }
+    }
+
+    /// Adds at most `n` levels, until one cluster is left, or nothing makes the clusters fewer.
+    ///
+    /// # Errors
+    /// [`SimplifyError::Interrupted`] if `listener` stops the run.
+    pub fn add_levels(&mut self, n: usize, listener: &mut Listener) -> Result<(), SimplifyError> {
+        self.work = (0, 2 * self.live.iter().map(|cluster| cluster.faces.len()).sum::<usize>());
+        let mut wanted = self.clusters_per_group;
+        for _ in 0..n {
+            let n_before = self.live.len();
+            if n_before <= 1 {
+                break;
+            }
+            self.add_level(wanted, listener)?;
+            if self.live.len() as f64 > SLOW * n_before as f64 {
+                // A group of all clusters has no shared vertices: if it stays, nothing makes it smaller.
+                if self.live.len() == n_before && wanted > MOST_WANTED * n_before {
+                    break;
+                }
+                wanted *= 2;
+            }
+        }
+        Ok(())
     }
 
     /// Replaces groups of live clusters by the clusters of their simplified faces.
@@ -152,7 +176,8 @@ impl Build {
 
     /// Returns the group that uses each place, or [`SHARED`].
     fn find_users(&self, groups: &[Vec<u32>]) -> Vec<u32> {
-        let mut users = vec![NO_GROUP; self.pool.n_places as usize];
+        let mut users: Vec<u32> = self.held.iter().map(|held| if *held { SHARED } else { NO_GROUP }).collect();
+        users.resize(self.pool.n_places as usize, NO_GROUP);
         for (number, group) in (0u32..).zip(groups) {
             let faces = group.iter().flat_map(|&member| &self.live[member as usize].faces);
             for vertex in faces.flat_map(|face| face.corners) {
@@ -267,7 +292,7 @@ impl Build {
         self.live.push(LiveCluster { number: (made.clusters.len() - 1) as u32, faces });
     }
 
-    fn finish(self) -> Clusters {
+    pub fn finish(self) -> Clusters {
         let mut made = Clusters { positions: self.pool.positions, channels: self.pool.channels, ..self.made };
         if made.face_groups.iter().all(|group| *group == 0) {
             made.face_groups.clear();

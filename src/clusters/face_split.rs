@@ -9,6 +9,8 @@ use glam::{DMat3, DVec3};
 const PARALLEL: usize = 1 << 13;
 /// Steps of the power iteration that finds the axis.
 const AXIS_STEPS: usize = 8;
+/// About how many faces at most decide on the axis.
+const AXIS_SAMPLE: usize = 1 << 11;
 
 /// Largest cluster.
 #[derive(Clone, Copy)]
@@ -46,7 +48,8 @@ where
     }
     let n_low = n_parts / 2;
     let at = (items.len() * n_low / n_parts).max(1);
-    let axis = principal_axis(items.iter().map(|&item| point((by.centroid)(item))));
+    let some = items.iter().step_by(items.len().div_ceil(AXIS_SAMPLE));
+    let axis = principal_axis(some.map(|&item| point((by.centroid)(item))));
     let mut keyed: Vec<(f64, u32)> = items.iter().map(|&item| (axis.dot(point((by.centroid)(item))), item)).collect();
     keyed.select_nth_unstable_by(at, |x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
     items.clear();

@@ -14,6 +14,8 @@ mod error;
 mod face_split;
 mod footprint;
 mod grouping;
+#[cfg(all(feature = "io", feature = "job"))]
+mod in_blocks;
 mod meshlet_mesh;
 mod overlay;
 mod overlay_surface;
@@ -21,6 +23,8 @@ mod reduction;
 mod sphere;
 mod vertices;
 
+#[cfg(feature = "io")]
+use crate::blocks::OutOfCoreError;
 use crate::mesh::Channel;
 use crate::simplify::{ClosedOptions, SimplifyError};
 
@@ -28,6 +32,8 @@ pub use build::build_clusters;
 #[cfg(feature = "job")]
 pub use container::{CONTAINER_VERSION, ContainerError};
 pub use cut::ViewPoint;
+#[cfg(all(feature = "io", feature = "job"))]
+pub use in_blocks::{StoredClusters, cluster_pieces};
 pub use meshlet_mesh::MeshletMeshError;
 pub use sphere::Sphere;
 
@@ -70,7 +76,7 @@ impl ClusterOptions {
 }
 
 /// Reason for a failed hierarchy.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 #[non_exhaustive]
 pub enum ClusterError {
     /// Option out of range.
@@ -82,6 +88,9 @@ pub enum ClusterError {
     },
     /// Error of the simplifier.
     Simplify(SimplifyError),
+    /// Error of a mesh larger than memory.
+    #[cfg(feature = "io")]
+    InBlocks(OutOfCoreError),
 }
 
 impl std::fmt::Display for ClusterError {
@@ -94,6 +103,8 @@ impl std::fmt::Display for ClusterError {
                 write!(f, "invalid {name} {value}: give {SMALLEST_CLUSTER} to {LARGEST_CLUSTER}")
             }
             Self::Simplify(error) => error.fmt(f),
+            #[cfg(feature = "io")]
+            Self::InBlocks(error) => error.fmt(f),
         }
     }
 }
@@ -103,6 +114,23 @@ impl std::error::Error for ClusterError {}
 impl From<SimplifyError> for ClusterError {
     fn from(error: SimplifyError) -> Self {
         Self::Simplify(error)
+    }
+}
+
+#[cfg(feature = "io")]
+impl From<OutOfCoreError> for ClusterError {
+    fn from(error: OutOfCoreError) -> Self {
+        match error {
+            OutOfCoreError::Simplify(error) => Self::Simplify(error),
+            error => Self::InBlocks(error),
+        }
+    }
+}
+
+#[cfg(feature = "io")]
+impl From<std::io::Error> for ClusterError {
+    fn from(error: std::io::Error) -> Self {
+        Self::InBlocks(OutOfCoreError::Disk(error))
     }
 }
 
@@ -168,7 +196,41 @@ pub struct ClusterGroup {
     pub sphere: Sphere,
 }
 
+/// Sizes of a hierarchy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ClusterFigures {
+    /// Number of clusters.
+    pub n_clusters: usize,
+    /// Number of groups.
+    pub n_groups: usize,
+    /// Number of levels, with level 0.
+    pub n_levels: u32,
+    /// Number of clusters without a group.
+    pub n_roots: usize,
+    /// Number of their faces.
+    pub n_root_faces: usize,
+    /// Number of faces of all clusters.
+    pub n_faces: usize,
+    /// Proved distance of the coarsest level, in the mesh's unit.
+    pub root_error: f32,
+}
+
 impl Clusters {
+    /// Counts clusters, groups, levels and faces.
+    pub fn figures(&self) -> ClusterFigures {
+        let roots = self.clusters.iter().filter(|cluster| cluster.group.is_none());
+        ClusterFigures {
+            n_clusters: self.clusters.len(),
+            n_groups: self.groups.len(),
+            n_levels: self.clusters.iter().map(|cluster| cluster.level + 1).max().unwrap_or(0),
+            n_roots: roots.clone().count(),
+            n_root_faces: roots.map(|cluster| cluster.n_faces as usize).sum(),
+            n_faces: self.clusters.iter().map(|cluster| cluster.n_faces as usize).sum(),
+            root_error: self.groups.iter().map(|group| group.error).fold(0.0, f32::max),
+        }
+    }
+
     /// Returns the clusters without a group: the last level.
     pub fn roots(&self) -> Vec<u32> {
         (0u32..).zip(&self.clusters).filter(|(_, cluster)| cluster.group.is_none()).map(|(c, _)| c).collect()
@@ -200,7 +262,7 @@ mod tests {
         ClusterOptions { max_faces: 32, max_vertices: 64, clusters_per_group: 8, ..ClusterOptions::default() }
     }
 
-    fn assert_sound(clusters: &Clusters, options: &ClusterOptions) {
+    pub fn assert_sound(clusters: &Clusters, options: &ClusterOptions) {
         let groups = &clusters.groups;
         for cluster in &clusters.clusters {
             assert!(cluster.n_faces as usize <= options.max_faces && cluster.n_faces > 0);
@@ -336,7 +398,7 @@ mod tests {
         let options = ClusterOptions { clusters_per_group: 1, ..ClusterOptions::default() };
         assert_eq!(refuse(options, go_on), "invalid clusters_per_group 1: give at least 2");
         let stopped = build_clusters(&Input::bare(&mesh), &small(), &mut |_| ControlFlow::Break(()));
-        assert_eq!(stopped, Err(ClusterError::Simplify(SimplifyError::Interrupted)));
+        assert!(matches!(stopped, Err(ClusterError::Simplify(SimplifyError::Interrupted))));
     }
 
     proptest! {

@@ -18,6 +18,7 @@ pub struct PoolFace {
 /// Vertices with their attributes.
 ///
 /// Vertices at one position share a *place*, so that seams of attributes are no boundaries.
+#[derive(Default)]
 pub struct VertexPool {
     pub positions: Vec<[f32; 3]>,
     pub channels: Vec<Channel>,
@@ -72,6 +73,14 @@ impl VertexPool {
         }
         pool.channels = input.attributes.channels.iter().map(|channel| select_rows(channel, &rows)).collect();
         (pool, faces)
+    }
+
+    /// Adds a vertex without attributes at a place of its own.
+    pub fn add_bare(&mut self, position: [f32; 3]) -> u32 {
+        self.positions.push(position);
+        self.places.push(self.n_places);
+        self.n_places += 1;
+        (self.positions.len() - 1) as u32
     }
 
     pub fn place(&self, vertex: u32) -> u32 {

@@ -24,7 +24,7 @@ const XYZ: [[f64; 3]; 3] = [
     [1_425_312.0 / 73_733_382.0, 8_788_810.0 / 73_733_382.0, 70_074_185.0 / 73_733_382.0],
 ];
 
-/// Returns the mean FLIP error of two sRGB pictures, 0 if equal, at most 1.
+/// Returns the FLIP error of each pixel of two sRGB pictures, 0 if equal, at most 1.
 ///
 /// At 67 pixels per degree of view. `None` if the sizes differ or there are no pixels.
 ///
@@ -34,10 +34,10 @@ const XYZ: [[f64; 3]; 3] = [
 /// ```
 /// use neural_mesh::metrics::flip;
 /// let (black, white) = ([[0; 3]; 64], [[255; 3]; 64]);
-/// assert_eq!(flip(8, &black, &black), Some(0.0));
-/// assert!(flip(8, &black, &white).unwrap() > 0.9);
+/// assert_eq!(flip(8, &black, &black), Some(vec![0.0; 64]));
+/// assert!(flip(8, &black, &white).unwrap().iter().all(|error| *error > 0.9));
 /// ```
-pub fn flip(width: usize, a: &[[u8; 3]], b: &[[u8; 3]]) -> Option<f64> {
+pub fn flip(width: usize, a: &[[u8; 3]], b: &[[u8; 3]]) -> Option<Vec<f64>> {
     if a.is_empty() || a.len() != b.len() || width == 0 || !a.len().is_multiple_of(width) {
         return None;
     }
@@ -52,7 +52,7 @@ pub fn flip(width: usize, a: &[[u8; 3]], b: &[[u8; 3]]) -> Option<f64> {
         let feature = (edges.max(points) / 2f64.sqrt()).powf(FEATURE_EXPONENT).min(1.0);
         colour.powf(1.0 - feature)
     };
-    Some((0..a.len()).map(pixel).sum::<f64>() / a.len() as f64)
+    Some((0..a.len()).map(pixel).collect())
 }
 
 /// A picture in YCxCz, which separates luminance, red-green and blue-yellow.
@@ -119,24 +119,31 @@ fn normalized_by_sign(kernel: Vec<f64>) -> Vec<f64> {
 
 /// Convolves rows by `along` and columns by `across`; pixels outside repeat the border.
 fn convolve(values: &[f64], width: usize, along: &[f64], across: &[f64]) -> Vec<f64> {
-    let height = values.len() / width;
-    let reach = |at: usize, offset: usize, n_taps: usize, n: usize| (at + offset).saturating_sub(n_taps / 2).min(n - 1);
-    let rows: Vec<f64> = (0..values.len())
-        .map(|at| {
-            let (row, col) = (at / width * width, at % width);
-            // Convolution reverses the kernel.
-            let tap = |(offset, weight): (usize, &f64)| weight * values[row + reach(col, offset, along.len(), width)];
-            along.iter().rev().enumerate().map(tap).sum()
-        })
-        .collect();
-    (0..values.len())
-        .map(|at| {
-            let (row, col) = (at / width, at % width);
-            let tap =
-                |(offset, weight): (usize, &f64)| weight * rows[reach(row, offset, across.len(), height) * width + col];
-            across.iter().rev().enumerate().map(tap).sum()
-        })
-        .collect()
+    let n_beyond = along.len() / 2;
+    let of_row = |row: &[f64]| {
+        let (first, last) = (row[0], row[row.len() - 1]);
+        let before = std::iter::repeat_n(first, n_beyond);
+        let padded: Vec<f64> = before.chain(row.iter().copied()).chain(std::iter::repeat_n(last, n_beyond)).collect();
+        let mut sums = vec![0.0; width];
+        // Convolution reverses the kernel.
+        for (offset, weight) in along.iter().rev().enumerate() {
+            add_scaled(&mut sums, *weight, &padded[offset..]);
+        }
+        sums
+    };
+    let rows: Vec<Vec<f64>> = values.chunks_exact(width).map(of_row).collect();
+    let of_column = |row: usize| {
+        let mut sums = vec![0.0; width];
+        for (offset, weight) in across.iter().rev().enumerate() {
+            add_scaled(&mut sums, *weight, &rows[(row + offset).saturating_sub(across.len() / 2).min(rows.len() - 1)]);
+        }
+        sums
+    };
+    (0..rows.len()).flat_map(of_column).collect()
+}
+
+fn add_scaled(sums: &mut [f64], weight: f64, values: &[f64]) {
+    sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
 }
 
 fn to_opponent(pixel: [u8; 3]) -> [f64; 3] {
@@ -201,22 +208,27 @@ mod tests {
         (0..48 * 40).map(pixel).collect()
     }
 
+    fn mean_flip(a: &[[u8; 3]], b: &[[u8; 3]]) -> f64 {
+        let errors = flip(48, a, b).unwrap();
+        errors.iter().sum::<f64>() / errors.len() as f64
+    }
+
     #[test]
     fn agrees_with_the_authors_implementation() {
         // By `flip_evaluator` 1.7 (NVIDIA) in single precision.
         for (shift, expected) in [(1, 0.277_667), (3, 0.541_837), (6, 0.697_674)] {
-            let value = flip(48, &picture(0), &picture(shift)).unwrap();
+            let value = mean_flip(&picture(0), &picture(shift));
             assert!((value - expected).abs() < 2e-5, "{shift}: {value}");
         }
-        let value = flip(48, &picture(0), &[[128; 3]; 48 * 40]).unwrap();
+        let value = mean_flip(&picture(0), &[[128; 3]; 48 * 40]);
         assert!((value - 0.767_342).abs() < 2e-5, "{value}");
     }
 
     #[test]
     fn is_symmetric_and_needs_pictures_of_one_size() {
         let (a, b) = (picture(0), picture(2));
-        let [there, back] = [flip(48, &a, &b).unwrap(), flip(48, &b, &a).unwrap()];
+        let [there, back] = [mean_flip(&a, &b), mean_flip(&b, &a)];
         assert!((there - back).abs() < 1e-12 && there > 0.0);
-        assert_eq!([flip(48, &a, &b[48..]), flip(7, &a, &b), flip(0, &[], &[])], [None; 3]);
+        assert!([flip(48, &a, &b[48..]), flip(7, &a, &b), flip(0, &[], &[])].iter().all(Option::is_none));
     }
 }

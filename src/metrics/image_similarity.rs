@@ -58,13 +58,15 @@ pub fn psnr(a: &[u8], b: &[u8]) -> Option<f64> {
 
 /// Returns the intersection over union of two silhouettes, 1 if both are empty; `None` if the sizes differ.
 ///
+/// A silhouette is the covered part of each pixel, in any unit.
+///
 /// ```
 /// use neural_mesh::metrics::silhouette_iou;
-/// assert_eq!(silhouette_iou(&[true, true, false], &[true, false, false]), Some(0.5));
+/// assert_eq!(silhouette_iou(&[9, 9, 0], &[9, 3, 6]), Some(0.5));
 /// ```
-pub fn silhouette_iou(a: &[bool], b: &[bool]) -> Option<f64> {
-    let count = |both: fn(bool, bool) -> bool| a.iter().zip(b).filter(|(p, q)| both(**p, **q)).count();
-    let (shared, together) = (count(|p, q| p && q), count(|p, q| p || q));
+pub fn silhouette_iou(a: &[u8], b: &[u8]) -> Option<f64> {
+    let sum = |of_pixel: fn(u8, u8) -> u8| a.iter().zip(b).map(|(p, q)| u64::from(of_pixel(*p, *q))).sum::<u64>();
+    let (shared, together) = (sum(u8::min), sum(u8::max));
     (a.len() == b.len()).then_some(if together > 0 { shared as f64 / together as f64 } else { 1.0 })
 }
 
@@ -102,7 +104,7 @@ mod tests {
         assert!(ssim(8, &[0; 64], &[0; 72]).is_none() && ssim(4, &[0; 64], &[0; 64]).is_none());
         assert!(ssim(9, &[0; 64], &[0; 64]).is_none() && ssim(8, &[], &[]).is_none());
         assert!(psnr(&[], &[]).is_none() && psnr(&[1], &[]).is_none());
-        assert!(silhouette_iou(&[true], &[]).is_none());
-        assert_eq!(silhouette_iou(&[false], &[false]), Some(1.0));
+        assert!(silhouette_iou(&[1], &[]).is_none());
+        assert_eq!(silhouette_iou(&[0], &[0]), Some(1.0));
     }
 }

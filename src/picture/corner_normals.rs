@@ -105,7 +105,7 @@ mod tests {
         // Neighbouring pixels differ by far less than between facets.
         let largest_step = |view: &super::super::MeshView| {
             let pairs = (1..view.covered.len())
-                .filter(|&i| i % view.normals.width > 0 && view.covered[i] && view.covered[i - 1]);
+                .filter(|&i| i % view.normals.width > 0 && view.covered[i] == 9 && view.covered[i - 1] == 9);
             let step = |i: usize| {
                 (0..3).map(|k| view.normals.rgba[4 * i + k].abs_diff(view.normals.rgba[4 * i - 4 + k])).max()
             };

@@ -153,6 +153,11 @@ impl DecodedMaterials {
         (Some(Self { materials, textures }), notes)
     }
 
+    /// Returns colours, texture coordinates and images of the faces.
+    pub fn surface(&self) -> &SurfaceMaterials {
+        &self.materials
+    }
+
     /// Returns the colour (linear light) or numbers of a face at barycentric weights.
     ///
     /// `steps` are the changes of the weights across the sampled area and down it, each of sum 0.

@@ -16,8 +16,10 @@ pub struct MeshView {
     pub shaded: Image,
     /// Normals turned to the eye, as colours: x right, y up, z toward the eye, -1..1 as 0..=255.
     pub normals: Image,
-    /// True if the middle of the pixel shows the mesh, height x width.
-    pub covered: Vec<bool>,
+    /// Face in the middle of each pixel, height x width.
+    pub faces: Vec<Option<u32>>,
+    /// Number of the pixel's 9 samples that show the mesh, height x width.
+    pub covered: Vec<u8>,
 }
 
 /// Draws each mesh from an azimuth and elevation in degrees; the first mesh fits the panel.
@@ -64,7 +66,8 @@ fn draw_view(shape: &scaled_mesh::ScaledMesh, camera: &Camera, mesh: &ShadedMesh
         MeshView {
             shaded: shade::resolve(&buffer, &faces, &open, camera, shading),
             normals: normals(&middles, &faces, camera, shading),
-            covered: middles.iter().map(|&face| face != NOTHING).collect(),
+            faces: middles.iter().map(|&face| (face != NOTHING).then_some(face)).collect(),
+            covered: covered_samples(&buffer, camera),
         }
     })
 }
@@ -74,6 +77,15 @@ fn middles(buffer: &Buffer, camera: &Camera) -> Vec<u32> {
         |row: usize, column: usize| (row * SAMPLES + SAMPLES / 2) * buffer.width + column * SAMPLES + SAMPLES / 2;
     let row = |row: usize| (0..camera.width).map(move |column| buffer.face[sample(row, column)]);
     (0..camera.height).flat_map(row).collect()
+}
+
+fn covered_samples(buffer: &Buffer, camera: &Camera) -> Vec<u8> {
+    let mut counts = vec![0; camera.width * camera.height];
+    for (at, _) in buffer.face.iter().enumerate().filter(|(_, face)| **face != NOTHING) {
+        let [row, column] = [at / buffer.width, at % buffer.width].map(|sample| sample / SAMPLES);
+        counts[row * camera.width + column] += 1;
+    }
+    counts
 }
 
 fn normals(middles: &[u32], faces: &[Face], camera: &Camera, shading: Shading) -> Image {

@@ -18,9 +18,10 @@ const PAPER: [TableColumn; 4] = [
     ("NE", "normal_error", 1.0),
 ];
 
-const MORE: [TableColumn; 7] = [
+const MORE: [TableColumn; 8] = [
     ("distance, %", "distance_mean", 1.0),
     ("Hausdorff, %", "distance_max", 1.0),
+    ("FLIP", "flip", 1.0),
     ("normals, degrees", "normal_angle", 1.0),
     ("open edges, %", "open_edges", 1.0),
     ("turned faces", "turned_faces", 1.0),

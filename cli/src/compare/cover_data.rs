@@ -47,7 +47,7 @@ type Wedge = [u32; 6];
 
 impl CoverData {
     pub fn new(mesh: &TriMesh, mesh_cover_data: &MeshCover, surface: &SurfaceData, gallery: &mut Gallery) -> Self {
-        let cover = &mesh_cover_data.cover;
+        let cover = mesh_cover_data.materials.surface();
         let n_faces = mesh.faces().len() as u32;
         let corners: Vec<[PaintedCorner; 3]> = (0..n_faces).map(|face| cover.corners(face)).collect();
         let ([low_u, step_u], [low_v, step_v]) = (uv_steps(&corners, 0), uv_steps(&corners, 1));

@@ -1,10 +1,10 @@
 //! Covers of compared meshes: their materials, or the original's texture if only a texture is missing.
 
 use neural_mesh::mesh::{Attributes, Look, Looks, Role};
-use neural_mesh::picture::SurfaceMaterials;
+use neural_mesh::picture::DecodedMaterials;
 
 pub struct MeshCover {
-    pub cover: SurfaceMaterials,
+    pub materials: DecodedMaterials,
     /// True if the texture is borrowed from the original.
     pub borrowed: bool,
 }
@@ -29,7 +29,9 @@ pub fn mesh_cover(mut attributes: Attributes, mut looks: Looks, original_look: O
         attributes.groups.clear();
         looks.of_groups = vec![look.clone()];
     }
-    Some(MeshCover { cover: SurfaceMaterials::new(&attributes, &looks)?, borrowed: borrowed.is_some() })
+    // The page tells of textures that cannot be decoded.
+    let (materials, _) = DecodedMaterials::new(&attributes, &looks);
+    Some(MeshCover { materials: materials?, borrowed: borrowed.is_some() })
 }
 
 #[cfg(test)]
@@ -56,9 +58,9 @@ pub mod tests {
     fn a_mesh_with_coordinates_and_no_texture_borrows_the_originals() {
         let look = only_texture(&textured_looks(b"image")).unwrap();
         let borrowed = mesh_cover(triangle(), Looks::default(), Some(&look)).unwrap();
-        assert!(borrowed.borrowed && borrowed.cover.texture(0).is_some());
+        assert!(borrowed.borrowed && borrowed.materials.surface().texture(0).is_some());
         let own = mesh_cover(triangle(), textured_looks(b"other"), Some(&look)).unwrap();
-        assert!(!own.borrowed && *own.cover.images[0] == *b"other");
+        assert!(!own.borrowed && *own.materials.surface().images[0] == *b"other");
         assert!(mesh_cover(Attributes::default(), Looks::default(), Some(&look)).is_none());
         assert!(mesh_cover(triangle(), Looks::default(), None).is_none());
     }

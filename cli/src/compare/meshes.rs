@@ -10,7 +10,7 @@ use neural_mesh::picture::{CornerNormals, ShadedMesh};
 use super::mesh_cover::{MeshCover, mesh_cover, only_texture};
 use crate::args::CompareArgs;
 use crate::failure::{Failure, display_path};
-use crate::read::{clean_mesh, parse_source, read_asset, read_mesh};
+use crate::read::{clean_mesh, parse_source, read_asset};
 use crate::request::Source;
 
 pub struct NamedMesh {
@@ -25,7 +25,10 @@ pub struct NamedMesh {
 
 impl NamedMesh {
     pub fn to_shaded(&self) -> ShadedMesh<'_> {
-        ShadedMesh { normals: self.normals.as_ref(), ..ShadedMesh::bare(&self.mesh) }
+        let mut shaded = ShadedMesh::bare(&self.mesh);
+        shaded.materials = self.cover.as_ref().map(|cover| &cover.materials);
+        shaded.normals = self.normals.as_ref();
+        shaded
     }
 }
 
@@ -43,7 +46,7 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Comp
     let (mut paths, mut meshes, mut unread) = (Vec::new(), Vec::new(), Vec::new());
     let mut given = given.into_iter();
     for path in args.inputs() {
-        match read_with_optional_looks(path, given.next().flatten(), args) {
+        match read_mesh_with_looks(path, given.next().flatten(), args) {
             Ok(mesh) => {
                 paths.push(path);
                 meshes.push(mesh);
@@ -61,7 +64,7 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Comp
     let framed = move_to_common_frame(framed).map_err(|error| Failure::Failed(error.to_string()))?;
     let mut named = Vec::new();
     for ((mesh, (attributes, looks, notes)), name) in framed.into_iter().zip(carried).zip(short_names(&paths)) {
-        let normals = if args.appearance { CornerNormals::new(&attributes) } else { None };
+        let normals = CornerNormals::new(&attributes);
         let cover = mesh_cover(attributes, looks, texture.as_ref());
         named.push(NamedMesh { name, mesh, cover, normals, notes });
     }
@@ -76,16 +79,11 @@ struct MeshWithLooks {
     notes: Vec<String>,
 }
 
-fn read_with_optional_looks(
-    path: &Path,
-    given: Option<ReadMesh>,
-    args: &CompareArgs,
-) -> Result<MeshWithLooks, Failure> {
+fn read_mesh_with_looks(path: &Path, given: Option<ReadMesh>, args: &CompareArgs) -> Result<MeshWithLooks, Failure> {
     let source = Source::new(PathBuf::from(path), None, !args.no_weld);
     let (raw, looks, notes) = match given {
         Some(given) => with_looks(given),
-        None if args.html.is_some() || args.appearance => read_with_looks(&source)?,
-        None => (read_mesh(&source)?, Looks::default(), Vec::new()),
+        None => read_with_looks(&source)?,
     };
     Ok(MeshWithLooks { cleaned: clean_mesh(raw, &source)?, looks, notes })
 }

@@ -109,9 +109,10 @@ fn measure_results(
     let measure = |(number, mesh): (usize, NamedMesh)| {
         progress.show_step_done(JobStage::Check, (number as f64 + 0.5) / (n_results + 0.5));
         let mut figures = compare(&prepared, &mesh.mesh);
-        let similarity =
-            args.appearance.then(|| appearance(original.to_shaded(), mesh.to_shaded(), USUAL_HEIGHT)).flatten();
-        figures.extend(appearance::figures(similarity.as_ref()));
+        let similarity = appearance(original.to_shaded(), mesh.to_shaded(), USUAL_HEIGHT);
+        // What a viewer sees comes after the distances.
+        let at = figures.iter().position(|figure| figure.name == "distance_max").map_or(0, |at| at + 1);
+        figures.splice(at..at, appearance::figures(similarity.as_ref()));
         MeasuredResult { figures, mesh }
     };
     let results = simplified.into_iter().enumerate().map(measure).collect();

@@ -9,8 +9,8 @@ use crate::messages::{group_digits, shorten_path};
 /// Measures that are left out where they would take too long.
 const COSTLY_FIGURES: [&str; 3] = ["distance_max", "turned_faces", "self_intersecting_faces"];
 
-/// Measures shown by default; `flip`, `ssim` and `psnr` need `--appearance`.
-const DEFAULT_FIGURES: [&str; 13] = [
+/// Measures shown by default.
+const DEFAULT_FIGURES: [&str; 11] = [
     "vertices",
     "faces",
     "distance_mean",
@@ -22,8 +22,6 @@ const DEFAULT_FIGURES: [&str; 13] = [
     "components_added",
     "volume_change",
     "flip",
-    "ssim",
-    "psnr",
 ];
 
 pub fn format_table(comparison: &Comparison, all: bool) -> Vec<String> {

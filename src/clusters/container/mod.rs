@@ -3,6 +3,8 @@
 //! `docs/clusters.md` describes every byte.
 
 mod read;
+#[cfg(feature = "io")]
+mod stored;
 mod write;
 
 use serde::{Deserialize, Serialize};
@@ -10,6 +12,9 @@ use serde::{Deserialize, Serialize};
 use crate::mesh::Role;
 
 use super::Clusters;
+
+#[cfg(feature = "io")]
+pub use stored::StoredPages;
 
 /// Version of the format, stored in each file.
 pub const CONTAINER_VERSION: u32 = 1;

@@ -8,63 +8,89 @@ use super::{
 };
 
 /// Place of a cluster's bytes.
-#[derive(Clone, Copy)]
-struct PagePlace {
-    page: u32,
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PagePlace {
+    page: usize,
     offset: usize,
 }
 
+/// Fills pages with clusters, one after the other.
+#[derive(Debug)]
+pub(super) struct PageFiller {
+    page_size: usize,
+    n_pages: usize,
+    /// Bytes used of the last page.
+    end: usize,
+}
+
+impl PageFiller {
+    /// Makes pages of 64 KiB, or of the next power of two that holds the largest cluster.
+    pub fn new(largest_cluster: usize) -> Self {
+        Self { page_size: largest_cluster.next_power_of_two().max(PAGE_SIZE), n_pages: 0, end: 0 }
+    }
+
+    pub fn place(&mut self, n_bytes: usize) -> PagePlace {
+        let mut offset = self.end.next_multiple_of(4);
+        if self.n_pages == 0 || offset + n_bytes > self.page_size {
+            self.n_pages += 1;
+            offset = 0;
+        }
+        self.end = offset + n_bytes;
+        PagePlace { page: self.n_pages - 1, offset }
+    }
+
+    /// Returns the first byte of a place after the begin of all pages.
+    pub fn byte(&self, place: PagePlace) -> usize {
+        place.page * self.page_size + place.offset
+    }
+
+    /// Returns the bytes of all pages.
+    pub fn n_bytes(&self) -> usize {
+        self.n_pages * self.page_size
+    }
+}
+
 pub(super) fn write(clusters: &Clusters) -> Vec<u8> {
-    let (places, page_size, n_pages) = place_clusters(clusters);
-    let (header, json) = lay_out(clusters, page_size, n_pages);
-    let mut bytes = Vec::with_capacity(header.pages.offset + n_pages * page_size);
+    let size = |cluster: &Cluster| content_bytes(clusters, cluster);
+    let mut filler = PageFiller::new(clusters.clusters.iter().map(size).max().unwrap_or(0));
+    let places: Vec<PagePlace> = clusters.clusters.iter().map(|cluster| filler.place(size(cluster))).collect();
+    let mut bytes = write_head(clusters, &places, &filler);
+    let begin = bytes.len();
+    bytes.reserve(filler.n_bytes());
+    for (cluster, place) in clusters.clusters.iter().zip(&places) {
+        bytes.resize(begin + filler.byte(*place), 0);
+        write_content(&mut bytes, clusters, cluster);
+    }
+    bytes.resize(begin + filler.n_bytes(), 0);
+    bytes
+}
+
+/// Returns all bytes before the pages.
+pub(super) fn write_head(clusters: &Clusters, places: &[PagePlace], filler: &PageFiller) -> Vec<u8> {
+    let (header, json) = lay_out(clusters, filler);
+    let mut bytes = Vec::with_capacity(header.pages.offset);
     bytes.extend(MAGIC);
     bytes.extend(CONTAINER_VERSION.to_le_bytes());
     bytes.extend((json.len() as u64).to_le_bytes());
     bytes.extend(json);
     bytes.resize(header.clusters.offset, 0);
-    clusters.clusters.iter().zip(&places).for_each(|(cluster, place)| write_cluster(&mut bytes, cluster, *place));
+    clusters.clusters.iter().zip(places).for_each(|(cluster, place)| write_cluster(&mut bytes, cluster, *place));
     bytes.resize(header.groups.offset, 0);
     clusters.groups.iter().for_each(|group| write_group(&mut bytes, group));
     bytes.resize(header.attribute_errors.offset, 0);
     clusters.groups.iter().flat_map(|group| &group.attribute_errors).for_each(|&x| write_f32(&mut bytes, x));
-    for (cluster, place) in clusters.clusters.iter().zip(&places) {
-        bytes.resize(header.pages.offset + place.page as usize * page_size + place.offset, 0);
-        write_content(&mut bytes, clusters, cluster);
-    }
-    bytes.resize(header.pages.offset + n_pages * page_size, 0);
+    bytes.resize(header.pages.offset, 0);
     bytes
 }
 
-fn width(clusters: &Clusters) -> usize {
-    clusters.channels.iter().map(|channel| channel.width).sum()
-}
-
-/// Fills pages with clusters in their order; a page is as large as the largest cluster needs, at least 64 KiB.
-fn place_clusters(clusters: &Clusters) -> (Vec<PagePlace>, usize, usize) {
-    let (width, has_groups) = (width(clusters), !clusters.face_groups.is_empty());
-    let size = |cluster: &Cluster| {
-        let n = cluster_bytes(cluster.n_vertices as usize, cluster.n_faces as usize, width, has_groups);
-        n.next_multiple_of(4)
-    };
-    let largest = clusters.clusters.iter().map(size).max().unwrap_or(0);
-    let page_size = largest.next_power_of_two().max(PAGE_SIZE);
-    let (mut page, mut end) = (0, 0);
-    let place = |cluster: &Cluster| {
-        if end + size(cluster) > page_size {
-            (page, end) = (page + 1, 0);
-        }
-        let offset = end;
-        end += size(cluster);
-        PagePlace { page, offset }
-    };
-    let places: Vec<PagePlace> = clusters.clusters.iter().map(place).collect();
-    let n_pages = places.last().map_or(0, |place| place.page as usize + 1);
-    (places, page_size, n_pages)
+/// Returns the bytes of a cluster in its page.
+pub(super) fn content_bytes(clusters: &Clusters, cluster: &Cluster) -> usize {
+    let width = clusters.channels.iter().map(|channel| channel.width).sum();
+    cluster_bytes(cluster.n_vertices as usize, cluster.n_faces as usize, width, !clusters.face_groups.is_empty())
 }
 
 /// Returns the header and its JSON; its length decides the offsets in it.
-fn lay_out(clusters: &Clusters, page_size: usize, n_pages: usize) -> (Header, Vec<u8>) {
+fn lay_out(clusters: &Clusters, &PageFiller { page_size, n_pages, .. }: &PageFiller) -> (Header, Vec<u8>) {
     let head = |channel: &crate::mesh::Channel| ChannelHead {
         name: channel.name.clone(),
         role: ROLES.iter().find(|(role, _)| *role == channel.role).map_or("other", |(_, name)| name).into(),
@@ -110,7 +136,7 @@ fn write_cluster(bytes: &mut Vec<u8>, cluster: &Cluster, place: PagePlace) {
         group(cluster.source),
         group(cluster.group),
         cluster.level,
-        place.page,
+        place.page as u32,
         place.offset as u32,
         cluster.n_vertices,
         cluster.n_faces,
@@ -133,7 +159,7 @@ fn write_f32(bytes: &mut Vec<u8>, x: f32) {
     bytes.extend(x.to_le_bytes());
 }
 
-fn write_content(bytes: &mut Vec<u8>, clusters: &Clusters, cluster: &Cluster) {
+pub(super) fn write_content(bytes: &mut Vec<u8>, clusters: &Clusters, cluster: &Cluster) {
     let vertices = &clusters.vertices[cluster.first_vertex as usize..][..cluster.n_vertices as usize];
     for &v in vertices {
         clusters.positions[v as usize].into_iter().for_each(|x| write_f32(bytes, x));

@@ -1,17 +1,19 @@
 //! Simplification of the faces of a group.
 
+mod double_faces;
 mod sparse_components;
 mod vertex_clustering;
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-use crate::mesh::{Attributes, TriMesh, compact};
+use crate::mesh::{Attributes, TriMesh};
 use crate::simplify::{ClosedOptions, Hidden, Input, SimplifyError, Target, simplify_forcing_size};
 
 use super::vertices::{Patch, ReducedPatch};
+use double_faces::{PartedPatch, add_leaves, part_double_faces};
 use sparse_components::drop_components;
-use vertex_clustering::{cluster_vertices, distinct_faces};
+use vertex_clustering::cluster_vertices;
 
 /// Faces of a result over the wanted number at which the next, coarser method is tried.
 const FAR_FROM_TARGET: f64 = 1.3;
@@ -38,7 +40,12 @@ pub fn reduce(
     n_faces: usize,
     stops: &AtomicBool,
 ) -> Result<ReducedPatch, SimplifyError> {
-    let reduced = collapse(patch, options, n_faces, stops)?;
+    let PartedPatch { for_collapse, leaves } = part_double_faces(patch);
+    let n_without_leaves = n_faces - n_faces * leaves.len() / patch.mesh.faces().len();
+    let reduced = match for_collapse {
+        Some(rest) => add_leaves(collapse(rest, options, n_without_leaves.max(1), stops)?, patch, &leaves),
+        None => ReducedPatch { mesh: patch.mesh.clone(), attributes: patch.attributes.clone() },
+    };
     let is_far = |reduced: &ReducedPatch| reduced.mesh.faces().len() as f64 > FAR_FROM_TARGET * n_faces as f64;
     if !is_far(&reduced) {
         return Ok(reduced);
@@ -51,13 +58,11 @@ pub fn reduce(
 }
 
 fn collapse(
-    patch: &Patch,
+    (mesh, attributes, locked): (TriMesh, Attributes, Vec<bool>),
     options: &ClosedOptions,
     n_faces: usize,
     stops: &AtomicBool,
 ) -> Result<ReducedPatch, SimplifyError> {
-    let unchanged = || ReducedPatch { mesh: patch.mesh.clone(), attributes: patch.attributes.clone() };
-    let Some((mesh, attributes, locked)) = without_double_faces(patch) else { return Ok(unchanged()) };
     let mut input = Input::bare(&mesh);
     (input.attributes, input.locked) = (&attributes, &locked);
     let mut go_on = |_| if stops.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
@@ -65,21 +70,8 @@ fn collapse(
         Ok(made) => Ok(ReducedPatch { mesh: made.mesh, attributes: made.attributes }),
         Err(SimplifyError::Interrupted) => Err(SimplifyError::Interrupted),
         // What the collapse refuses, such as coordinates at the limit of single precision, is left to the other methods.
-        Err(_) => Ok(unchanged()),
+        Err(_) => Ok(ReducedPatch { mesh, attributes }),
     }
-}
-
-/// Drops pairs of faces over the same three vertices; `None` if no face is left.
-///
-/// Two groups can make such faces, as neither sees the other's. The collapse would part them, and so open the surface.
-fn without_double_faces(patch: &Patch) -> Option<(TriMesh, Attributes, Vec<bool>)> {
-    let (faces, sources) = distinct_faces(patch.mesh.faces().iter().copied());
-    if faces.len() == patch.mesh.faces().len() {
-        return Some((patch.mesh.clone(), patch.attributes.clone(), patch.locked.clone()));
-    }
-    let (mesh, vertices) = compact(patch.mesh.positions(), faces).ok().filter(|(mesh, _)| !mesh.faces().is_empty())?;
-    let locked = vertices.iter().map(|&v| patch.locked[v as usize]).collect();
-    Some((mesh, patch.attributes.clone().select_faces(&sources)?, locked))
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use crate::mesh::union_find::UnionFind;
 use crate::mesh::{PositionKey, TriMesh, compact, position_key};
 
 /// Most faces of a component that grows.
-const MOST_LEAF_FACES: usize = 4;
+pub const MOST_LEAF_FACES: usize = 4;
 /// Largest factor of a component's size at one level.
 const MOST_GROWTH: f64 = 1.5;
 
