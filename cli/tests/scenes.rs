@@ -5,6 +5,8 @@ use std::path::Path;
 
 use crate::common::avatar::{Avatar, document};
 use crate::common::*;
+use neural_mesh::io::{Format, write};
+use neural_mesh::mesh::{Frame, TriMesh, shapes};
 use serde_json::{Value, json};
 
 fn count_contents(glb: &[u8]) -> [usize; 4] {
@@ -163,4 +165,69 @@ fn gltf_of_version_1_is_refused_by_its_version() {
             );
         }
     }
+}
+
+#[test]
+fn faces_with_a_back_of_their_own_are_seen_from_both_sides() {
+    let folder = folder();
+    let front = shapes::grid(8, 8);
+    let n = front.positions().len() as u32;
+    let back = front.faces().iter().map(|&[a, b, c]| [a + n, c + n, b + n]);
+    let faces = front.faces().iter().copied().chain(back).collect();
+    let both = TriMesh::new([front.positions(), front.positions()].concat(), faces).unwrap();
+    for (name, mesh) in [("sail.glb", &both), ("floor.glb", &front)] {
+        std::fs::write(folder.path().join(name), write(mesh, &Frame::default(), Format::Glb).unwrap()).unwrap();
+        let done = run(folder.path(), &["simplify", name, "-o", "light.glb", "--ratio", "0.9", "--force"]);
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let written = document(&std::fs::read(folder.path().join("light.glb")).unwrap());
+        let material = &written["meshes"][0]["primitives"][0]["material"];
+        let is_double_sided =
+            material.as_u64().is_some_and(|at| written["materials"][at as usize]["doubleSided"] == true);
+        assert_eq!(is_double_sided, name == "sail.glb", "{written}");
+        let said = String::from_utf8_lossy(&done.stdout);
+        assert_eq!(said.contains("double-sided"), name == "sail.glb", "{said}");
+    }
+}
+
+/// A scene of two balls side by side, one of which is far from its mesh's origin.
+fn write_balls(folder: &Path) {
+    let ball = shapes::icosphere(4);
+    let (n, n_faces) = (ball.positions().len(), ball.faces().len());
+    let far = 17_000.0f32;
+    let moved = |x: f32| ball.positions().iter().map(move |p| [p[0] + x, p[1], p[2]]);
+    let positions: Vec<[f32; 3]> = moved(far).chain(moved(0.0)).collect();
+    let mut bytes: Vec<u8> = positions.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend(ball.faces().as_flattened().iter().flat_map(|v| v.to_le_bytes()));
+    fs::write(folder.join("balls.bin"), &bytes).unwrap();
+    let view = |offset: usize, length: usize| json!({"buffer": 0, "byteOffset": offset, "byteLength": length});
+    let points = |view: usize, x: f32| json!({"bufferView": view, "componentType": 5126, "count": n, "type": "VEC3", "min": [x - 1.0, -1, -1], "max": [x + 1.0, 1, 1]});
+    let mesh = |at: usize| json!({"primitives": [{"attributes": {"POSITION": at}, "indices": 2}]});
+    let scene = json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"mesh": 0, "translation": [-far, 0, 0]}, {"mesh": 1, "translation": [3, 0, 0]}],
+        "meshes": [mesh(0), mesh(1)],
+        "buffers": [{"uri": "balls.bin", "byteLength": bytes.len()}],
+        "bufferViews": [view(0, 12 * n), view(12 * n, 12 * n), view(24 * n, 12 * n_faces)],
+        "accessors": [points(0, far), points(1, 0.0),
+            {"bufferView": 2, "componentType": 5125, "count": 3 * n_faces, "type": "SCALAR"}],
+    });
+    fs::write(folder.join("balls.gltf"), scene.to_string()).unwrap();
+}
+
+#[test]
+fn meshes_far_from_their_origin_are_simplified_as_nodes_place_them() {
+    let folder = folder();
+    write_balls(folder.path());
+    let words = ["simplify", "balls.gltf", "-o", "light.glb", "--ratio", "0.1", "--report", "r.json"];
+    let done = run(folder.path(), &words);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let report = json(&folder.path().join("r.json"));
+    assert_eq!((&report["outcome"], &report["output"]["vertices"]), (&"reached".into(), &512.into()));
+    // The file's own numbers at 17,000 are 0.001 to 0.002 apart.
+    assert!(report["distance"]["mean_percent"].as_f64().unwrap() < 0.2, "{report}");
+    let written = document(&fs::read(folder.path().join("light.glb")).unwrap());
+    let accessor = &written["accessors"]
+        [written["meshes"][0]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap() as usize];
+    let near = |value: &Value, x: f64| (value.as_f64().unwrap() - x).abs() < 0.1;
+    assert!(near(&accessor["min"][0], 16_999.0) && near(&accessor["max"][0], 17_001.0), "{accessor}");
 }

@@ -10,6 +10,8 @@
 //!
 //! Faces of zero area stay, since they hold the surface together.
 
+use rustc_hash::FxHashSet;
+
 use super::first_equal::first_equal;
 use super::precision::{LostComponent, find_lost_component};
 use super::repeated_faces::{repeated_faces, superfluous_faces};
@@ -76,6 +78,8 @@ pub struct Cleaned {
     pub source: Vec<u32>,
     /// Attributes of the mesh.
     pub attributes: Attributes,
+    /// Groups of faces that lost their back, ascending: a duplicate face that was wound the other way.
+    pub lost_backs: Vec<u32>,
 }
 
 /// Reasons why a mesh cannot be cleaned.
@@ -187,7 +191,8 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
     if is_welded {
         drop_degenerate_faces(&mut faces, &mut counts);
     }
-    drop_duplicate_faces(&local, &mut faces, &mut counts);
+    let duplicates = drop_duplicate_faces(&local, &mut faces, &mut counts);
+    let lost_backs = groups_without_backs(&faces, &duplicates, &attributes);
     let are_as_before = !is_welded && faces.len() == n_sound_faces;
     let FaceList { corners: mut faces, numbers } = faces;
     let used = if are_as_before { used } else { used_vertices(&faces, local.len()) };
@@ -203,7 +208,7 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
         InvalidMesh::NotFinite { vertex } => CleanError::TooFar { vertex: source[vertex] as usize },
         _ => CleanError::TooLarge,
     })?;
-    Ok(Cleaned { mesh, frame, counts, source, attributes })
+    Ok(Cleaned { mesh, frame, counts, source, attributes, lost_backs })
 }
 
 struct FaceList {
@@ -316,18 +321,39 @@ fn weld(
     Ok(repeated)
 }
 
-/// Drops duplicate faces (step 5) until nothing changes.
-fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
+/// Drops duplicate faces (step 5) until nothing changes, and returns them.
+fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut CleanCounts) -> Vec<[u32; 3]> {
+    let mut dropped = Vec::new();
     loop {
         let repeated = superfluous_faces(local, &faces.corners, repeated_faces(&faces.corners, local.len()));
         if repeated.is_empty() {
-            return;
+            return dropped;
         }
         counts.duplicate_faces += repeated.len();
+        dropped.extend(repeated.iter().map(|&face| faces.corners[face as usize]));
         let mut repeated = repeated.into_iter().peekable();
         let mut faces_before = 0..;
         faces.retain(|_| faces_before.next() != repeated.peek().copied() || repeated.next().is_none());
     }
+}
+
+/// Returns the groups of faces whose other side is among the dropped faces, ascending.
+fn groups_without_backs(faces: &FaceList, dropped: &[[u32; 3]], attributes: &Attributes) -> Vec<u32> {
+    if dropped.is_empty() {
+        return Vec::new();
+    }
+    let from_lowest = |mut face: [u32; 3]| {
+        let first = (0..3).min_by_key(|&corner| face[corner]).unwrap_or(0);
+        face.rotate_left(first);
+        face
+    };
+    let dropped: FxHashSet<[u32; 3]> = dropped.iter().map(|&face| from_lowest(face)).collect();
+    let lost = (0u32..).zip(&faces.corners).filter(|(_, [a, b, c])| dropped.contains(&from_lowest([*a, *c, *b])));
+    let number = |face: u32| faces.numbers.as_ref().map_or(face, |numbers| numbers[face as usize]);
+    let mut groups: Vec<u32> = lost.map(|(face, _)| attributes.group(number(face))).collect();
+    groups.sort_unstable();
+    groups.dedup();
+    groups
 }
 
 /// Drops unused vertices (step 6); also returns each vertex's old index.
@@ -500,5 +526,19 @@ mod tests {
         let mut short = raw;
         short.attributes.groups.truncate(1);
         assert_eq!(clean(short, &CleanOptions::default()), Err(CleanError::UnfitAttributes));
+    }
+
+    #[test]
+    fn groups_that_lose_the_back_of_a_face_are_named() {
+        let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
+        let lost = |faces: Vec<[u32; 3]>, groups: Vec<u32>| {
+            let attributes = Attributes { groups, ..Attributes::default() };
+            let raw = RawMesh { attributes, ..RawMesh::new(positions.to_vec(), faces) };
+            clean(raw, &CleanOptions::default()).unwrap().lost_backs
+        };
+        assert_eq!(lost(vec![[0, 1, 2], [1, 3, 2], [2, 1, 0]], vec![3, 5, 4]), [3]);
+        assert_eq!(lost(vec![[0, 1, 2], [1, 3, 2], [3, 1, 2]], Vec::new()), [0]);
+        // The same face twice has no back.
+        assert!(lost(vec![[0, 1, 2], [1, 2, 0]], vec![1, 2]).is_empty());
     }
 }

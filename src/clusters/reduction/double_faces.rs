@@ -110,7 +110,7 @@ mod tests {
         mesh.faces().iter().map(|face| face.map(|v| mesh.positions()[v as usize])).collect()
     }
 
-    /// A sphere, and `n` squares with two sides beside it.
+    /// A sphere, and `n` squares with two sides next to it.
     fn with_leaves(n: u32) -> TriMesh {
         let sphere = shapes::icosphere(2);
         let first = sphere.positions().len() as u32;

@@ -123,6 +123,35 @@ impl Asset {
         self.document.get("extensions").is_some_and(|extensions| extensions.get(name).is_some())
     }
 
+    /// Makes the materials of some primitives of a part double-sided; returns how many materials change.
+    pub(crate) fn show_both_sides(&mut self, part: usize, primitives: &[u32]) -> usize {
+        let mut n_changed = 0;
+        for &primitive in primitives {
+            let at = format!("/meshes/{}/primitives/{primitive}/material", self.meshes[part]);
+            let material = self.document.pointer(&at).and_then(Value::as_u64).unwrap_or_else(|| self.add_material(&at));
+            let material = self.document.pointer_mut(&format!("/materials/{material}"));
+            if let Some(material) = material.and_then(Value::as_object_mut) {
+                let before = material.insert("doubleSided".into(), Value::Bool(true));
+                n_changed += usize::from(before != Some(Value::Bool(true)));
+            }
+        }
+        n_changed
+    }
+
+    /// Adds a default material, writes its number to the place `at` in the document, and returns it.
+    fn add_material(&mut self, at: &str) -> u64 {
+        let Some(root) = self.document.as_object_mut() else { return u64::MAX };
+        let materials = root.entry("materials").or_insert_with(|| Value::Array(Vec::new()));
+        let Some(materials) = materials.as_array_mut() else { return u64::MAX };
+        materials.push(Value::Object(serde_json::Map::new()));
+        let number = materials.len() as u64 - 1;
+        let primitive = at.rsplit_once('/').and_then(|(primitive, _)| self.document.pointer_mut(primitive));
+        if let Some(primitive) = primitive.and_then(Value::as_object_mut) {
+            primitive.insert("material".into(), number.into());
+        }
+        number
+    }
+
     /// Returns notes on repairs and missing files.
     pub fn notes(&self) -> &[String] {
         &self.notes

@@ -1,5 +1,6 @@
 //! Documents: a mesh with the other content of its file, or a glTF scene united into one mesh.
 
+mod far_parts;
 mod images;
 mod least;
 mod named_groups;
@@ -42,6 +43,14 @@ pub struct Document {
     textures: Option<Textures>,
 }
 
+/// Piece of the united mesh that a part of the asset is.
+#[derive(Clone, Copy)]
+struct PartPiece {
+    number: usize,
+    /// Point of the part's coordinates that is the origin of the piece's.
+    origin: [f32; 3],
+}
+
 enum Kind {
     Mesh {
         cleaned: Box<Cleaned>,
@@ -53,7 +62,7 @@ enum Kind {
         asset: Box<Asset>,
         united: UnitedMesh,
         // Piece of the united mesh for each part of the asset; `None` for a part without faces.
-        pieces: Vec<Option<usize>>,
+        pieces: Vec<Option<PartPiece>>,
     },
 }
 
@@ -102,7 +111,8 @@ impl Document {
             }
             Kind::Scene { asset, united, pieces } => {
                 let parts = asset.parts().iter().zip(pieces).filter_map(|(part, piece)| Some((part, (*piece)?)));
-                let named = parts.flat_map(|(part, piece)| part.materials.iter().zip(united.first_group(piece)..));
+                let named =
+                    parts.flat_map(|(part, piece)| part.materials.iter().zip(united.first_group(piece.number)..));
                 named.map(|(name, group)| (name.clone(), group)).collect()
             }
         }
@@ -118,7 +128,7 @@ impl Document {
                 }),
                 Kind::Scene { asset, united, pieces } => {
                     let piece = united.piece_of_group(group);
-                    let part = pieces.iter().position(|of_part| *of_part == Some(piece));
+                    let part = pieces.iter().position(|of_part| of_part.is_some_and(|it| it.number == piece));
                     part.map_or_else(String::new, |part| {
                         let part = &asset.parts()[part];
                         join_names(Some(&part.name), part.materials.get((group - united.first_group(piece)) as usize))

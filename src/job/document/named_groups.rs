@@ -6,7 +6,7 @@ use crate::io::Group;
 
 use crate::job::error::JobError;
 
-use super::{Document, Kind};
+use super::{Document, Kind, PartPiece};
 
 const MOST_LISTED: usize = 40;
 
@@ -53,7 +53,7 @@ impl Document {
                 return named.filter_map(|(name, i)| Some((name?, vec![i]))).collect();
             }
         };
-        let of_piece = |piece: usize| united.first_group(piece)..united.first_group(piece + 1);
+        let of_piece = |piece: PartPiece| united.first_group(piece.number)..united.first_group(piece.number + 1);
         let of_part = |&part: &usize| pieces[part].into_iter().flat_map(of_piece).collect::<Vec<u32>>();
         let nodes = asset.contents().parts_of_nodes.into_iter();
         let nodes = nodes.map(|(name, parts)| (name, parts.iter().flat_map(of_part).collect()));

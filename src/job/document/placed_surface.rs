@@ -9,7 +9,7 @@ use crate::metrics::{QuickDistance, quick_distance};
 use crate::simplify::Simplified;
 
 use super::write::simplified_parts;
-use super::{Document, Kind};
+use super::{Document, Kind, PartPiece};
 
 /// Mesh with the transforms of its scene.
 pub struct PlacedSurface<'a> {
@@ -79,21 +79,23 @@ impl Document {
 fn on_grids<'a>(
     result: &'a Simplified,
     united: &UnitedMesh,
-    pieces: &[Option<usize>],
+    pieces: &[Option<PartPiece>],
     packing: Option<&Packing>,
 ) -> Cow<'a, TriMesh> {
     let Some(packing) = packing else { return Cow::Borrowed(&result.mesh) };
     let mut positions = result.mesh.positions().to_vec();
-    let mut grid_of = vec![None; pieces.iter().flatten().count()];
+    let mut grid_of = vec![(None, [0.0; 3]); pieces.iter().flatten().count()];
     for (part, piece) in pieces.iter().enumerate().filter_map(|(part, piece)| Some((part, (*piece)?))) {
-        grid_of[piece] = packing.grid(part);
+        grid_of[piece.number] = (packing.grid(part), piece.origin.map(f64::from));
     }
     for (face, f) in result.mesh.faces().iter().zip(0..) {
         let piece = united.piece_of_group(result.attributes.group(f));
-        let (Some(grid), scale) = (grid_of[piece], united.scale(piece)) else { continue };
+        let ((Some(grid), origin), scale) = (grid_of[piece], united.scale(piece)) else { continue };
         for &v in face {
-            let own = result.mesh.positions()[v as usize].map(|x| f64::from(x) / scale);
-            positions[v as usize] = grid.point(grid.round(own)).map(|x| (x * scale) as f32);
+            let p = result.mesh.positions()[v as usize];
+            let own = std::array::from_fn(|axis| f64::from(p[axis]) / scale + origin[axis]);
+            let rounded = grid.point(grid.round(own));
+            positions[v as usize] = std::array::from_fn(|axis| ((rounded[axis] - origin[axis]) * scale) as f32);
         }
     }
     TriMesh::new(positions, result.mesh.faces().to_vec()).map_or(Cow::Borrowed(&result.mesh), Cow::Owned)

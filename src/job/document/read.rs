@@ -1,7 +1,9 @@
 //! Reading of documents: cleaning, repair, selection of attributes.
 
+use glam::DMat4;
+
 use crate::io::{self, Asset, Folder, Format, ReadError, ReadMesh};
-use crate::mesh::cleanup::{CleanCounts, CleanOptions, clean};
+use crate::mesh::cleanup::{CleanCounts, CleanError, CleanOptions, Cleaned, clean};
 use crate::mesh::{Attributes, Frame, RawMesh, Role, ScenePiece, UnitedMesh, snap};
 use crate::repair::{fill_holes, printable};
 use crate::simplify::Purpose;
@@ -11,7 +13,8 @@ use crate::job::request::{Ignored, Job, Repair};
 use crate::job::size::Bound;
 use crate::job::textures::Textures;
 
-use super::{Document, Kind};
+use super::far_parts::{ScenePart, move_to_origins};
+use super::{Document, Kind, PartPiece};
 
 impl Document {
     /// Cleans a mesh, and repairs it if the job says so.
@@ -67,7 +70,7 @@ impl Document {
         Self::from_mesh(io::read_attributed_in(bytes, name, folder).map_err(refused)?, job)
     }
 
-    fn clean_asset(asset: Asset, job: &Job) -> Result<Self, JobError> {
+    fn clean_asset(mut asset: Asset, job: &Job) -> Result<Self, JobError> {
         let options = clean_options(job);
         let poses = if job.closed_options().purpose == Purpose::Poses { asset.poses() } else { Ok(Vec::new()) };
         let poses = poses.map_err(|error| JobError::Document(error.to_string()))?;
@@ -77,15 +80,15 @@ impl Document {
             weld_near(&mut raw, job, part.scale);
             clean(raw, &options)
         };
-        let parts: Vec<_> = asset.parts().iter().enumerate().map(cleaned).collect();
-        let (mut n_pieces, mut counts) = (0, CleanCounts::default());
-        let mut pieces = Vec::new();
-        for part in &parts {
-            pieces.push(part.is_ok().then_some(n_pieces));
-            n_pieces += usize::from(part.is_ok());
-            part.iter().for_each(|part| counts += part.counts);
-        }
-        let places = asset.part_transforms().map_err(|error| JobError::Document(error.to_string()))?;
+        let mut parts: Vec<_> = asset.parts().iter().enumerate().map(cleaned).collect();
+        let n_double_sided = show_lost_backs(&mut asset, &parts);
+        let mut places = asset.part_transforms().map_err(|error| JobError::Document(error.to_string()))?;
+        // Poses are in the parts' own coordinates.
+        let pieces = list_pieces(&mut parts, &asset, &mut places, poses.is_empty());
+        let counts = parts.iter().flatten().fold(CleanCounts::default(), |mut sum, part| {
+            sum += part.counts;
+            sum
+        });
         let scaled = parts.iter().zip(asset.parts()).zip(&places).filter_map(|((cleaned, part), places)| {
             let cleaned = cleaned.as_ref().ok()?;
             Some(ScenePiece { mesh: &cleaned.mesh, attributes: &cleaned.attributes, scale: part.scale, places })
@@ -100,7 +103,11 @@ impl Document {
                     .into(),
             )
         })?;
-        let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
+        let of_backs = (n_double_sided > 0).then(|| {
+            format!("{n_double_sided} materials become double-sided, in place of faces for the back of others")
+        });
+        let notes = asset.notes().iter().cloned().chain(of_backs).collect();
+        let kind = Kind::Scene { asset: Box::new(asset), united, pieces };
         Ok(Self::from_kind(kind, (Frame::default(), counts), notes, job))
     }
 
@@ -173,6 +180,29 @@ impl Document {
         }
         Ok(())
     }
+}
+
+/// Numbers the parts that have faces, after those far from their origin were moved to it, if `may_move`.
+fn list_pieces(
+    parts: &mut [Result<Cleaned, CleanError>],
+    asset: &Asset,
+    places: &mut [Vec<DMat4>],
+    may_move: bool,
+) -> Vec<Option<PartPiece>> {
+    let is_piece: Vec<bool> = parts.iter().map(Result::is_ok).collect();
+    let of_scene = parts.iter_mut().zip(asset.parts()).zip(places).filter_map(|((cleaned, part), places)| {
+        Some(ScenePart { cleaned: cleaned.as_mut().ok()?, scale: part.scale, places })
+    });
+    let mut of_scene: Vec<ScenePart> = of_scene.collect();
+    let origins = if may_move { move_to_origins(&mut of_scene) } else { vec![[0.0; 3]; of_scene.len()] };
+    let mut pieces = origins.into_iter().enumerate().map(|(number, origin)| PartPiece { number, origin });
+    is_piece.into_iter().map(|is_piece| if is_piece { pieces.next() } else { None }).collect()
+}
+
+/// Makes materials double-sided whose faces lost their backs; returns their number.
+fn show_lost_backs(asset: &mut Asset, parts: &[Result<Cleaned, CleanError>]) -> usize {
+    let cleaned = parts.iter().enumerate().filter_map(|(part, cleaned)| Some((part, cleaned.as_ref().ok()?)));
+    cleaned.map(|(part, cleaned)| asset.show_both_sides(part, &cleaned.lost_backs)).sum()
 }
 
 fn clean_options(job: &Job) -> CleanOptions {

@@ -16,7 +16,7 @@ use crate::job::files::{Files, Meshes};
 use crate::job::request::{Ignored, Job};
 use crate::job::textures::Textures;
 
-use super::{Document, Kind};
+use super::{Document, Kind, PartPiece};
 
 impl Document {
     /// Returns the frame of the written file, with `double` unset for single-precision formats.
@@ -157,7 +157,7 @@ impl Document {
             Kind::Scene { asset, united, pieces } => {
                 let sides = asset.packing_sides().into_iter().zip(pieces);
                 let scaled = sides.filter_map(|(side, piece)| {
-                    let piece = (*piece)?;
+                    let piece = (*piece)?.number;
                     Some(side * united.scale(piece) * united.stretch(piece))
                 });
                 scaled.fold(0.0, f64::max)
@@ -195,16 +195,19 @@ pub(super) fn scene_files(
 pub(super) fn simplified_parts(
     asset: &Asset,
     united: &UnitedMesh,
-    pieces: &[Option<usize>],
+    pieces: &[Option<PartPiece>],
     mesh: &TriMesh,
     attributes: &Attributes,
 ) -> Vec<SimplifiedPart> {
     let split = united.split(mesh, attributes);
-    let split_parts = |(part, piece): (_, &Option<usize>)| match piece.and_then(|piece| split.get(piece)) {
-        Some((mesh, attributes)) => {
-            SimplifiedPart::new(mesh.positions().to_vec(), mesh.faces().to_vec(), attributes.clone())
-        }
-        None => SimplifiedPart::from_part(part),
+    let split_parts = |(part, piece): (_, &Option<PartPiece>)| {
+        let Some(PartPiece { number, origin }) = *piece else { return SimplifiedPart::from_part(part) };
+        let Some((mesh, attributes)) = split.get(number) else { return SimplifiedPart::from_part(part) };
+        let own = |p: &[f32; 3]| std::array::from_fn(|axis| p[axis] + origin[axis]);
+        // Adding zero would turn -0 into 0.
+        let is_moved = origin != [0.0; 3];
+        let positions = mesh.positions().iter().map(|p| if is_moved { own(p) } else { *p }).collect();
+        SimplifiedPart::new(positions, mesh.faces().to_vec(), attributes.clone())
     };
     asset.parts().iter().zip(pieces).map(split_parts).collect()
 }
