@@ -412,8 +412,10 @@ mod tests {
     use super::*;
     use std::ops::ControlFlow;
 
-    use crate::mesh::{ScenePiece, shapes};
+    use crate::mesh::cleanup::{CleanOptions, clean};
+    use crate::mesh::{RawMesh, ScenePiece, shapes};
     use crate::simplify::Input;
+    use proptest::prelude::*;
 
     fn progression<'a>(input: impl Into<Input<'a>>) -> Progression {
         let options = ClosedOptions { crease_angle: Some(60.0), ..ClosedOptions::default() };
@@ -497,5 +499,26 @@ mod tests {
             }
         }
         assert!(n_read > 100, "{n_read}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+        #[test]
+        fn levels_of_any_mesh_come_back(
+            points in proptest::collection::vec(proptest::array::uniform3(-3i8..3), 8..80),
+            corners in proptest::collection::vec(proptest::array::uniform3(0usize..80), 20..300),
+        ) {
+            let positions = points.iter().map(|p| p.map(f64::from)).collect();
+            let faces = corners.iter().map(|face| face.map(|v| (v % points.len()) as u32)).collect();
+            let Ok(cleaned) = clean(RawMesh::new(positions, faces), &CleanOptions::default()) else { return Ok(()) };
+            let made = progression(&cleaned.mesh);
+            let read = Progression::from_bytes(&made.to_bytes()).unwrap();
+            for n in [4, 10, 20, 40, 79] {
+                for refined in [false, true] {
+                    let [own, back] = [&made, &read].map(|it| it.at_vertices(n, refined).map(|level| level.mesh));
+                    prop_assert_eq!(own, back);
+                }
+            }
+        }
     }
 }

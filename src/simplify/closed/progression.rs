@@ -1,9 +1,11 @@
 //! One collapse of all merges, and the levels that it yields.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::mesh::pulse::Pulse;
-use crate::mesh::{TriMesh, topology};
+use crate::mesh::{Manifold, OneRings, TriMesh, topology};
 use crate::simplify::limits::Limit;
 use crate::simplify::options::SimplifyError;
 use crate::simplify::progress::Progress;
@@ -11,10 +13,9 @@ use crate::simplify::progress::Progress;
 use super::collapse::{CollapseEnd, RecordedMerge};
 use super::dropping::{self, VertexCost};
 use super::importance;
-use super::original::Original;
 use super::output::Output;
 use super::prepare::surface::{Normalisation, PreparedSurface};
-use super::prepare::{prepare, prepare_at_scale};
+use super::prepare::{prepare, prepare_surface};
 use super::request::ClosedRequest;
 use super::result::{ClosedResult, local_positions};
 use super::split_sequence::SplitSequence;
@@ -161,25 +162,39 @@ impl ProgressionSurface {
             let original = prepare(mesh, requirements, Pulse::NONE);
             return CollapseBase { original, collapse_vertices: Vec::new() };
         };
-        let original = prepare_at_scale(rest, self.scale, requirements, Pulse::NONE);
-        let collapse_vertices = self.vertices_of_rest(mesh, &original, faces);
-        CollapseBase { original, collapse_vertices }
+        let (manifold, collapse_vertices) = self.rest(mesh, rest, faces);
+        let surface = PreparedSurface::of_manifold(rest, manifold, self.scale, Pulse::NONE);
+        CollapseBase { original: prepare_surface(rest, surface, requirements), collapse_vertices }
     }
 
-    /// Returns the vertex of the whole surface at each vertex of the rest's.
-    fn vertices_of_rest(&self, mesh: &TriMesh, rest: &Original, faces: &[u32]) -> Vec<u32> {
-        let mut vertices = vec![0; rest.surface.n_vertices()];
-        let corners = rest.surface.faces.iter().zip(rest.mesh.faces()).zip(faces);
-        for ((of_surface, of_rest), &face) in corners {
-            let [whole, of_mesh] = [self.faces(mesh), mesh.faces()].map(|faces| faces[face as usize]);
-            for &v in of_surface {
-                // Corners are identified by their mesh vertex, since surfaces may wind a face differently.
-                let at = of_rest.iter().position(|&w| w == rest.surface.source(v)).unwrap_or(0);
-                let own = whole.into_iter().find(|&w| self.source(mesh, w) == of_mesh[at]);
-                vertices[v as usize] = own.unwrap_or(whole[0]);
+    /// Returns the surface of some faces, with the vertex of the whole surface at each of its own.
+    ///
+    /// The same faces on their own could be made manifold by other cuts, which the merges do not fit.
+    fn rest<'a>(&self, mesh: &TriMesh, rest: &TriMesh, faces: &[u32]) -> (Manifold<'a>, Vec<u32>) {
+        let whole = |face: u32| self.faces(mesh)[face as usize];
+        // Corners are identified by their mesh vertex, since surfaces may wind a face differently.
+        let corner = |w: u32, face: u32| mesh.faces()[face as usize].iter().position(|&v| v == self.source(mesh, w));
+        let of_face =
+            |(of_rest, &face): (&[u32; 3], &u32)| whole(face).map(|w| (w, of_rest[corner(w, face).unwrap_or(0)]));
+        let mut sources: Vec<(u32, u32)> = rest.faces().iter().zip(faces).flat_map(of_face).collect();
+        sources.sort_unstable();
+        sources.dedup();
+        let n = rest.positions().len();
+        let (mut vertices, mut copies) = (vec![NONE; n], Vec::new());
+        let mut number = vec![NONE; self.sequence.n_vertices()];
+        for (w, v) in sources {
+            if vertices[v as usize] == NONE {
+                (vertices[v as usize], number[w as usize]) = (w, v);
+            } else {
+                number[w as usize] = (n + copies.len()) as u32;
+                copies.push(v);
+                vertices.push(w);
             }
         }
-        vertices
+        let corners: Vec<[u32; 3]> = faces.iter().map(|&face| whole(face).map(|w| number[w as usize])).collect();
+        // Whole components of a manifold are one.
+        let rings = OneRings::new(vertices.len(), &corners).unwrap_or_default();
+        (Manifold { faces: Cow::Owned(corners), rings, copies, turned_faces: 0 }, vertices)
     }
 
     /// Returns the surface with the first `n` vertices of the sequence that it has, in the order of its own vertices.

@@ -26,7 +26,7 @@ pub fn prepare_at_scale<'a>(
     prepare_surface(mesh, PreparedSurface::at_scale(mesh, scale, pulse), requirements)
 }
 
-fn prepare_surface<'a>(
+pub fn prepare_surface<'a>(
     mesh: &'a TriMesh,
     mut surface: PreparedSurface<'a>,
     requirements: &Requirements,

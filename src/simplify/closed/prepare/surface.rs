@@ -96,7 +96,12 @@ impl<'a> PreparedSurface<'a> {
     }
 
     pub fn at_scale(mesh: &'a TriMesh, scale: Normalisation, pulse: Pulse<'a>) -> Self {
-        let Manifold { faces, rings, copies, .. } = manifold_with(pulse, mesh.positions(), mesh.faces());
+        Self::of_manifold(mesh, manifold_with(pulse, mesh.positions(), mesh.faces()), scale, pulse)
+    }
+
+    /// Prepares a manifold that was made of the mesh.
+    pub fn of_manifold(mesh: &TriMesh, manifold: Manifold<'a>, scale: Normalisation, pulse: Pulse<'a>) -> Self {
+        let Manifold { faces, rings, copies, .. } = manifold;
         pulse.beat(0);
         let mut positions = pulse.map(mesh.positions(), |&p| scale.normalise(p));
         // Copies start at the position of their vertex.
