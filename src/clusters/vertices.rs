@@ -76,6 +76,7 @@ impl VertexPool {
     }
 
     /// Adds a vertex without attributes at a place of its own.
+    #[cfg(all(feature = "io", feature = "job"))]
     pub fn add_bare(&mut self, position: [f32; 3]) -> u32 {
         self.positions.push(position);
         self.places.push(self.n_places);

@@ -123,6 +123,14 @@ impl Asset {
         self.document.get("extensions").is_some_and(|extensions| extensions.get(name).is_some())
     }
 
+    /// Returns notes on repairs and missing files.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+}
+
+#[cfg(feature = "job")]
+impl Asset {
     /// Makes the materials of some primitives of a part double-sided; returns how many materials change.
     pub(crate) fn show_both_sides(&mut self, part: usize, primitives: &[u32]) -> usize {
         let mut n_changed = 0;
@@ -150,11 +158,6 @@ impl Asset {
             primitive.insert("material".into(), number.into());
         }
         number
-    }
-
-    /// Returns notes on repairs and missing files.
-    pub fn notes(&self) -> &[String] {
-        &self.notes
     }
 }
 
