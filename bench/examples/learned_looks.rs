@@ -6,7 +6,7 @@ use neural_mesh::autodiff::Tensors;
 use neural_mesh::linalg::Matrix;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::flip;
-use neural_mesh::picture::{Image, view};
+use neural_mesh::picture::view;
 use neural_mesh::simplify::WeightedResult;
 use neural_mesh::train::{
     CustomObjective, Errors, OWN_OBJECTIVE, Settings, TrainEvent, TrainRequest, TrainingItem, Wish, open,
@@ -48,7 +48,7 @@ fn visible_errors(original: &TriMesh, result: &WeightedResult) -> Result<Errors,
     let mut errors = vec![0.0; original.faces().len()];
     for direction in VIEWS {
         let views = view(&[original, &result.mesh], direction, HEIGHT);
-        let [a, b] = [0, 1].map(|mesh| colours(&views[mesh].shaded));
+        let [a, b] = [0, 1].map(|mesh| views[mesh].shaded.colours());
         let of_pixels = flip(views[0].shaded.width, &a, &b).ok_or("the pictures differ in size")?;
         for (face, error) in views[0].faces.iter().zip(of_pixels) {
             if let Some(face) = face {
@@ -57,8 +57,4 @@ fn visible_errors(original: &TriMesh, result: &WeightedResult) -> Result<Errors,
         }
     }
     Ok(Errors::Faces(errors))
-}
-
-fn colours(image: &Image) -> Vec<[u8; 3]> {
-    image.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
 }

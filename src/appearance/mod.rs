@@ -77,7 +77,7 @@ fn compare_views(meshes: &[ShadedMesh; 2], view: [f32; 2], height: usize) -> Opt
     // The camera fits the original, so that equal pixels show equal places.
     let views = view_shaded(meshes, view, height);
     let [first, second] = views.as_slice() else { return None };
-    let [a, b] = [&first.shaded, &second.shaded].map(colours);
+    let [a, b] = [&first.shaded, &second.shaded].map(Image::colours);
     let errors = flip(first.shaded.width, &a, &b)?;
     let shown = errors.iter().zip(first.covered.iter().zip(&second.covered)).filter(|(_, (p, q))| **p + **q > 0);
     let (error, n_shown) = shown.fold((0.0, 0), |(sum, n), (error, _)| (sum + error, n + 1));
@@ -102,10 +102,6 @@ fn channels_ssim(a: &Image, b: &Image, channels: &[fn([u8; 4]) -> u8]) -> Option
 fn luma([red, green, blue, _]: [u8; 4]) -> u8 {
     // These are the weights of Rec. 601.
     ((299 * u32::from(red) + 587 * u32::from(green) + 114 * u32::from(blue) + 500) / 1000) as u8
-}
-
-fn colours(image: &Image) -> Vec<[u8; 3]> {
-    image.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
 }
 
 #[cfg(test)]

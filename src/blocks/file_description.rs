@@ -59,8 +59,7 @@ fn describe_with_block_size(
 ) -> Result<FileDescription, OutOfCoreError> {
     check_room(pieces, 0.0, room)?;
     report_progress(listener, 0.0)?;
-    let n_faces = usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX);
-    let (frame, spooled, n_broken) = cut_file(pieces, n_faces.div_ceil(faces_per_block).max(1), room)?;
+    let (frame, spooled, n_broken) = cut_file(pieces, faces_per_block, room)?;
     let mut counts = CleanCounts { dropped_faces: n_broken as usize, ..CleanCounts::default() };
     let (mut patches, mut bounds) = (TopologyPatches::default(), Bounds::EMPTY);
     let (n_blocks, n_at_once) = (spooled.n_blocks(), parallel_blocks(room));

@@ -206,7 +206,7 @@ fn simplify_with_block_size(
     check_room(pieces, share, room)?;
     let mut hear = |done: f64| report_progress(listener, done);
     hear(0.0)?;
-    let (frame, spooled, n_broken) = cut_file(pieces, n_faces.div_ceil(faces_per_block).max(1), room)?;
+    let (frame, spooled, n_broken) = cut_file(pieces, faces_per_block, room)?;
     hear(CUT_PROGRESS)?;
     let (mut options, in_blocks) = with_frame(options, frame);
     let n_at_once = parallel_blocks(room);
@@ -349,7 +349,7 @@ pub(super) fn parallel_blocks(room: &WorkingSpace) -> usize {
 /// Sorts the triangles of a file into blocks on disk, and counts the broken faces.
 pub(crate) fn cut_file(
     pieces: &Pieces,
-    n_blocks: usize,
+    faces_per_block: usize,
     room: &WorkingSpace,
 ) -> Result<(Frame, SpooledBlocks, u64), OutOfCoreError> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -368,7 +368,9 @@ pub(crate) fn cut_file(
         }
         n_before += 1;
     })?;
-    let mut spooled = SpooledBlocks::new(room.folder, census.plan(n_blocks))?;
+    let n_faces = usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX);
+    let plan = census.plan(n_faces.div_ceil(faces_per_block).max(1));
+    let mut spooled = SpooledBlocks::new(room.folder, plan)?;
     let mut written = Ok(());
     let n_broken = pieces.each_triangle(&frame, &mut |triangle| {
         if written.is_ok() {

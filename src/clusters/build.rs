@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
+use crate::mesh::sides;
 use crate::simplify::{ClosedOptions, Event, Input, Listener, SimplifyError};
 
 use super::error::{GroupErrors, measure};
@@ -303,11 +304,7 @@ impl Build {
 
 /// Returns the edges with one face in a cluster, as sorted places.
 fn boundary_edges(pool: &VertexPool, faces: &[PoolFace]) -> Vec<[u32; 2]> {
-    let sides = |face: &PoolFace| {
-        let [a, b, c] = face.corners.map(|v| pool.place(v));
-        [[a, b], [b, c], [c, a]].map(|[x, y]| [x.min(y), x.max(y)])
-    };
-    let mut edges: Vec<[u32; 2]> = faces.iter().flat_map(sides).collect();
+    let mut edges: Vec<[u32; 2]> = faces.iter().flat_map(|face| sides(face.corners.map(|v| pool.place(v)))).collect();
     edges.sort_unstable();
     edges.chunk_by(|x, y| x == y).filter(|same| same.len() % 2 == 1).map(|same| same[0]).collect()
 }

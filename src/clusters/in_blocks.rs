@@ -96,8 +96,7 @@ fn cluster_with_block_size(
     options.check()?;
     check_room(pieces, LEFT_SHARE, room)?;
     report_progress(listener, 0.0)?;
-    let n_faces = usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX);
-    let (frame, spooled, n_broken) = cut_file(pieces, n_faces.div_ceil(faces_per_block).max(1), room)?;
+    let (frame, spooled, n_broken) = cut_file(pieces, faces_per_block, room)?;
     let simplify = ClosedOptions { frame, ..options.simplify.clone() };
     let options = ClusterOptions { simplify, ..options.clone() };
     let mut joined = JoinedBlocks::new(&options, room)?;
@@ -110,7 +109,7 @@ fn cluster_with_block_size(
         counts += of_block;
         let Some(block) = block else { continue };
         n_faces += block.mesh.faces().len();
-        joined.add(build_block(&block, &options, &mut |done| listener(begin + share_of_block * done))?)?;
+        joined.add(build_block(block, &options, &mut |done| listener(begin + share_of_block * done))?)?;
     }
     let (rows, pages) = joined.finish(&mut |done| listener(BLOCKS_PROGRESS + (1.0 - BLOCKS_PROGRESS) * done))?;
     Ok(StoredClusters { figures: rows.figures(), n_faces, n_blocks, counts, rows, pages })
@@ -118,14 +117,14 @@ fn cluster_with_block_size(
 
 /// Builds the first levels of a block; `listener` receives the progress of 1.
 fn build_block(
-    block: &Block,
+    block: Block,
     options: &ClusterOptions,
     listener: &mut ProgressCallback,
 ) -> Result<Build, SimplifyError> {
     let (pool, faces) = VertexPool::new(&Input::bare(&block.mesh));
     let mut build = Build::new(options, pool);
     // Positions of a cleaned mesh are distinct, so places are its vertices.
-    build.held = block.shared.clone();
+    build.held = block.shared;
     build.begin(faces);
     build.add_levels(LEVELS_IN_BLOCKS, &mut |event| listener(f64::from(event.total)))?;
     Ok(build)

@@ -57,6 +57,7 @@ pub(crate) use placed_mesh::{PlacedMesh, merge_placed_meshes};
 pub use point_cloud::{PointCloud, point_cloud};
 pub use polygon_fans::Fans;
 pub use raw_mesh::{Frame, RawMesh};
+pub(crate) use repeated_faces::sides;
 pub(crate) use seams::same_values;
 pub use seams::{FeatureEdge, creases, seams};
 pub use snap::snap;

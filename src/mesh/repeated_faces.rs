@@ -159,7 +159,8 @@ fn is_even([a, b, c]: [u32; 3]) -> bool {
     [a < b, b < c, c < a].iter().filter(|ascends| **ascends).count() == 2
 }
 
-fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+/// Returns the edges of a face, the smaller vertex first.
+pub(crate) fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
 }
 

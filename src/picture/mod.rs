@@ -53,6 +53,18 @@ pub struct Image {
     pub rgba: Vec<u8>,
 }
 
+impl Image {
+    /// Returns red, green and blue of each pixel, without opacity, height x width.
+    ///
+    /// ```
+    /// let image = neural_mesh::picture::Image { width: 1, height: 1, rgba: vec![1, 2, 3, 255] };
+    /// assert_eq!(image.colours(), [[1, 2, 3]]);
+    /// ```
+    pub fn colours(&self) -> Vec<[u8; 3]> {
+        self.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
+    }
+}
+
 /// Options for the layout of a picture.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]

@@ -6,7 +6,7 @@ use rustc_hash::FxHashSet;
 
 use crate::clusters::vertices::{Patch, ReducedPatch};
 use crate::mesh::union_find::UnionFind;
-use crate::mesh::{Attributes, TriMesh, compact};
+use crate::mesh::{Attributes, TriMesh, compact, sides};
 
 use super::sparse_components::MOST_LEAF_FACES;
 use super::vertex_clustering::distinct_faces;
@@ -41,9 +41,8 @@ pub fn part_double_faces(patch: &Patch) -> PartedPatch {
 /// Returns the components of double faces of which no edge is one of a single face.
 fn find_sheets(mesh: &TriMesh, is_single: &[bool]) -> Vec<Vec<u32>> {
     let faces = || (0u32..).zip(mesh.faces());
-    let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]].map(|[x, y]| [x.min(y), x.max(y)]);
     let of_single: FxHashSet<[u32; 2]> =
-        faces().filter(|(face, _)| is_single[*face as usize]).flat_map(|(_, corners)| sides(corners)).collect();
+        faces().filter(|(face, _)| is_single[*face as usize]).flat_map(|(_, corners)| sides(*corners)).collect();
     let mut sets = UnionFind::new(mesh.positions().len());
     for (_, [a, b, c]) in faces().filter(|(face, _)| !is_single[*face as usize]) {
         sets.union(*a, *b);
@@ -54,7 +53,7 @@ fn find_sheets(mesh: &TriMesh, is_single: &[bool]) -> Vec<Vec<u32>> {
     for (face, corners) in faces().filter(|(face, _)| !is_single[*face as usize]) {
         let sheet = sets.find(corners[0]) as usize;
         sheets[sheet].push(face);
-        is_attached[sheet] |= sides(corners).iter().any(|side| of_single.contains(side));
+        is_attached[sheet] |= sides(*corners).iter().any(|side| of_single.contains(side));
     }
     sheets
         .into_iter()

@@ -169,7 +169,7 @@ impl ProgressionSurface {
 
     /// Returns the surface of some faces, with the vertex of the whole surface at each of its own.
     ///
-    /// The same faces on their own could be made manifold by other cuts, which the merges do not fit.
+    /// Without the other faces, it might be split at other edges, and the merges would not fit.
     fn rest<'a>(&self, mesh: &TriMesh, rest: &TriMesh, faces: &[u32]) -> (Manifold<'a>, Vec<u32>) {
         let whole = |face: u32| self.faces(mesh)[face as usize];
         // Corners are identified by their mesh vertex, since surfaces may wind a face differently.

@@ -92,7 +92,7 @@ fn picture_likeness(model: &Model, contestants: &[AttributedMesh; 3]) -> Result<
     let mut pixels = vec![Vec::new(); meshes.len()];
     for direction in VIEWS {
         for (all, view) in pixels.iter_mut().zip(&view_shaded(&meshes, direction, HEIGHT)) {
-            all.extend(view.shaded.rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]));
+            all.extend(view.shaded.colours().into_flattened());
         }
     }
     let mut likeness = [0.0; 3];
