@@ -27,7 +27,9 @@ def methods(kind, given):
         Method("neural-mesh looks", lambda *job: run_program(given.program, ["--optimize", "looks"], *job)),
     ]
     if kind == "scene":
-        return own + [Method("gltfpack", lambda *job: run_gltfpack_on_scene(given.gltfpack, *job))]
+        # CGAL and fast_simplification know neither textures nor materials.
+        peers = [Method("gltfpack", lambda *job: run_gltfpack_on_scene(given.gltfpack, *job))]
+        return own + peers + [Method("Blender", run_blender_on_scene)] * has_package("bpy")
     peers = [
         ("fast_simplification", run_fast_simplification, has_package("fast_simplification")),
         ("gltfpack", lambda *job: run_gltfpack_on_mesh(given.gltfpack, *job), given.gltfpack),
@@ -113,3 +115,17 @@ def run_blender(original, result, ratio, faces):
     light.calc_loop_triangles()
     vertices = [list(vertex.co) for vertex in light.vertices]
     return write(result, vertices, [list(triangle.vertices) for triangle in light.loop_triangles])
+
+
+def run_blender_on_scene(original, result, ratio, faces):
+    """Decimates every mesh of a scene by one ratio, as a person would who selects all."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.import_scene.gltf(filepath=str(original), merge_vertices=True)
+    things = [thing for thing in bpy.data.objects if thing.type == "MESH"]
+    share = faces / int(gltf.Asset(original).count_faces().sum())
+    for thing in things:
+        thing.modifiers.new("decimate", "DECIMATE").ratio = share
+    bpy.ops.export_scene.gltf(filepath=str(result), export_apply=True)
+    return result.exists()

@@ -251,9 +251,8 @@ fn refine(
     let mut n_flipped = if is_coarse && request.runs_flips() { flips::flip(&mut points, &mut output) } else { 0 };
     progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
-    // A mesh that lost no vertex is not fitted: its vertices already lie on the original.
-    let fits = request.runs_fit() && !is_whole;
-    let n_spikes = if fits { fit_output(original, request, &mut points, &mut output, &mut trace) } else { 0 };
+    // A mesh that lost no vertex is not moved: its vertices already lie on the original.
+    let n_spikes = if is_whole { 0 } else { move_to_original(original, request, &mut points, &mut output, &mut trace) };
     progress.enter("finish", output.faces().len())?;
     // Foldovers come after all moves of vertices, duplicates last: they depend on the rounded positions.
     n_flipped += if is_whole { 0 } else { foldovers::repair(original, &mut output, is_coarse) };
@@ -275,16 +274,18 @@ fn refine(
 }
 
 /// Moves vertices toward the original; returns the number of spikes shortened.
-fn fit_output(
+fn move_to_original(
     original: &Original,
     request: &ClosedRequest,
     points: &mut SamplePoints,
     output: &mut Output,
     trace: &mut Option<Trace>,
 ) -> usize {
-    fit::fit(original, points, output, trace);
-    nested::separate_nested(original, output, |face| request.requirements.piece_of_face(face));
-    if request.settings.by_looks { spikes::shorten(original, output) } else { 0 }
+    if request.runs_fit() {
+        fit::fit(original, points, output, trace);
+        nested::separate_nested(original, output, |face| request.requirements.piece_of_face(face));
+    }
+    if request.requirements.subset { 0 } else { spikes::shorten(original, output, request.settings.least_spike) }
 }
 
 /// Rounds positions to local coordinates and repairs the effects of rounding.

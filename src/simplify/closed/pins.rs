@@ -178,13 +178,13 @@ impl PlaneVertices {
         self.is_on[u as usize] |= self.is_on[v as usize];
     }
 
-    /// Returns the merged vertex's coordinate across the mirror plane, relative to `u`; `None` if neither end is on the
+    /// Returns axis and height, relative to `u`, at which the merged vertex must be; `None` if neither end is on the
     /// plane.
-    pub fn fixed_coordinate(&self, u: u32, v: u32, other: DVec3) -> Option<f64> {
+    pub fn fixed_coordinate(&self, u: u32, v: u32, other: DVec3) -> Option<(usize, f64)> {
         match (self.contains(u), self.contains(v)) {
             (false, false) => None,
-            (true, _) => Some(0.0),
-            (false, true) => Some(other[self.axis]),
+            (true, _) => Some((self.axis, 0.0)),
+            (false, true) => Some((self.axis, other[self.axis])),
         }
     }
 

@@ -115,19 +115,18 @@ impl Constraints {
 
     fn place_merged(&self, [u, v]: [u32; 2], stay: [bool; 2], pair: &Pair) -> Option<MergedVertex> {
         // On the mirror plane one coordinate is fixed.
-        let height = self.pins.plane().and_then(|plane| plane.fixed_coordinate(u, v, pair.other()));
+        let fixed = self.pins.plane().and_then(|plane| plane.fixed_coordinate(u, v, pair.other()));
         match stay {
             [true, true] => None,
             // A fixed end off the mirror plane cannot absorb an end that must stay on it.
-            [true, false] if height.is_some_and(|_| !self.pins.is_on_cut(u)) => None,
-            [false, true] if height.is_some_and(|_| !self.pins.is_on_cut(v)) => None,
+            [true, false] if fixed.is_some() && !self.pins.is_on_cut(u) => None,
+            [false, true] if fixed.is_some() && !self.pins.is_on_cut(v) => None,
             [true, false] => Some(pair.place_at(Placement::KeptEnd)),
             [false, true] => Some(pair.place_at(Placement::RemovedEnd)),
             [false, false] if self.pins.is_subset() => Some(best_end(pair)),
-            [false, false] => match (height, self.pins.plane()) {
-                (Some(height), Some(plane)) => Some(pair.placement_at(plane.axis(), height)),
-                _ => Some(pair.placement()),
-            },
+            [false, false] => {
+                Some(fixed.map_or_else(|| pair.placement(), |(axis, height)| pair.placement_at(axis, height)))
+            }
         }
     }
 

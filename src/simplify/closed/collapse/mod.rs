@@ -3,7 +3,6 @@
 //! Ghost vertices close the boundaries. So the link condition of closed surfaces (Dey et al. 1999) preserves the
 //! topology: both ends of an edge share exactly the two opposite vertices.
 
-mod at_height;
 mod attribute_quadrics;
 mod cheapest_edge;
 mod compaction;

@@ -131,11 +131,6 @@ impl Pair {
         Self { sum: u.quadric() + v.quadric().with_origin(-other), other }
     }
 
-    #[cfg(test)]
-    pub(super) fn from_sum(sum: Quadric, other: DVec3) -> Self {
-        Self { sum, other }
-    }
-
     pub fn other(&self) -> DVec3 {
         self.other
     }
@@ -146,7 +141,7 @@ impl Pair {
     }
 
     #[inline(always)]
-    pub(super) fn is_within_reach(&self, x: DVec3) -> bool {
+    fn is_within_reach(&self, x: DVec3) -> bool {
         x.distance_squared(self.other * 0.5) <= REACH * REACH * self.other.length_squared()
     }
 
@@ -170,6 +165,13 @@ impl Pair {
         let Pair { sum, other } = self;
         let price = t * t * sum.curvature(*other) - 2.0 * t * sum.b.dot(*other) + sum.c;
         MergedVertex { place, offset: *other * t, price }
+    }
+
+    /// Returns the placement with one coordinate of the offset set to `height`.
+    pub fn placement_at(&self, axis: usize, height: f64) -> MergedVertex {
+        let mut merged = self.placement();
+        merged.offset[axis] = height;
+        MergedVertex { price: self.sum.value(merged.offset), ..merged }
     }
 
     #[inline(always)]

@@ -2,39 +2,24 @@
 
 use crate::simplify::closed::pins::PlaneVertices;
 
-use super::surface::{PreparedSurface, add, plane_of};
+use super::surface::{Neighbour, PreparedSurface, planes_around};
 
 pub fn complete(surface: &mut PreparedSurface, plane: &PlaneVertices) {
-    // The cut gets no boundary lines: in the whole mesh it is no boundary.
-    let mut sums = vec![[0.0f32; 6]; if plane.len() > 0 { surface.n_vertices() } else { 0 }];
-    for face in surface.faces.iter().filter(|face| face.iter().any(|&v| plane.contains(v))) {
-        if let Some((_, quadric)) = plane_of(face.map(|v| surface.positions[v as usize])) {
-            let quadric = plane.with_image(quadric);
-            let corners = face.iter().filter(|&&v| plane.contains(v));
-            corners.for_each(|&v| add(&mut sums[v as usize], &quadric));
+    for v in (0..surface.n_vertices() as u32).filter(|&v| plane.contains(v)) {
+        // The cut gets no boundary lines: in the whole mesh it is no boundary.
+        let ring = surface.rings.ring(v).iter().map(|&w| match surface.positions.get(w as usize) {
+            Some(&position) if plane.contains(w) => Neighbour::AlongCut(position),
+            Some(&position) => Neighbour::At(position),
+            None => Neighbour::Ghost,
+        });
+        let v = v as usize;
+        let quadric = plane.with_image(planes_around(surface.positions[v], ring));
+        // A vertex without area keeps its least weight.
+        if quadric[0] + quadric[3] + quadric[5] > 0.0 {
+            surface.quadrics[v] = quadric;
         }
-    }
-    let of_cut: Vec<usize> = (0..sums.len()).filter(|&v| plane.contains(v as u32)).collect();
-    for &v in &of_cut {
         surface.normals[v][plane.axis()] = 0.0;
         surface.normals[v] = surface.normals[v].normalize_or_zero();
-    }
-    add_boundaries(surface, plane, &mut sums);
-    for v in of_cut {
-        // A vertex without area keeps its least weight.
-        let weight = sums[v][0] + sums[v][3] + sums[v][5];
-        if weight > 0.0 {
-            surface.quadrics[v] = sums[v];
-        }
-    }
-}
-
-fn add_boundaries(surface: &PreparedSurface, plane: &PlaneVertices, sums: &mut [[f32; 6]]) {
-    let boundaries = if sums.is_empty() { Vec::new() } else { surface.rings.ghost_faces() };
-    for [a, b, _] in boundaries.into_iter().filter(|&[a, b, _]| plane.contains(a) != plane.contains(b)) {
-        let v = if plane.contains(a) { a } else { b };
-        let line = plane.with_image(surface.line_along_boundary([a, b]));
-        add(&mut sums[v as usize], &line);
     }
 }
 

@@ -132,10 +132,6 @@ impl<'a> PreparedSurface<'a> {
         outer(across, weight * edge.length_squared())
     }
 
-    pub fn line_along_boundary(&self, [a, b]: [u32; 2]) -> [f32; 6] {
-        line_along(self.positions[b as usize] - self.positions[a as usize])
-    }
-
     pub fn weigh(&mut self, importance: Vec<f32>) {
         let weigh = |(quadric, factor): (&mut [f32; 6], &f32)| quadric.iter_mut().for_each(|entry| *entry *= factor);
         for (quadrics, importance) in self.quadrics.chunks_mut(CHUNK).zip(importance.chunks(CHUNK)) {

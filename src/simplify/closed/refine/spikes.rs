@@ -2,43 +2,49 @@
 
 use glam::Vec3;
 
-use crate::geometry::triangle::{nearest_point, unit_normal};
+use crate::geometry::triangle::unit_normal;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
-use crate::spatial::FaceTree;
 
 /// Distance of a vertex from the original, over the mean distance of its neighbours, from which it is a spike.
 const SPIKE: f32 = 5.0;
-/// Distance at unit size below which a spike is invisible: a pixel in a picture of a thousand.
-const LEAST_DISTANCE: f32 = 1e-3;
 /// Distance that remains, over that from which the vertex is a spike.
 const REMAINING: f32 = 0.9;
 // A vertex that moves back can make spikes of its neighbours.
 const ROUNDS: usize = 4;
 
-/// Moves spikes back until they are none; returns the number of vertices moved.
-pub fn shorten(original: &Original, output: &mut Output) -> usize {
-    let surface = &original.surface;
-    let positions: Vec<[f32; 3]> = surface.positions.iter().map(|p| p.to_array()).collect();
-    let tree = FaceTree::new(&positions, &surface.faces);
-    let foot = |point: Vec3| {
-        let (face, _) = tree.nearest(point.as_dvec3())?;
-        Some(nearest_point(point, surface.faces[face as usize].map(|v| surface.positions[v as usize])))
+/// Moves spikes of at least the distance `least` back until they are none; returns the number of vertices moved.
+pub fn shorten(original: &Original, output: &mut Output, least: f32) -> usize {
+    let pulse = original.surface.pulse.counting_if(false);
+    let all = vec![true; output.positions.len()];
+    let starts = original.nearest_in_regions(&output.positions, &output.vertex_of, &all);
+    let closest = |output: &Output, v: u32, start: u32| {
+        let at = original.closest_point_from(output.positions[v as usize], starts[start as usize]);
+        Some(at).filter(|at| at.distance.is_finite())
     };
-    let distance = |v: usize| foot(output.positions[v]).map_or(0.0, |foot| foot.distance(output.positions[v]));
-    let mut distances: Vec<f32> = surface.pulse.counting_if(false).map_numbers(output.positions.len(), distance);
+    let distance = |v: usize| closest(output, v as u32, v as u32).map_or(0.0, |at| at.distance);
+    let mut distances: Vec<f32> = pulse.map_numbers(all.len(), distance);
     let mut is_moved = vec![false; distances.len()];
     for _ in 0..ROUNDS {
         let mut n_moved = 0;
         for v in 0..distances.len() as u32 {
-            let (at, most) = (v as usize, most_distance(output, &distances, v));
-            if distances[at] <= most || output.pins.is_pinned(v) {
+            let at = v as usize;
+            if distances[at] <= least || output.pins.is_pinned(v) {
                 continue;
             }
-            let Some(foot) = foot(output.positions[at]) else { continue };
-            let share = REMAINING * most / distances[at];
-            if try_move(output, v, foot + (output.positions[at] - foot) * share) {
-                distances[at] *= share;
+            let most = most_distance(output, &distances, v).max(least);
+            if distances[at] <= most {
+                continue;
+            }
+            // A walk may end too early, so the neighbours' walks are asked as well.
+            let starts = std::iter::once(v).chain(neighbours(output, v));
+            let found = starts.filter_map(|start| closest(output, v, start));
+            let Some(foot) = found.min_by(|a, b| a.distance.total_cmp(&b.distance)) else { continue };
+            distances[at] = foot.distance;
+            let share = REMAINING * most / foot.distance;
+            let place = foot.point + (output.positions[at] - foot.point) * share;
+            if foot.distance > most && try_move(output, v, place) {
+                distances[at] = REMAINING * most;
                 is_moved[at] = true;
                 n_moved += 1;
             }
@@ -50,13 +56,17 @@ pub fn shorten(original: &Original, output: &mut Output) -> usize {
     is_moved.into_iter().filter(|moved| *moved).count()
 }
 
+fn neighbours(output: &Output, v: u32) -> impl Iterator<Item = u32> {
+    output.faces_around().faces(v).flat_map(|f| output.face(f)).filter(move |w| *w != v)
+}
+
 /// Returns the distance from which a vertex is a spike among its neighbours.
 fn most_distance(output: &Output, distances: &[f32], v: u32) -> f32 {
     let (mut sum, mut n) = (0.0, 0);
-    for w in output.faces_around().faces(v).flat_map(|f| output.face(f)).filter(|w| *w != v) {
+    for w in neighbours(output, v) {
         (sum, n) = (sum + distances[w as usize], n + 1);
     }
-    (SPIKE * sum / n.max(1) as f32).max(LEAST_DISTANCE)
+    SPIKE * sum / n.max(1) as f32
 }
 
 /// Moves a vertex unless this turns a face over.
@@ -78,6 +88,8 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
+    const LEAST: f32 = 1e-3;
+
     #[test]
     fn spikes_move_back_until_they_are_none() {
         let (fine, coarse) = (shapes::icosphere(4), shapes::icosphere(2));
@@ -88,12 +100,12 @@ mod tests {
         places.iter_mut().for_each(|p| *p *= 1.001);
         places[7] = start[7] * 1.3;
         let mut output = Output::from_original(&original.surface.positions, places.clone(), coarse.faces().to_vec());
-        assert_eq!(shorten(&original, &mut output), 1);
+        assert_eq!(shorten(&original, &mut output, LEAST), 1);
         let height = |v: usize| output.positions[v].distance(start[v]) / start[v].length();
         assert!((0.0005..0.0055).contains(&height(7)), "{}", height(7));
         let others = || (0..places.len()).filter(|v| *v != 7);
         assert!(others().all(|v| output.positions[v] == places[v]));
-        assert_eq!(shorten(&original, &mut output), 0);
+        assert_eq!(shorten(&original, &mut output, LEAST), 0);
     }
 
     #[test]
@@ -103,10 +115,10 @@ mod tests {
         let mut places: Vec<Vec3> = original.surface.positions.iter().map(|p| *p * 1.1).collect();
         let faces = fine.faces().to_vec();
         let mut output = Output::from_original(&original.surface.positions, places.clone(), faces.clone());
-        assert_eq!(shorten(&original, &mut output), 0);
+        assert_eq!(shorten(&original, &mut output, LEAST), 0);
         places.clone_from(&original.surface.positions);
-        places[3] *= 1.0 + 0.5 * LEAST_DISTANCE;
+        places[3] *= 1.0 + 0.5 * LEAST;
         let mut output = Output::from_original(&original.surface.positions, places, faces);
-        assert_eq!(shorten(&original, &mut output), 0);
+        assert_eq!(shorten(&original, &mut output, LEAST), 0);
     }
 }
