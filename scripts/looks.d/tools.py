@@ -26,16 +26,18 @@ def methods(kind, given):
         Method("neural-mesh", lambda *job: run_program(given.program, [], *job)),
         Method("neural-mesh looks", lambda *job: run_program(given.program, ["--optimize", "looks"], *job)),
     ]
-    if kind == "scene":
-        # CGAL and fast_simplification know neither textures nor materials.
-        peers = [Method("gltfpack", lambda *job: run_gltfpack_on_scene(given.gltfpack, *job))]
-        return own + peers + [Method("Blender", run_blender_on_scene)] * has_package("bpy")
-    peers = [
+    # CGAL and fast_simplification know neither textures nor materials.
+    scene_peers = [
+        ("gltfpack", lambda *job: run_gltfpack_on_scene(given.gltfpack, *job), given.gltfpack),
+        ("Blender", run_blender_on_scene, has_package("bpy")),
+    ]
+    mesh_peers = [
         ("fast_simplification", run_fast_simplification, has_package("fast_simplification")),
         ("gltfpack", lambda *job: run_gltfpack_on_mesh(given.gltfpack, *job), given.gltfpack),
         ("CGAL Lindstrom-Turk", lambda *job: run_cgal(given.cgal, *job), given.cgal),
         ("Blender", run_blender, has_package("bpy")),
     ]
+    peers = scene_peers if kind == "scene" else mesh_peers
     return own + [Method(name, run) for name, run, is_there in peers if is_there]
 
 
@@ -64,8 +66,12 @@ def run_gltfpack(program, original, result, ratio):
     return run_command([program, "-i", original, "-o", result, "-noq", "-kn", "-km", "-si", ratio, "-se", 1], result)
 
 
+def share_of_faces(original, faces):
+    return faces / int(gltf.Asset(original).count_faces().sum())
+
+
 def run_gltfpack_on_scene(program, original, result, ratio, faces):
-    return run_gltfpack(program, original, result, faces / int(gltf.Asset(original).count_faces().sum()))
+    return run_gltfpack(program, original, result, share_of_faces(original, faces))
 
 
 def run_gltfpack_on_mesh(program, original, result, ratio, faces):
@@ -124,7 +130,7 @@ def run_blender_on_scene(original, result, ratio, faces):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.import_scene.gltf(filepath=str(original), merge_vertices=True)
     things = [thing for thing in bpy.data.objects if thing.type == "MESH"]
-    share = faces / int(gltf.Asset(original).count_faces().sum())
+    share = share_of_faces(original, faces)
     for thing in things:
         thing.modifiers.new("decimate", "DECIMATE").ratio = share
     bpy.ops.export_scene.gltf(filepath=str(result), export_apply=True)
