@@ -5,14 +5,14 @@
 /// ```
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
 /// ```
-pub const CLOSED_VERSION: u32 = 10;
+pub const CLOSED_VERSION: u32 = 11;
 
 /// Version of the closed assembly with constraints or attributes; changes whenever such a result has other bits.
 ///
 /// ```
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);
 /// ```
-pub const CARRIED_VERSION: u32 = 6;
+pub const CARRIED_VERSION: u32 = 7;
 
 /// Version of the paper's assembly.
 ///

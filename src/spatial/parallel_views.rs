@@ -3,8 +3,14 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Pixels per triangle; `SIDE` is the range of a view's side in pixels.
+use crate::linalg::{Isa, Work};
+
+/// Pixels per triangle, to find visible triangles and to sum visible areas; `SIDE` is the range of a view's side in
+/// pixels.
+// Importance by visible areas: with one pixel instead of two, FLIP errors are those of two (0.996 times on 32 bare
+// meshes, 0.998 on three scenes); with half a pixel, those of scenes are 3 % larger.
 const PIXELS: f64 = 2.0;
+const PIXELS_OF_AREAS: f64 = 1.0;
 const SIDE: [f64; 2] = [48.0, 1536.0];
 /// Width of a triangle in pixels above which its rows are clipped.
 const WIDE: f32 = 8.0;
@@ -24,7 +30,7 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// assert_eq!(visible_faces(&positions, &[[0, 1, 2], [3, 4, 5]], 3), [true, true]);
 /// ```
 pub fn visible_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) -> Vec<bool> {
-    let side = side_for(faces.len());
+    let side = side_for(PIXELS, faces.len());
     visible_pixels(side, &to_pixels(positions, side).0, faces, n_axes).into_iter().map(|n| n > 0).collect()
 }
 
@@ -40,15 +46,15 @@ pub fn visible_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) 
 /// assert!((areas[0] - 0.5 * 2.0).abs() < 0.1);
 /// ```
 pub fn visible_areas(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) -> Vec<f64> {
-    let side = side_for(faces.len());
+    let side = side_for(PIXELS_OF_AREAS, faces.len());
     let (scaled, scale) = to_pixels(positions, side);
     let area_of_pixel = 1.0 / (scale * scale * (2 * n_axes) as f64);
     let area = |n: u32| if n > 0 { f64::from(n) * area_of_pixel } else { 0.0 };
     visible_pixels(side, &scaled, faces, n_axes).into_iter().map(area).collect()
 }
 
-fn side_for(n_faces: usize) -> usize {
-    (PIXELS * n_faces as f64).sqrt().clamp(SIDE[0], SIDE[1]) as usize
+fn side_for(pixels: f64, n_faces: usize) -> usize {
+    (pixels * n_faces as f64).sqrt().clamp(SIDE[0], SIDE[1]) as usize
 }
 
 fn visible_pixels(side: usize, scaled: &[Vec3], faces: &[[u32; 3]], n_axes: usize) -> Vec<u32> {
@@ -97,13 +103,16 @@ struct ParallelView {
 }
 
 /// Calls `visit` with index and depth of each pixel whose centre is in a triangle.
+#[inline(always)]
 pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut(usize, f32)) {
     let area = (b - a).truncate().perp_dot((c - a).truncate());
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
     let last = (side - 1) as f32;
-    let first_of = |x: f32| x.ceil().clamp(0.0, last) as usize;
-    let last_of = |x: f32| x.floor().clamp(-1.0, last) as isize;
-    if area == 0.0 || !area.is_finite() {
+    let first_of = |x: f32| x.ceil().clamp(0.0, last) as i32;
+    let last_of = |x: f32| x.floor().clamp(-1.0, last) as i32;
+    let (rows, columns) = ([first_of(low.y), last_of(high.y)], [first_of(low.x), last_of(high.x)]);
+    // Many triangles are between the centres of pixels.
+    if rows[0] > rows[1] || columns[0] > columns[1] || area == 0.0 || !area.is_finite() {
         return;
     }
     // Weights of b and c, and depth, are linear over the picture.
@@ -111,10 +120,15 @@ pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut
     let (to_b, to_c) = (slope(c - a), slope(a - b));
     let weights = |x: f32, y: f32| [to_b, to_c].map(|to| to.x * (x - a.x) + to.y * (y - a.y));
     let sides = (high.x - low.x > WIDE).then(|| sides([to_b, to_c]));
-    for y in first_of(low.y) as isize..=last_of(high.y) {
-        let row = [low.x, high.x];
-        let [left, right] = sides.iter().flatten().fold(row, |row, side| side.cut(row, a, y as f32));
-        for x in first_of(left) as isize..=last_of(right) {
+    for y in rows[0]..=rows[1] {
+        let [left, right] = match &sides {
+            None => columns,
+            Some(sides) => {
+                let [left, right] = sides.iter().fold([low.x, high.x], |row, side| side.cut(row, a, y as f32));
+                [first_of(left), last_of(right)]
+            }
+        };
+        for x in left..=right {
             let [v, w] = weights(x as f32, y as f32);
             if v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
                 visit(y as usize * side + x as usize, a.z + v * (b.z - a.z) + w * (c.z - a.z));
@@ -123,6 +137,7 @@ pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut
     }
 }
 
+#[inline(always)]
 fn sides([to_b, to_c]: [Vec3; 2]) -> [TriangleSide; 3] {
     let size = |to: Vec3| to.x.abs() + to.y.abs();
     let third = TriangleSide::new(1.0, -to_b - to_c, size(to_b) + size(to_c));
@@ -140,6 +155,7 @@ struct TriangleSide {
 }
 
 impl TriangleSide {
+    #[inline(always)]
     fn new(at_first: f32, slope: Vec3, size: f32) -> Self {
         let step = -slope.y / slope.x;
         let margin = 1.0 + ROUNDING * size / slope.x.abs();
@@ -163,6 +179,23 @@ pub(super) fn project(positions: &[Vec3], side: usize, [right, up, along]: [Vec3
     positions.iter().map(|p| Vec3::new(p.dot(right) + half, p.dot(up) + half, p.dot(along))).collect()
 }
 
+struct Drawing<'a> {
+    view: &'a mut ParallelView,
+    projected: &'a [Vec3],
+    faces: &'a [[u32; 3]],
+}
+
+impl Work for Drawing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (face, corners) in (0..).zip(self.faces) {
+            self.view.draw(face, corners.map(|v| self.projected[v as usize]));
+        }
+    }
+}
+
 impl ParallelView {
     fn new(side: usize, along: Vec3) -> Self {
         let (right, up) = along.any_orthonormal_pair();
@@ -171,9 +204,7 @@ impl ParallelView {
 
     fn visible_pixels(mut self, positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<u32> {
         let projected = project(positions, self.side, self.frame);
-        for (face, corners) in (0..).zip(faces) {
-            self.draw(face, corners.map(|v| projected[v as usize]));
-        }
+        Isa::best().run(Drawing { view: &mut self, projected: &projected, faces });
         let mut n = vec![0; faces.len()];
         for pixel in self.pixels.iter().filter(|pixel| pixel.first != u32::MAX) {
             n[pixel.first as usize] += 1;
@@ -182,6 +213,7 @@ impl ParallelView {
         n
     }
 
+    #[inline(always)]
     fn draw(&mut self, face: u32, corners: [Vec3; 3]) {
         let pixels = &mut self.pixels;
         rasterize(self.side, corners, |at, depth| {

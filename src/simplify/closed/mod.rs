@@ -248,16 +248,18 @@ fn refine(
     // Wedges follow from the collapse's faces, so they are recorded before any flip.
     attributes.into_iter().for_each(|attributes| output.record_attributes(original, attributes));
     let is_whole = output.positions.len() == original.surface.n_vertices();
-    let mut n_flipped = if is_coarse && request.runs_flips() { flips::flip(&mut points, &mut output) } else { 0 };
+    let n_turned = if is_coarse && request.runs_flips() { flips::flip(&mut points, &mut output) } else { 0 };
     progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
     // A mesh that lost no vertex is not moved: its vertices already lie on the original.
-    let n_spikes = if is_whole { 0 } else { move_to_original(original, request, &mut points, &mut output, &mut trace) };
+    if !is_whole && request.runs_fit() {
+        fit::fit(original, &mut points, &mut output, &mut trace);
+        nested::separate_nested(original, &mut output, |face| request.requirements.piece_of_face(face));
+    }
     progress.enter("finish", output.faces().len())?;
-    // Foldovers come after all moves of vertices, duplicates last: they depend on the rounded positions.
-    n_flipped += if is_whole { 0 } else { foldovers::repair(original, &mut output, is_coarse) };
+    // Foldovers and spikes come after all other moves of vertices, duplicates last: they depend on the rounded positions.
+    let [n_folded, n_spikes] = repair_surface(original, &mut output, request, is_coarse);
     let (positions, [n_flat, n_separated]) = round_positions(original, &mut output, request, progress.pulse);
-    n_flipped += n_flat;
     // Attributes come last: they are looked up and fitted at the final positions.
     let corner_values = attributes.and_then(|attributes| output.take_attributes(original, attributes));
     let (attributes, corner_map) = corner_values.unzip();
@@ -268,24 +270,22 @@ fn refine(
     let simplified = &mut closed.simplified;
     (simplified.attributes, simplified.map) = (attributes.unwrap_or_default(), map);
     let report = &mut simplified.report;
-    (report.flipped_edges, report.separated_vertices, report.shortened_spikes) = (n_flipped, n_separated, n_spikes);
+    report.flipped_edges = n_turned + n_folded + n_flat;
+    (report.separated_vertices, report.shortened_spikes) = (n_separated, n_spikes);
     base.complete_report(report, request, end);
     Ok(closed)
 }
 
-/// Moves vertices toward the original; returns the number of spikes shortened.
-fn move_to_original(
-    original: &Original,
-    request: &ClosedRequest,
-    points: &mut SamplePoints,
-    output: &mut Output,
-    trace: &mut Option<Trace>,
-) -> usize {
-    if request.runs_fit() {
-        fit::fit(original, points, output, trace);
-        nested::separate_nested(original, output, |face| request.requirements.piece_of_face(face));
+/// Repairs foldovers and shortens spikes; returns the numbers of flipped edges and moved vertices.
+fn repair_surface(original: &Original, output: &mut Output, request: &ClosedRequest, is_coarse: bool) -> [usize; 2] {
+    if output.positions.len() == original.surface.n_vertices() {
+        return [0; 2];
     }
-    if request.requirements.subset { 0 } else { spikes::shorten(original, output, request.settings.least_spike) }
+    let n_flipped = foldovers::repair(original, output, is_coarse);
+    // A repair can make spikes, but shortening a spike turns no face.
+    let n_spikes =
+        if request.requirements.subset { 0 } else { spikes::shorten(original, output, request.settings.least_spike) };
+    [n_flipped, n_spikes]
 }
 
 /// Rounds positions to local coordinates and repairs the effects of rounding.

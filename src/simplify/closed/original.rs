@@ -57,14 +57,32 @@ impl<'a> Original<'a> {
     /// neighbours.
     pub fn closest_point_from(&self, point: Vec3, start: u32) -> ClosestPoint {
         // The walk ends at a local minimum, which is good enough near the surface.
-        let v = self.walk_to_nearest(point, start);
-        let mut closest = ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY };
+        self.closest_point_around(point, self.walk_to_nearest(point, start)).0
+    }
+
+    /// Finds the closest point as [`Self::closest_point_from`] does, and walks on to ever nearer faces.
+    // The nearest vertex of a long face can be far away.
+    pub fn closest_point_over_faces(&self, point: Vec3, start: u32) -> ClosestPoint {
+        let (mut closest, mut face) = self.closest_point_around(point, self.walk_to_nearest(point, start));
+        loop {
+            let around = face.map(|v| self.closest_point_around(point, v));
+            let nearest = around.into_iter().min_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
+            match nearest {
+                Some(nearer) if nearer.0.distance < closest.distance => (closest, face) = nearer,
+                _ => return closest,
+            }
+        }
+    }
+
+    /// Returns the closest point on the faces around a vertex, and its face.
+    fn closest_point_around(&self, point: Vec3, v: u32) -> (ClosestPoint, [u32; 3]) {
+        let mut closest = (ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY }, [v; 3]);
         for [p, q] in self.opposite_edges(v) {
             let corners = [v, p, q].map(|w| self.surface.positions[w as usize]);
             let there = nearest_point(point, corners);
             let distance = there.distance(point);
-            if distance < closest.distance {
-                closest = ClosestPoint { point: there, normal: self.face_normal_at(v, corners), distance };
+            if distance < closest.0.distance {
+                closest = (ClosestPoint { point: there, normal: self.face_normal_at(v, corners), distance }, [v, p, q]);
             }
         }
         closest

@@ -3,84 +3,138 @@
 use glam::Vec3;
 
 use crate::geometry::triangle::unit_normal;
-use crate::simplify::closed::original::Original;
+use crate::simplify::closed::original::{ClosestPoint, Original};
 use crate::simplify::closed::output::Output;
 
 /// Distance of a vertex from the original, over the mean distance of its neighbours, from which it is a spike.
 const SPIKE: f32 = 5.0;
 /// Distance that remains, over that from which the vertex is a spike.
 const REMAINING: f32 = 0.9;
+/// Distance of a vertex, over that from which it is a spike, from which distances around it are searched for more.
+const SUSPECT: f32 = 0.7;
 // A vertex that moves back can make spikes of its neighbours.
 const ROUNDS: usize = 4;
 
 /// Moves spikes of at least the distance `least` back until they are none; returns the number of vertices moved.
 pub fn shorten(original: &Original, output: &mut Output, least: f32) -> usize {
-    let pulse = original.surface.pulse.counting_if(false);
-    let all = vec![true; output.positions.len()];
-    let starts = original.nearest_in_regions(&output.positions, &output.vertex_of, &all);
-    let closest = |output: &Output, v: u32, start: u32| {
-        let at = original.closest_point_from(output.positions[v as usize], starts[start as usize]);
-        Some(at).filter(|at| at.distance.is_finite())
-    };
-    let distance = |v: usize| closest(output, v as u32, v as u32).map_or(0.0, |at| at.distance);
-    let mut distances: Vec<f32> = pulse.map_numbers(all.len(), distance);
-    let mut is_moved = vec![false; distances.len()];
+    let mut spikes = Spikes::new(original, output, least);
+    let n = spikes.distances.len();
+    let mut is_moved = vec![false; n];
     for _ in 0..ROUNDS {
-        let mut n_moved = 0;
-        for v in 0..distances.len() as u32 {
-            let at = v as usize;
-            if distances[at] <= least || output.pins.is_pinned(v) {
-                continue;
-            }
-            let most = most_distance(output, &distances, v).max(least);
-            if distances[at] <= most {
-                continue;
-            }
-            // A walk may end too early, so the neighbours' walks are asked as well.
-            let starts = std::iter::once(v).chain(neighbours(output, v));
-            let found = starts.filter_map(|start| closest(output, v, start));
-            let Some(foot) = found.min_by(|a, b| a.distance.total_cmp(&b.distance)) else { continue };
-            distances[at] = foot.distance;
-            let share = REMAINING * most / foot.distance;
-            let place = foot.point + (output.positions[at] - foot.point) * share;
-            if foot.distance > most && try_move(output, v, place) {
-                distances[at] = REMAINING * most;
-                is_moved[at] = true;
-                n_moved += 1;
-            }
-        }
-        if n_moved == 0 {
+        let moved: Vec<u32> = (0..n as u32).filter(|&v| spikes.shorten(v)).collect();
+        if moved.is_empty() {
             break;
         }
+        moved.into_iter().for_each(|v| is_moved[v as usize] = true);
     }
     is_moved.into_iter().filter(|moved| *moved).count()
 }
 
-fn neighbours(output: &Output, v: u32) -> impl Iterator<Item = u32> {
-    output.faces_around().faces(v).flat_map(|f| output.face(f)).filter(move |w| *w != v)
+struct Spikes<'a> {
+    original: &'a Original<'a>,
+    output: &'a mut Output,
+    /// Original vertex near each vertex, from which walks to its closest point start.
+    starts: Vec<u32>,
+    /// Distance of each vertex from the original.
+    distances: Vec<f32>,
+    is_searched: Vec<bool>,
+    least: f32,
 }
 
-/// Returns the distance from which a vertex is a spike among its neighbours.
-fn most_distance(output: &Output, distances: &[f32], v: u32) -> f32 {
-    let (mut sum, mut n) = (0.0, 0);
-    for w in neighbours(output, v) {
-        (sum, n) = (sum + distances[w as usize], n + 1);
+impl<'a> Spikes<'a> {
+    fn new(original: &'a Original, output: &'a mut Output, least: f32) -> Self {
+        let n = output.positions.len();
+        let starts = original.nearest_in_regions(&output.positions, &output.vertex_of, &vec![true; n]);
+        let mut spikes = Self { original, output, starts, distances: Vec::new(), is_searched: vec![false; n], least };
+        let distance = |v: usize| spikes.distance(v as u32);
+        spikes.distances = original.surface.pulse.counting_if(false).map_numbers(n, distance);
+        spikes
     }
-    SPIKE * sum / n.max(1) as f32
-}
 
-/// Moves a vertex unless this turns a face over.
-fn try_move(output: &mut Output, v: u32, place: Vec3) -> bool {
-    let normals = |output: &Output| -> Vec<Vec3> {
-        output.faces_around().faces(v).map(|f| unit_normal(output.triangle(f))).collect()
-    };
-    let before = normals(output);
-    let place_before = std::mem::replace(&mut output.positions[v as usize], place);
-    let is_moved = before.iter().zip(normals(output)).all(|(before, now)| before.dot(now) > 0.0);
-    if !is_moved {
-        output.positions[v as usize] = place_before;
+    /// Returns the distance of a vertex from the original.
+    fn distance(&self, v: u32) -> f32 {
+        let (point, start) = (self.output.positions[v as usize], self.starts[v as usize]);
+        // Smaller distances make no spike, neither of the vertex nor of its neighbours.
+        let distance = self.original.closest_point_from(point, start).distance;
+        if distance <= self.least / SPIKE {
+            return distance;
+        }
+        let distance = self.original.closest_point_over_faces(point, start).distance;
+        if distance.is_finite() { distance } else { 0.0 }
     }
-    is_moved
+
+    fn closest_point(&self, v: u32) -> Option<ClosestPoint> {
+        // A walk may end too early, so walks from the neighbours' starts are made as well.
+        let starts = std::iter::once(v).chain(self.next_corners(v)).map(|w| self.starts[w as usize]);
+        let point = self.output.positions[v as usize];
+        let found = starts.map(|start| self.original.closest_point_over_faces(point, start));
+        found.filter(|at| at.distance.is_finite()).min_by(|a, b| a.distance.total_cmp(&b.distance))
+    }
+
+    /// Corrects the distance of a vertex, once, by walks from the starts of its neighbours as well.
+    fn search_more(&mut self, v: u32) {
+        let is_new = !std::mem::replace(&mut self.is_searched[v as usize], true);
+        if is_new
+            && self.distances[v as usize] > self.least / SPIKE
+            && let Some(at) = self.closest_point(v)
+        {
+            self.distances[v as usize] = at.distance;
+        }
+    }
+
+    fn neighbours(&self, v: u32) -> impl Iterator<Item = u32> {
+        self.output.faces_around().faces(v).flat_map(|f| self.output.face(f)).filter(move |w| *w != v)
+    }
+
+    /// Returns the next corner of each face around a vertex: all neighbours, except one at a boundary.
+    fn next_corners(&self, v: u32) -> impl Iterator<Item = u32> {
+        let next = move |face: [u32; 3]| face.iter().position(|w| *w == v).map(|k| face[(k + 1) % 3]);
+        self.output.faces_around().faces(v).filter_map(move |f| next(self.output.face(f)))
+    }
+
+    /// Returns the distance from which a vertex is a spike.
+    fn most_distance(&self, v: u32) -> f32 {
+        let (mut sum, mut n) = (0.0, 0);
+        for w in self.neighbours(v) {
+            (sum, n) = (sum + self.distances[w as usize], n + 1);
+        }
+        (SPIKE * sum / n.max(1) as f32).max(self.least)
+    }
+
+    /// Moves a vertex back if it is a spike; returns whether it moved.
+    fn shorten(&mut self, v: u32) -> bool {
+        let at = v as usize;
+        let is_suspect = self.distances[at] > self.least && self.distances[at] > SUSPECT * self.most_distance(v);
+        if !is_suspect || self.output.pins.is_pinned(v) {
+            return false;
+        }
+        let around: Vec<u32> = std::iter::once(v).chain(self.neighbours(v)).collect();
+        around.into_iter().for_each(|w| self.search_more(w));
+        let most = self.most_distance(v);
+        if self.distances[at] <= most {
+            return false;
+        }
+        let Some(foot) = self.closest_point(v) else { return false };
+        let step = (foot.point - self.output.positions[at]) * (1.0 - REMAINING * most / foot.distance);
+        let is_moved = self.try_move(v, step);
+        self.distances[at] = if is_moved { REMAINING * most } else { foot.distance };
+        is_moved
+    }
+
+    /// Moves a vertex unless this turns a face over.
+    fn try_move(&mut self, v: u32, step: Vec3) -> bool {
+        let (before, place) = (self.normals(v), self.output.positions[v as usize]);
+        self.output.positions[v as usize] = place + step;
+        let is_moved = before.iter().zip(self.normals(v)).all(|(before, now)| before.dot(now) > 0.0);
+        if !is_moved {
+            self.output.positions[v as usize] = place;
+        }
+        is_moved
+    }
+
+    fn normals(&self, v: u32) -> Vec<Vec3> {
+        self.output.faces_around().faces(v).map(|f| unit_normal(self.output.triangle(f))).collect()
+    }
 }
 
 #[cfg(test)]
