@@ -3,6 +3,7 @@
 import html
 import json
 import math
+import statistics
 from collections import defaultdict
 
 OURS = ("neural-mesh", "neural-mesh looks")
@@ -93,8 +94,7 @@ def write_pages(work, rows):
 
 
 def median(numbers):
-    ordered = sorted(numbers)
-    return ordered[len(ordered) // 2] if ordered else math.nan
+    return statistics.median(numbers) if numbers else math.nan
 
 
 def print_table(rows):
