@@ -196,7 +196,7 @@ impl JoinedBlocks {
 mod tests {
     use super::*;
     use crate::clusters::ViewPoint;
-    use crate::clusters::tests::assert_sound;
+    use crate::clusters::tests::assert_sound_with_one_root;
     use crate::io::{Format, write};
     use crate::mesh::{Frame, TriMesh, edges, shapes, topology};
     use crate::metrics::{Surface, surface_distance};
@@ -228,7 +228,7 @@ mod tests {
         let (stored, bytes) = build_stored(&mesh, 8000);
         assert!(stored.n_blocks > 8 && stored.n_faces == mesh.faces().len());
         let clusters = Clusters::from_bytes(&bytes).unwrap();
-        assert_sound(&clusters, &ClusterOptions::default());
+        assert_sound_with_one_root(&clusters, &ClusterOptions::default());
         assert_eq!(clusters.figures(), stored.figures);
         let (whole, _) = clusters.mesh_of(&clusters.cut_at_error(-1.0));
         assert_eq!(topology(&whole), topology(&mesh));
