@@ -60,10 +60,14 @@ impl<'a> Original<'a> {
         self.closest_point_around(point, self.walk_to_nearest(point, start)).0
     }
 
-    /// Finds the closest point as [`Self::closest_point_from`] does, and walks on to ever nearer faces.
+    /// Finds the closest point as [`Self::closest_point_from`] does, and walks on to ever nearer faces; a point at most
+    /// `near` away suffices.
     // The nearest vertex of a long face can be far away.
-    pub fn closest_point_over_faces(&self, point: Vec3, start: u32) -> ClosestPoint {
+    pub fn closest_point_over_faces(&self, point: Vec3, start: u32, near: f32) -> ClosestPoint {
         let (mut closest, mut face) = self.closest_point_around(point, self.walk_to_nearest(point, start));
+        if closest.distance <= near {
+            return closest;
+        }
         loop {
             let around = face.map(|v| self.closest_point_around(point, v));
             let nearest = around.into_iter().min_by(|a, b| a.0.distance.total_cmp(&b.0.distance));

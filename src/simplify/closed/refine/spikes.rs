@@ -55,11 +55,7 @@ impl<'a> Spikes<'a> {
     fn distance(&self, v: u32) -> f32 {
         let (point, start) = (self.output.positions[v as usize], self.starts[v as usize]);
         // Smaller distances make no spike, neither of the vertex nor of its neighbours.
-        let distance = self.original.closest_point_from(point, start).distance;
-        if distance <= self.least / SPIKE {
-            return distance;
-        }
-        let distance = self.original.closest_point_over_faces(point, start).distance;
+        let distance = self.original.closest_point_over_faces(point, start, self.least / SPIKE).distance;
         if distance.is_finite() { distance } else { 0.0 }
     }
 
@@ -67,7 +63,7 @@ impl<'a> Spikes<'a> {
         // A walk may end too early, so walks from the neighbours' starts are made as well.
         let starts = std::iter::once(v).chain(self.next_corners(v)).map(|w| self.starts[w as usize]);
         let point = self.output.positions[v as usize];
-        let found = starts.map(|start| self.original.closest_point_over_faces(point, start));
+        let found = starts.map(|start| self.original.closest_point_over_faces(point, start, 0.0));
         found.filter(|at| at.distance.is_finite()).min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 
