@@ -527,6 +527,43 @@ fn shading_does_not_jump_where_only_texture_or_material_does() {
     }
 }
 
+// Winds a cap of the mesh inward; its normals follow, or still point outward.
+fn with_inward_cap(mesh: &TriMesh, follow: bool) -> (TriMesh, Attributes) {
+    let normals = vertex_normals(mesh);
+    let is_inward = |face: &[u32; 3]| face.iter().all(|&v| mesh.positions()[v as usize][2] > 0.5);
+    assert!(mesh.faces().iter().any(is_inward));
+    let wind = |face: &[u32; 3]| if is_inward(face) { [face[0], face[2], face[1]] } else { *face };
+    let faces: Vec<[u32; 3]> = mesh.faces().iter().map(wind).collect();
+    let sign = |face: &[u32; 3]| if follow && is_inward(face) { -1.0 } else { 1.0 };
+    let values = faces.iter().flat_map(|face| face.map(|v| normals[v as usize].map(|x| sign(face) * x)));
+    let values = values.flatten().collect();
+    let wedges = (0..faces.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+    let channels = vec![Channel { name: "normal".into(), role: Role::Normal, width: 3, values }];
+    let mesh = TriMesh::new(mesh.positions().to_vec(), faces).unwrap();
+    (mesh, Attributes { wedges, channels, groups: Vec::new() })
+}
+
+#[test]
+fn normals_follow_faces_that_were_wound_the_other_way() {
+    let (alone, strip) = (shapes::wavy_sphere(4, 5.0), shapes::moebius_strip(40, 4));
+    // A one-sided component far away, whose faces cannot all be wound alike, changes nothing.
+    let places = strip.positions().iter().map(|&[x, y, z]| [x + 9.0, y, z]);
+    let n = alone.positions().len() as u32;
+    let faces = strip.faces().iter().map(|face| face.map(|v| v + n));
+    let positions = alone.positions().iter().copied().chain(places).collect();
+    let beside = TriMesh::new(positions, alone.faces().iter().copied().chain(faces).collect()).unwrap();
+    for (mesh, follow) in [(&alone, true), (&alone, false), (&beside, true)] {
+        let (mesh, attributes) = with_inward_cap(mesh, follow);
+        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(300)));
+        let triangle = |face: &[u32; 3]| face.map(|v| Vec3::from(result.mesh.positions()[v as usize]));
+        let of_sphere = result.mesh.faces().iter().map(triangle).enumerate().filter(|(_, corners)| corners[0].x < 5.0);
+        for (f, [a, b, c]) in of_sphere {
+            let normal: Vec3 = normals_at_corners(&result.attributes, f).into_iter().sum();
+            assert!(normal.dot((b - a).cross(c - a)) > 0.0 && normal.dot(a) > 0.0, "{follow} {f}");
+        }
+    }
+}
+
 #[test]
 fn vertices_stay_where_normals_change() {
     let mesh = shapes::grid(60, 60);

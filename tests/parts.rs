@@ -2,9 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, repeated_positions};
-use neural_mesh::mesh::{TriMesh, shapes, topology};
-use neural_mesh::simplify::{ClosedOptions, Options, Outcome, ScoreSource, Simplified, Target, simplify};
+use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, repeated_positions, with_changes};
+use glam::{DMat4, DVec3, Quat, Vec3};
+use neural_mesh::mesh::{Attributes, ScenePiece, TriMesh, UnitedMesh, shapes, topology};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, ScoreSource, Simplified, Target, simplify};
 
 fn simplify_to_ratio(mesh: &TriMesh, ratio: f64) -> Simplified {
     simplify_with_scores(mesh, ratio, ScoreSource::Network)
@@ -102,4 +103,43 @@ fn many_small_pieces_take_no_longer_than_their_number() {
     assert_eq!(result.mesh.faces().len(), mesh.faces().len());
     assert_close(&mesh, &result.mesh, 1e-5);
     assert!(matches!(result.report.outcome, Outcome::Stopped(_)));
+}
+
+// Counts the vertices of the inner of two shells that are outside the outer one, along rays from the origin.
+fn n_outside([outer, inner]: [&TriMesh; 2]) -> usize {
+    let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(outer.positions()[v as usize]));
+    let radius = |direction: Vec3| {
+        let hit = |face: &[u32; 3]| {
+            let [a, b, c] = corners(face);
+            let is_within = [(a, b), (b, c), (c, a)].iter().all(|(p, q)| p.cross(*q).dot(direction) >= 0.0);
+            let normal = (b - a).cross(c - a);
+            is_within.then(|| normal.dot(a) / normal.dot(direction))
+        };
+        outer.faces().iter().find_map(hit).unwrap_or(f32::INFINITY)
+    };
+    let inner = inner.positions().iter().map(|&p| Vec3::from(p));
+    inner.filter(|p| p.length() > radius(p.normalize())).count()
+}
+
+#[test]
+fn shells_in_two_meshes_of_one_place_do_not_cross() {
+    let outer = shapes::icosphere(5);
+    let turn = Quat::from_rotation_x(0.31) * Quat::from_rotation_y(0.2);
+    let within = outer.positions().iter().map(|&p| (turn * Vec3::from(p) * 0.995).to_array()).collect();
+    let inner = TriMesh::new(within, outer.faces().to_vec()).unwrap();
+    let bare = Attributes::default();
+    let n_outside_at = |x: f64| {
+        let places = [0.0, x].map(|x| [DMat4::from_translation(DVec3::new(x, 0.0, 0.0))]);
+        let piece = |mesh, places| ScenePiece { mesh, attributes: &bare, scale: 1.0, places };
+        let united = UnitedMesh::new(&[piece(&outer, &places[0]), piece(&inner, &places[1])]).unwrap();
+        let input = with_changes(Input::bare(&united.mesh), |input| {
+            (input.attributes, input.scene) = (&united.attributes, Some(&united));
+        });
+        let options = Options::new(Target::Ratio(0.02));
+        let result = simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let pieces = united.split(&result.mesh, &result.attributes);
+        n_outside([&pieces[0].0, &pieces[1].0])
+    };
+    let (together, apart) = (n_outside_at(0.0), n_outside_at(9.0));
+    assert!(apart > 20 && 5 * together < apart, "{together} {apart}");
 }

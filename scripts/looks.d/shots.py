@@ -47,11 +47,8 @@ class Shots:
         self.frame = original.frame if original else surface.find_frame(triangles)
         centre, diagonal = self.frame
         triangles.corners = (triangles.corners - centre) / diagonal
-        self.pictures = [
-            pictures.draw_triangles(triangles, read_image, to_vector(*direction), distance, pictures.add_lights)
-            for direction in DIRECTIONS
-            for distance in DISTANCES
-        ]
+        views = [(to_vector(*direction), distance) for direction in DIRECTIONS for distance in DISTANCES]
+        self.pictures = list(pictures.draw_triangles(triangles, read_image, views, pictures.add_lights))
 
     def save(self, path):
         """Writes the first picture."""

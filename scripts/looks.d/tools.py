@@ -11,6 +11,8 @@ import trimesh
 import gltf
 
 SECONDS = 300
+# Moves vertices and attributes, and merges across seams.
+MOVING = ("-sv", "-sp")
 
 
 @dataclass
@@ -26,18 +28,18 @@ def methods(kind, given):
         Method("neural-mesh", lambda *job: run_program(given.program, [], *job)),
         Method("neural-mesh looks", lambda *job: run_program(given.program, ["--optimize", "looks"], *job)),
     ]
-    # CGAL and fast_simplification know neither textures nor materials.
-    scene_peers = [
-        ("gltfpack", lambda *job: run_gltfpack_on_scene(given.gltfpack, *job), given.gltfpack),
-        ("Blender", run_blender_on_scene, has_package("bpy")),
+    on_scene = kind == "scene"
+    run_gltfpack_on = run_gltfpack_on_scene if on_scene else run_gltfpack_on_mesh
+    peers = [
+        ("gltfpack", lambda *job: run_gltfpack_on([given.gltfpack], *job), given.gltfpack),
+        (f"gltfpack {' '.join(MOVING)}", lambda *job: run_gltfpack_on([given.gltfpack, *MOVING], *job), given.gltfpack),
+        ("Blender", run_blender_on_scene if on_scene else run_blender, has_package("bpy")),
     ]
-    mesh_peers = [
-        ("fast_simplification", run_fast_simplification, has_package("fast_simplification")),
-        ("gltfpack", lambda *job: run_gltfpack_on_mesh(given.gltfpack, *job), given.gltfpack),
-        ("CGAL Lindstrom-Turk", lambda *job: run_cgal(given.cgal, *job), given.cgal),
-        ("Blender", run_blender, has_package("bpy")),
-    ]
-    peers = scene_peers if kind == "scene" else mesh_peers
+    if not on_scene:  # the other two know neither textures nor materials
+        peers += [
+            ("fast_simplification", run_fast_simplification, has_package("fast_simplification")),
+            ("CGAL Lindstrom-Turk", lambda *job: run_cgal(given.cgal, *job), given.cgal),
+        ]
     return own + [Method(name, run) for name, run, is_there in peers if is_there]
 
 
@@ -61,24 +63,24 @@ def run_program(program, options, original, result, ratio, faces):
     return run_command([program, "simplify", original, "-o", result, "--force", "--quiet", *size, *options], result)
 
 
-def run_gltfpack(program, original, result, ratio):
+def run_gltfpack(words, original, result, ratio):
     # By default it stops at an error of 1 %.
-    return run_command([program, "-i", original, "-o", result, "-noq", "-kn", "-km", "-si", ratio, "-se", 1], result)
+    return run_command([*words, "-i", original, "-o", result, "-noq", "-kn", "-km", "-si", ratio, "-se", 1], result)
 
 
 def share_of_faces(original, faces):
     return faces / int(gltf.Asset(original).count_faces().sum())
 
 
-def run_gltfpack_on_scene(program, original, result, ratio, faces):
-    return run_gltfpack(program, original, result, share_of_faces(original, faces))
+def run_gltfpack_on_scene(words, original, result, ratio, faces):
+    return run_gltfpack(words, original, result, share_of_faces(original, faces))
 
 
-def run_gltfpack_on_mesh(program, original, result, ratio, faces):
+def run_gltfpack_on_mesh(words, original, result, ratio, faces):
     """Runs gltfpack on the mesh with its normals, which it counts as meshoptimizer's attributes."""
     mesh, given, made = load(original), result.with_suffix(".given.obj"), result.with_suffix(".glb")
     mesh.export(given, include_normals=True)
-    if not run_gltfpack(program, given, made, faces / len(mesh.faces)):
+    if not run_gltfpack(words, given, made, faces / len(mesh.faces)):
         return False
     light = trimesh.load(made, force="mesh")
     return write(result, light.vertices, light.faces)

@@ -64,7 +64,8 @@ def draw_scene(path, centre, diagonal):
     asset = gltf.Asset(path)
     placed = asset.place_scene()
     placed.corners = (placed.corners - centre) / diagonal
-    return draw_triangles(placed, asset.read_base_image, VIEW, 1.0)
+    [picture] = draw_triangles(placed, asset.read_base_image, [(VIEW, 1.0)])
+    return picture
 
 
 def add_lights(renderer):
@@ -77,30 +78,19 @@ def add_lights(renderer):
         renderer.AddLight(light)
 
 
-def draw_triangles(placed, read_image, view, distance, lights=None):
-    """Returns the picture of triangles about the origin, of diagonal 1, and which of its pixels show them.
-
-    `read_image` returns the base colour texture of a material; at `distance` 2 all is half as large; `lights` adds
-    lights to the renderer, which otherwise has a headlight.
-    """
-    renderer, window, grab = vtk.vtkRenderer(), vtk.vtkRenderWindow(), vtk.vtkWindowToImageFilter()
-    renderer.SetBackground(BACKGROUND, BACKGROUND, BACKGROUND)
-    for material in np.unique(placed.materials):
-        renderer.AddActor(to_actor(placed, placed.materials == material, read_image(material)))
-    if lights:
-        lights(renderer)
+def look_from(renderer, view, distance):
+    """Points the camera at the origin; at `distance` 2 all is half as large."""
     camera = renderer.GetActiveCamera()
     camera.SetPosition(*(2.0 * view / np.linalg.norm(view)))
     camera.SetFocalPoint(0, 0, 0)
     camera.SetViewUp(0, 1, 0)
     half = 0.29 * distance
     renderer.ResetCamera(-half, half, -half, half, -half, half)
-    window.SetOffScreenRendering(True)
-    window.SetMultiSamples(8)
-    window.SetSize(SIZE, SIZE)
-    window.AddRenderer(renderer)
-    window.Render()
-    depth = vtk.vtkFloatArray()
+
+
+def read_window(window):
+    """Returns the picture in a window and which of its pixels show triangles."""
+    depth, grab = vtk.vtkFloatArray(), vtk.vtkWindowToImageFilter()
     window.GetZbufferData(0, 0, SIZE - 1, SIZE - 1, depth)
     is_shown = vtk_to_numpy(depth).reshape(SIZE, SIZE)[::-1] < 1
     grab.SetInput(window)
@@ -108,6 +98,29 @@ def draw_triangles(placed, read_image, view, distance, lights=None):
     grab.Update()
     pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).reshape(SIZE, SIZE, -1)[::-1, :, :3]
     return pixels.copy(), is_shown
+
+
+def draw_triangles(placed, read_image, views, lights=None):
+    """Yields per view, a direction and a distance, the picture of triangles about the origin, of diagonal 1, and its shown pixels.
+
+    `read_image` returns the base colour texture of a material; `lights` adds lights to the renderer, which otherwise has a
+    headlight.
+    """
+    renderer, window = vtk.vtkRenderer(), vtk.vtkRenderWindow()
+    renderer.SetBackground(BACKGROUND, BACKGROUND, BACKGROUND)
+    for material in np.unique(placed.materials):
+        renderer.AddActor(to_actor(placed, placed.materials == material, read_image(material)))
+    if lights:
+        lights(renderer)
+    window.SetOffScreenRendering(True)
+    window.SetMultiSamples(8)
+    window.SetSize(SIZE, SIZE)
+    window.AddRenderer(renderer)
+    for direction, distance in views:
+        look_from(renderer, direction, distance)
+        window.Render()
+        yield read_window(window)
+    window.Finalize()
 
 
 def measure_psnr(original, result):

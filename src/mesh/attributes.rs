@@ -3,6 +3,9 @@
 //! Corners with equal values share a *wedge* (Hoppe 1999, "New quadric metric for simplifying meshes with appearance
 //! attributes"). Faces on both sides of a seam share vertices.
 
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
 /// The meaning of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -113,6 +116,38 @@ impl Attributes {
         Some(Self { wedges, channels: self.channels, groups })
     }
 
+    /// Reverses corner normals that oppose the normal of their reversed face, with tangents and morph targets.
+    pub(crate) fn turn_normals(&mut self, reversed: impl Iterator<Item = (u32, DVec3)>) {
+        let Some(normals) = self.channels.iter().find(|channel| channel.role == Role::Normal) else { return };
+        let n_wedges = self.n_wedges() as u32;
+        let mut opposite = FxHashMap::default();
+        let mut sources = Vec::new();
+        for (face, normal) in reversed {
+            for wedge in self.wedges.iter_mut().skip(face as usize).take(1).flatten() {
+                let Some(&[x, y, z]) = normals.value(*wedge).first_chunk() else { continue };
+                if normal.dot(DVec3::new(x.into(), y.into(), z.into())) < 0.0 {
+                    // One new wedge per old one, since unreversed faces may still use it.
+                    *wedge = *opposite.entry(*wedge).or_insert_with(|| {
+                        sources.push(*wedge);
+                        n_wedges + sources.len() as u32 - 1
+                    });
+                }
+            }
+        }
+        for channel in &mut self.channels {
+            // Every channel gets the new rows. Tangents stay, so the sign of the bitangent changes.
+            let turns = |i| match channel.role {
+                Role::Normal | Role::MorphDirection => true,
+                Role::Tangent => i == 3,
+                _ => false,
+            };
+            let row =
+                |&wedge: &u32| channel.value(wedge).iter().enumerate().map(|(i, &x)| if turns(i) { -x } else { x });
+            let rows: Vec<f32> = sources.iter().flat_map(row).collect();
+            channel.values.extend(rows);
+        }
+    }
+
     fn has_values_for(&self, wedges: &[[u32; 3]]) -> bool {
         let n_wedges = self.n_wedges();
         let is_whole = |channel: &Channel| channel.width > 0 && channel.values.len() == n_wedges * channel.width;
@@ -130,6 +165,26 @@ fn select_rows<T: Copy>(rows: &[T], numbers: &[u32]) -> Option<Vec<T>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn normals_of_reversed_faces_turn_with_the_sign_of_the_bitangent() {
+        let up = [0.0, 0.0, 1.0];
+        let normals = [up, up, up, [0.0, 0.0, -1.0]].concat();
+        let normal = Channel { name: "normal".into(), role: Role::Normal, width: 3, values: normals };
+        let tangents = [1.0, 0.0, 0.0, 1.0].repeat(4);
+        let tangent = Channel { name: "tangent".into(), role: Role::Tangent, width: 4, values: tangents };
+        let wedges = vec![[0, 1, 2], [2, 1, 3]];
+        let mut attributes = Attributes { wedges, channels: vec![normal, tangent], groups: Vec::new() };
+        // Of the second face, now seen from below, corners 2 and 1 turn; 3 agrees already.
+        attributes.turn_normals([(1, DVec3::NEG_Z)].into_iter());
+        assert_eq!(attributes.wedges, [[0, 1, 2], [4, 5, 3]]);
+        assert!(attributes.is_valid_for(2) && attributes.n_wedges() == 6);
+        for wedge in [4, 5] {
+            assert_eq!(attributes.channels[0].value(wedge), [0.0, 0.0, -1.0]);
+            assert_eq!(attributes.channels[1].value(wedge), [1.0, 0.0, 0.0, -1.0]);
+        }
+        assert_eq!(attributes.channels[0].value(1), up);
+    }
 
     #[test]
     fn faces_are_selected_with_what_they_carry() {

@@ -5,7 +5,8 @@
 //! 3. Welds vertices at equal positions, in single precision about a local origin (-0 equals 0), unless the options
 //!    forbid it.
 //! 4. Drops faces that use a vertex twice, before or after welding.
-//! 5. Drops all but the first of the faces with the same three vertices; another stays if closed bodies touch there.
+//! 5. Drops all but one of the faces with the same three vertices, the one that is wound as its neighbours or outward, else
+//!    the first; another stays if closed bodies touch there.
 //! 6. Drops unused vertices.
 //!
 //! Faces of zero area stay, since they hold the surface together.
@@ -14,7 +15,7 @@ use rustc_hash::FxHashSet;
 
 use super::first_equal::first_equal;
 use super::precision::{LostComponent, find_lost_component};
-use super::repeated_faces::{repeated_faces, superfluous_faces};
+use super::repeated_faces::{prefer_wound_sides, repeated_faces, superfluous_faces};
 use super::tri_mesh::are_sound;
 use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 
@@ -325,10 +326,11 @@ fn weld(
 fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut CleanCounts) -> Vec<[u32; 3]> {
     let mut dropped = Vec::new();
     loop {
-        let repeated = superfluous_faces(local, &faces.corners, repeated_faces(&faces.corners, local.len()));
+        let mut repeated = superfluous_faces(local, &faces.corners, repeated_faces(&faces.corners, local.len()));
         if repeated.is_empty() {
             return dropped;
         }
+        prefer_wound_sides(local, &faces.corners, &mut repeated);
         counts.duplicate_faces += repeated.len();
         dropped.extend(repeated.iter().map(|&face| faces.corners[face as usize]));
         let mut repeated = repeated.into_iter().peekable();

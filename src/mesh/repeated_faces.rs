@@ -8,6 +8,7 @@ use crate::geometry::triangle::area_normal_f64;
 use super::first_equal::first_equal;
 use super::pulse::Pulse;
 use super::union_find::UnionFind;
+use super::winding::wind;
 
 /// Largest area of connected pairs of coincident faces, relative to the mesh, at which both faces are dropped.
 const SMALL: f64 = 1e-4;
@@ -74,6 +75,42 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
     superfluous.extend(superfluous_in_pairs(positions, faces, find_face_pairs(faces, &kept, &mut edges), &edges));
     superfluous.sort_unstable();
     superfluous
+}
+
+/// Exchanges superfluous faces and their kept backs, so that kept faces are wound as their neighbours, or outward.
+pub(super) fn prefer_wound_sides(positions: &[[f32; 3]], faces: &[[u32; 3]], superfluous: &mut [u32]) {
+    let mut dropped = superfluous.iter().copied().peekable();
+    let kept: Vec<u32> = (0..faces.len() as u32).filter(|face| dropped.next_if_eq(face).is_none()).collect();
+    let mut wound: Vec<[u32; 3]> = kept.iter().map(|&face| faces[face as usize]).collect();
+    let backs = find_backs(faces, &wound, superfluous);
+    if backs.is_empty() {
+        return;
+    }
+    let may_turn: Vec<bool> = (0..kept.len()).map(|i| backs.contains_key(&i)).collect();
+    wind(positions, &mut wound, &may_turn);
+    for (i, place) in backs {
+        if is_even(wound[i]) != is_even(faces[kept[i] as usize]) {
+            superfluous[place] = kept[i];
+        }
+    }
+    superfluous.sort_unstable();
+}
+
+/// Returns the place in `superfluous` of the back of each kept face, except where several coincident faces are kept.
+fn find_backs(faces: &[[u32; 3]], kept: &[[u32; 3]], superfluous: &[u32]) -> FxHashMap<usize, usize> {
+    let mut same: FxHashMap<[u32; 3], (Vec<usize>, Vec<usize>)> = FxHashMap::default();
+    for (place, &face) in superfluous.iter().enumerate() {
+        same.entry(sort_corners(faces[face as usize])).or_default().1.push(place);
+    }
+    for (i, &face) in kept.iter().enumerate() {
+        same.entry(sort_corners(face)).and_modify(|same| same.0.push(i));
+    }
+    let back = |(kept_faces, places): (Vec<usize>, Vec<usize>)| {
+        let &[i] = kept_faces.as_slice() else { return None };
+        let is_back = |&place: &usize| is_even(faces[superfluous[place] as usize]) != is_even(kept[i]);
+        places.into_iter().find(is_back).map(|place| (i, place))
+    };
+    same.into_values().filter_map(back).collect()
 }
 
 /// Returns the pairs of coincident faces that bound no body, from the rim inward; subtracts them from `edges`.
@@ -236,6 +273,29 @@ mod tests {
         let twice = [body, body].concat();
         assert_eq!(superfluous(&curve(4), &twice), [4, 5, 6, 7]);
         assert_eq!(superfluous(&curve(3), &[[0, 1, 2], [1, 2, 0]]), [1]);
+    }
+
+    #[test]
+    fn of_a_face_and_its_back_the_one_wound_as_its_neighbours_stays() {
+        // Faces 1 and 3 of a tetrahedron come inside out first; face 2 has no back.
+        let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let faces = [[0, 2, 1], [1, 0, 3], [1, 2, 3], [0, 2, 3], [0, 1, 2], [0, 1, 3], [2, 0, 3]];
+        let mut dropped = superfluous(&positions, &faces);
+        assert_eq!(dropped, [4, 5, 6]);
+        prefer_wound_sides(&positions, &faces, &mut dropped);
+        assert_eq!(dropped, [1, 3, 4]);
+        // Without it, the tetrahedron is turned outward; all faces were inside out.
+        let faces = [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3], [0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let mut dropped = superfluous(&positions, &faces);
+        prefer_wound_sides(&positions, &faces, &mut dropped);
+        assert_eq!(dropped, [0, 1, 2, 3]);
+        // A flat sheet has no outside: its first side stays.
+        let sheet = [[0.1, 0.2, 0.3], [0.7, 0.2, 0.1], [0.3, 0.9, 0.5]];
+        for faces in [[[0, 1, 2], [0, 2, 1]], [[0, 2, 1], [0, 1, 2]]] {
+            let mut dropped = superfluous(&sheet, &faces);
+            prefer_wound_sides(&sheet, &faces, &mut dropped);
+            assert_eq!(dropped, [1]);
+        }
     }
 
     #[test]

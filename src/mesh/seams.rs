@@ -144,9 +144,11 @@ fn carries_same(
     [first, second]: [u32; 2],
     counts: impl Fn(Role) -> bool,
 ) -> bool {
+    // Faces wound against each other have the opposite normals.
+    let is_opposed = start(mesh.faces(), first) == start(mesh.faces(), second);
     let same_wedge = |corner: u32| {
         let other = partner(mesh, corner, second);
-        has_same_values(attributes, wedge(attributes, corner), wedge(attributes, other), &counts)
+        has_same_values(attributes, wedge(attributes, corner), wedge(attributes, other), &counts, is_opposed)
     };
     [first, next(first)].into_iter().all(same_wedge)
 }
@@ -161,9 +163,13 @@ fn wedge(attributes: &Attributes, corner: u32) -> u32 {
     attributes.wedges.as_flattened().get(corner as usize).copied().unwrap_or(0)
 }
 
-fn has_same_values(attributes: &Attributes, x: u32, y: u32, counts: &impl Fn(Role) -> bool) -> bool {
-    let same_in =
-        |channel: &Channel| !counts(channel.role) || same_values(channel.role, channel.value(x), channel.value(y));
+fn has_same_values(attributes: &Attributes, x: u32, y: u32, counts: &impl Fn(Role) -> bool, is_opposed: bool) -> bool {
+    let same_in = |channel: &Channel| {
+        let (role, x, y) = (channel.role, channel.value(x), channel.value(y));
+        let turns = is_opposed && matches!(role, Role::Normal | Role::Tangent);
+        let opposite = || y.iter().map(|y| -y).collect::<Vec<f32>>();
+        !counts(role) || same_values(role, x, y) || turns && same_values(role, x, &opposite())
+    };
     x == y || attributes.channels.iter().all(same_in)
 }
 
@@ -222,6 +228,33 @@ mod tests {
         let stands = TriMesh::new(positions, vec![left, right, front]).unwrap();
         let found = seams(&stands, &normals(&[up, up, [0.0, -1.0, 0.0]]), 0.0);
         assert!(found.iter().all(|seam| seam.ends != [0, 1]));
+    }
+
+    #[test]
+    fn normals_that_follow_opposed_windings_are_no_seam() {
+        let (mesh, attributes) = paint_sphere(Role::Normal, |p, _| p.to_array().to_vec());
+        let is_turned = |f: usize| f.is_multiple_of(3);
+        let turn = |(f, &[a, b, c]): (usize, &[u32; 3])| if is_turned(f) { [a, c, b] } else { [a, b, c] };
+        let faces = mesh.faces().iter().enumerate().map(turn).collect();
+        let opposed = TriMesh::new(mesh.positions().to_vec(), faces).unwrap();
+        // Wedges are numbered by corner, so those of a turned face are exchanged with its corners.
+        let mut normals = attributes.channels[0].values.clone();
+        for (_, values) in normals.chunks_exact_mut(9).enumerate().filter(|(f, _)| is_turned(*f)) {
+            (3..6).for_each(|i| values.swap(i, i + 3));
+        }
+        let with = |values: Vec<f32>| Attributes {
+            channels: vec![Channel { values, ..attributes.channels[0].clone() }],
+            ..attributes.clone()
+        };
+        assert!(seams(&opposed, &with(normals.clone()), 0.0).is_empty());
+        let following = normals.chunks_exact(9).enumerate().flat_map(|(f, values)| {
+            let sign = if is_turned(f) { -1.0 } else { 1.0 };
+            values.iter().map(move |x| sign * x)
+        });
+        let following: Vec<f32> = following.collect();
+        assert!(seams(&opposed, &with(following.clone()), 0.0).is_empty());
+        // Where the windings agree, opposite normals are a seam.
+        assert!(!seams(&mesh, &with(following), 0.0).is_empty());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! One mesh made of several, to be simplified together.
 
 use glam::{DMat4, DVec3};
+use rustc_hash::FxHashMap;
 
 use super::{Attributes, Channel, Role, TriMesh, compact};
 
@@ -168,6 +169,14 @@ impl UnitedMesh {
     /// Returns the index of a united group's piece.
     pub fn piece_of_group(&self, group: u32) -> usize {
         (self.first_groups.partition_point(|&first| first <= group) - 1).min(self.scales.len() - 1)
+    }
+
+    /// Returns for each piece the first one with the same instances, so that both have one system of coordinates.
+    pub(crate) fn pieces_placed_alike(&self) -> Vec<usize> {
+        let bits = |place: &DMat4| place.to_cols_array().map(f64::to_bits);
+        let mut first_at = FxHashMap::default();
+        let pieces = self.places.iter().enumerate();
+        pieces.map(|(i, places)| *first_at.entry(places.iter().map(bits).collect::<Vec<_>>()).or_insert(i)).collect()
     }
 
     /// Places the united mesh, simplified or not, at all instances.
@@ -370,6 +379,19 @@ mod tests {
         for (piece, (mesh, attributes)) in pieces.iter().zip(&split) {
             assert_eq!((mesh, attributes), (piece.mesh, piece.attributes));
         }
+    }
+
+    #[test]
+    fn pieces_are_placed_alike_if_all_their_instances_are() {
+        let (sphere, bare) = (shapes::icosphere(0), Attributes::default());
+        let [here, there] = [0.0, 5.0].map(|x| DMat4::from_translation(DVec3::new(x, 0.0, 0.0)));
+        let all = [vec![here], vec![here, there], vec![there], vec![here], vec![here, there]];
+        let piece = |places| ScenePiece { mesh: &sphere, attributes: &bare, scale: 1.0, places };
+        let pieces: Vec<ScenePiece> = all.iter().map(|places| piece(places)).collect();
+        assert_eq!(UnitedMesh::new(&pieces).unwrap().pieces_placed_alike(), [0, 1, 2, 0, 1]);
+        // A scale of the coordinates is part of the transform.
+        let scaled = [piece(&all[0]), ScenePiece { scale: 4.0, ..piece(&all[0]) }];
+        assert_eq!(UnitedMesh::new(&scaled).unwrap().pieces_placed_alike(), [0, 1]);
     }
 
     #[test]

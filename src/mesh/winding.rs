@@ -6,6 +6,9 @@ use glam::DVec3;
 
 use super::half_edges::{NO_TWIN, twins};
 
+/// Share of the largest possible volume below which a volume is rounding.
+const FLAT: f64 = 1e-9;
+
 /// Reverses faces so that neighbours agree where possible and every component faces outward.
 ///
 /// A component is reversed if its faces span a negative volume with the mean of their corners. `faces`: n_faces x 3,
@@ -21,28 +24,38 @@ use super::half_edges::{NO_TWIN, twins};
 /// assert_eq!(faces, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]);
 /// ```
 pub fn orient_outward(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
-    let twins = twins(positions.len(), faces);
     let mut wound = faces.to_vec();
-    let mut is_reached = vec![false; faces.len()];
+    wind(positions, &mut wound, &vec![true; faces.len()]);
+    wound
+}
+
+/// Reverses faces of `may_turn` as [`orient_outward`] does; those next to others agree with these.
+pub(super) fn wind(positions: &[[f32; 3]], faces: &mut [[u32; 3]], may_turn: &[bool]) {
+    let twins = twins(positions.len(), faces);
+    let mut is_reached: Vec<bool> = may_turn.iter().map(|may_turn| !may_turn).collect();
+    let fixed = (0..faces.len()).filter(|&face| is_reached[face]).collect();
+    wind_component(fixed, &twins, faces, &mut is_reached);
     for first in 0..faces.len() {
-        if !is_reached[first] {
-            let component = wind_component(first, &twins, &mut wound, &mut is_reached);
-            if signed_volume(positions, &wound, &component) < 0.0 {
-                component.iter().for_each(|&face| turn(&mut wound[face]));
+        if !std::mem::replace(&mut is_reached[first], true) {
+            let component = wind_component(VecDeque::from([first]), &twins, faces, &mut is_reached);
+            if faces_inward(positions, faces, &component) {
+                component.iter().for_each(|&face| turn(&mut faces[face]));
             }
         }
     }
-    wound
 }
 
 fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]]
 }
 
-fn wind_component(first: usize, twins: &[u32], wound: &mut [[u32; 3]], is_reached: &mut [bool]) -> Vec<usize> {
+fn wind_component(
+    mut queue: VecDeque<usize>,
+    twins: &[u32],
+    wound: &mut [[u32; 3]],
+    is_reached: &mut [bool],
+) -> Vec<usize> {
     let mut component = Vec::new();
-    let mut queue = VecDeque::from([first]);
-    is_reached[first] = true;
     while let Some(face) = queue.pop_front() {
         component.push(face);
         let beyond = twins[3 * face..3 * face + 3].iter().filter(|&&twin| twin != NO_TWIN);
@@ -67,15 +80,18 @@ fn turn(face: &mut [u32; 3]) {
     face.swap(1, 2);
 }
 
-fn signed_volume(positions: &[[f32; 3]], faces: &[[u32; 3]], component: &[usize]) -> f64 {
+/// Returns whether faces span a negative volume with the mean of their corners; flat sheets do not.
+fn faces_inward(positions: &[[f32; 3]], faces: &[[u32; 3]], component: &[usize]) -> bool {
     let corners = |face: usize| faces[face].map(|v| DVec3::from(positions[v as usize].map(f64::from)));
     let sum: DVec3 = component.iter().flat_map(|&face| corners(face)).sum();
     let middle = sum / (3 * component.len()) as f64;
-    let volume = |face: &usize| {
-        let [a, b, c] = corners(*face).map(|corner| corner - middle);
-        a.dot(b.cross(c))
-    };
-    component.iter().map(volume).sum()
+    let (mut volume, mut largest) = (0.0, 0.0);
+    for &face in component {
+        let [a, b, c] = corners(face).map(|corner| corner - middle);
+        volume += a.dot(b.cross(c));
+        largest += a.length() * b.length() * c.length();
+    }
+    volume < -FLAT * largest
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::triangle::area_normal_f64;
-use crate::mesh::{Attributes, Role, TriMesh, compact};
+use crate::mesh::{Attributes, TriMesh, compact};
 
 use super::{RepairCounts, Repaired};
 
@@ -118,38 +118,10 @@ impl<'a> RepairFaces<'a> {
         let counts = RepairCounts { faces_added: self.len() - n_read, faces_turned: n_turned, ..counts };
         attributes.wedges = self.wedges.clone();
         // This precedes the compaction of positions, since it needs the reversed faces' new normals.
-        self.turn_normals(&mut attributes);
+        let turned = self.numbers().filter(|&face| self.origins[face as usize] == FaceOrigin::Turned);
+        attributes.turn_normals(turned.map(|face| (face, self.normal(face))));
         attributes.groups = self.groups;
         let (mesh, sources) = compact(self.positions, self.corners).unwrap_or_default();
         Repaired { mesh, attributes, sources, counts }
-    }
-
-    /// Reverses the corner normals that oppose a reversed face.
-    fn turn_normals(&self, attributes: &mut Attributes) {
-        let Some(normals) = attributes.channels.iter().find(|channel| channel.role == Role::Normal) else { return };
-        let mut wedges = attributes.wedges.clone();
-        let mut opposite = rustc_hash::FxHashMap::default();
-        let n_wedges = attributes.n_wedges() as u32;
-        let mut sources = Vec::new();
-        for face in self.numbers().filter(|&face| self.origins[face as usize] == FaceOrigin::Turned) {
-            let normal = self.normal(face);
-            for wedge in wedges.iter_mut().skip(face as usize).take(1).flatten() {
-                let Some(&[x, y, z]) = normals.value(*wedge).first_chunk() else { continue };
-                if normal.dot(DVec3::new(x.into(), y.into(), z.into())) < 0.0 {
-                    // One new wedge per old one, since unreversed faces may still use it.
-                    *wedge = *opposite.entry(*wedge).or_insert_with(|| {
-                        sources.push(*wedge);
-                        n_wedges + sources.len() as u32 - 1
-                    });
-                }
-            }
-        }
-        for channel in &mut attributes.channels {
-            // Every channel gets the new rows; only directions change sign.
-            let turns = matches!(channel.role, Role::Normal | Role::MorphDirection);
-            let values: Vec<f32> = sources.iter().flat_map(|&wedge| channel.value(wedge)).copied().collect();
-            channel.values.extend(values.into_iter().map(|x| if turns { -x } else { x }));
-        }
-        attributes.wedges = wedges;
     }
 }

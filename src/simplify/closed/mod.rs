@@ -254,7 +254,7 @@ fn refine(
     // A mesh that lost no vertex is not moved: its vertices already lie on the original.
     if !is_whole && request.runs_fit() {
         fit::fit(original, &mut points, &mut output, &mut trace);
-        nested::separate_nested(original, &mut output, |face| request.requirements.piece_of_face(face));
+        nested::separate_nested(original, &mut output, request.requirements.pieces_placed_alike());
     }
     progress.enter("finish", output.faces().len())?;
     // Foldovers and spikes come after all other moves of vertices, duplicates last: they depend on the rounded positions.

@@ -2,12 +2,14 @@
 //!
 //! A search starts from the region of an output vertex, the input vertices merged into it. So no search tree is needed.
 
+use std::borrow::Cow;
+
 use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::{area_normal, nearest_point};
-use crate::mesh::TriMesh;
+use crate::mesh::{Attributes, Role, TriMesh};
 
 use super::faces_around::FacesAround;
 use super::pins::Pins;
@@ -155,6 +157,20 @@ impl<'a> Original<'a> {
             seams: self.features.edges.iter().copied().collect(),
             around: FacesAround::new(self.surface.pulse, self.surface.n_vertices(), &self.surface.faces),
         }
+    }
+
+    /// Returns the attributes with normals that follow the faces which the surface winds the other way than the mesh.
+    pub fn turn_normals<'b>(&self, attributes: &'b Attributes) -> Cow<'b, Attributes> {
+        let has_normals = attributes.channels.iter().any(|channel| channel.role == Role::Normal);
+        if !has_normals || matches!(self.surface.faces, Cow::Borrowed(_)) {
+            return Cow::Borrowed(attributes);
+        }
+        let orders = self.corner_orders();
+        let is_turned = |f: &u32| orders[*f as usize][1] != (orders[*f as usize][0] + 1) % 3;
+        let normal = |f: u32| area_normal(self.surface.faces[f as usize].map(|v| self.surface.positions[v as usize]));
+        let mut turned = attributes.clone();
+        turned.turn_normals((0..orders.len() as u32).filter(is_turned).map(|f| (f, normal(f).as_dvec3())));
+        Cow::Owned(turned)
     }
 
     /// Returns the mesh corner at each surface corner; mesh and surface may wind a face differently.

@@ -175,6 +175,12 @@ impl<'a> Requirements<'a> {
         self.scene.map_or(0, of)
     }
 
+    /// Returns the scene piece of a face, or the first piece with the same instances.
+    pub fn pieces_placed_alike(&self) -> impl Fn(u32) -> usize {
+        let alike = self.scene.map_or_else(|| vec![0], UnitedMesh::pieces_placed_alike);
+        move |face| alike[self.piece_of_face(face)]
+    }
+
     pub fn pose_attributes(&self) -> Option<&'a Attributes> {
         let has_targets = |of: &&Attributes| of.channels.iter().any(|channel| channel.role == Role::MorphPosition);
         self.attributes.filter(|_| self.purpose == Purpose::Poses).filter(has_targets)

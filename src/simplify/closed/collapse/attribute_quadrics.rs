@@ -81,6 +81,7 @@ fn square(gradient: DVec3, value: f64, weight: f64) -> Quadric {
 }
 
 pub fn sum_attribute_quadrics(original: &Original, attributes: &Attributes) -> AttributeQuadrics {
+    let attributes = &*original.turn_normals(attributes);
     let counted = CountedChannels::new(original, attributes);
     if counted.channels.iter().all(Option::is_none) {
         return AttributeQuadrics::default();

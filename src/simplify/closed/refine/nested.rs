@@ -46,7 +46,7 @@ struct Crossing {
 
 type Moves = [(u32, Vec3); 3];
 
-/// Moves crossing faces of nested components back; `piece_of` returns the scene piece of an original face.
+/// Moves crossing faces of nested components back; `piece_of` returns the first scene piece placed as that of an original face.
 pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
     // The fit moves each surface by itself: where two surfaces are closer than its error, their faces cross.
     let (component_of, n_components) = output_components(output);
@@ -54,7 +54,7 @@ pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl 
         return;
     }
     let pulse = original.surface.pulse.counting_if(false);
-    // Components are compared only within one piece of the scene.
+    // Components are compared only where the pieces of the scene have one system of coordinates.
     let middles = middles(output, &component_of, n_components);
     let mut piece = vec![0; n_components];
     for (face, f) in original.surface.faces.iter().zip(0..) {
