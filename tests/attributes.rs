@@ -91,6 +91,47 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
 }
 
 #[test]
+fn stripes_from_a_palette_keep_their_areas() {
+    // Each face shows one point of the texture, the colour of its stripe.
+    let (mesh, mut attributes) = charted_sphere();
+    attributes.groups = Vec::new();
+    let centre = |mesh: &TriMesh, f: usize| {
+        mesh.faces()[f].map(|v| Vec3::from(mesh.positions()[v as usize])).iter().sum::<Vec3>() / 3.0
+    };
+    let colour = |f: usize| if (5.0 * centre(&mesh, f).z).rem_euclid(2.0) < 1.0 { 0.25 } else { 0.75 };
+    attributes.channels[0].values = (0..mesh.faces().len()).flat_map(|f| [colour(f), 0.5].repeat(3)).collect();
+    let dark_share = |mesh: &TriMesh, attributes: &Attributes| {
+        let (mut dark, mut all) = (0.0, 0.0);
+        for (face, wedges) in mesh.faces().iter().zip(&attributes.wedges) {
+            let [a, b, c] = face.map(|v| Vec3::from(mesh.positions()[v as usize]));
+            let area = (b - a).cross(c - a).length();
+            let colours = wedges.map(|wedge| attributes.channels[0].value(wedge)[0]);
+            let are_all = |colour: f32| colours.iter().all(|x| (x - colour).abs() < 1e-5);
+            assert!(are_all(0.25) || are_all(0.75), "{colours:?}");
+            all += area;
+            dark += if are_all(0.25) { area } else { 0.0 };
+        }
+        dark / all
+    };
+    let before = dark_share(&mesh, &attributes);
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Ratio(0.05)));
+    assert_eq!(result.report.outcome, Outcome::Reached);
+    let after = dark_share(&result.mesh, &result.attributes);
+    assert!((after - before).abs() < 0.02, "{before} {after}");
+    // The stripes stay in place, not only in area.
+    let is_off = |f: &usize| {
+        let wedge = result.attributes.wedges[*f][0];
+        let near = (0..mesh.faces().len()).min_by(|&x, &y| {
+            let distance = |g: usize| centre(&mesh, g).distance(centre(&result.mesh, *f));
+            distance(x).total_cmp(&distance(y))
+        });
+        near.is_some_and(|near| (colour(near) - result.attributes.channels[0].value(wedge)[0]).abs() > 0.1)
+    };
+    let n_off = (0..result.mesh.faces().len()).filter(is_off).count();
+    assert!(50 * n_off < result.mesh.faces().len(), "{n_off} of {}", result.mesh.faces().len());
+}
+
+#[test]
 fn a_seam_within_one_chart_stays_a_seam() {
     // The seam goes around a torus: u jumps from 1 to 0 there.
     let mesh = shapes::torus(96, 32, 1.0, 0.4);

@@ -25,7 +25,8 @@ pub struct FeatureEdge {
 /// Lists the edges, ascending, between faces of different groups or with different attributes along the edge.
 ///
 /// Normals count as different from 15 degrees on, colours from 1/64; joints and morph targets never do. The slack is
-/// above 0 only if nothing but texture coordinates and normals is discontinuous. It is the distance at which the error
+/// above 0 only if nothing but texture coordinates and normals is discontinuous, and not between faces that each show a
+/// single place of a texture, as of a palette. It is the distance at which the error
 /// reaches `seam_error`: a share of the texture's side, or the normals' difference times the distance over the mesh's
 /// diagonal.
 ///
@@ -120,18 +121,31 @@ fn bend(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2]) -> f
 
 fn slack_of_texture(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32) -> f32 {
     let ends = half_edges.map(|half_edge| [half_edge, next(half_edge)]);
-    let channels = attributes.channels.iter().filter(|channel| channel.role == Role::Uv);
-    let on_texture = channels.flat_map(|channel| {
+    let mut on_texture = 0.0_f32;
+    for channel in attributes.channels.iter().filter(|channel| channel.role == Role::Uv) {
+        if separates_colours(attributes, channel, half_edges) {
+            return 0.0;
+        }
         let uv = |corner| match channel.value(wedge(attributes, corner)) {
             [u, v, ..] => Vec2::new(*u, *v),
             _ => Vec2::ZERO,
         };
-        ends.map(|[a, b]| uv(a).distance(uv(b)))
-    });
-    let on_texture = on_texture.fold(0.0, f32::max);
+        on_texture = ends.iter().fold(on_texture, |most, &[a, b]| most.max(uv(a).distance(uv(b))));
+    }
     let [a, b] = ends[0].map(|corner| Vec3::from(mesh.positions()[start(mesh.faces(), corner) as usize]));
     let on_surface = a.distance(b);
     if on_texture > 0.0 { seam_error * on_surface / on_texture } else { on_surface }
+}
+
+/// Returns whether each of two faces shows one place of a texture, and not the same, as where it is a palette.
+fn separates_colours(attributes: &Attributes, channel: &Channel, half_edges: [u32; 2]) -> bool {
+    let [first, second] = half_edges.map(|half_edge| {
+        let start = 3 * (half_edge / 3);
+        [start, start + 1, start + 2].map(|corner| channel.value(wedge(attributes, corner)))
+    });
+    let are_same = |x: &[f32], y: &[f32]| same_values(Role::Uv, x, y);
+    let shows_one = |[a, b, c]: [&[f32]; 3]| are_same(a, b) && are_same(a, c);
+    shows_one(first) && shows_one(second) && !are_same(first[0], second[0])
 }
 
 fn joins(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], counts: impl Fn(Role) -> bool) -> bool {
@@ -269,6 +283,21 @@ mod tests {
             is_up(faces.next().unwrap()) != is_up(faces.next().unwrap())
         });
         assert!(!seams.is_empty() && between.map(|edge| edge.ends).eq(seams));
+    }
+
+    #[test]
+    fn edges_between_colours_of_a_palette_have_no_slack() {
+        let side = |centre: Vec3| f32::from(centre.z > 0.0);
+        let least_slack = |uv: &dyn Fn(Vec3, Vec3) -> Vec<f32>| {
+            let (mesh, attributes) = paint_sphere(Role::Uv, uv);
+            let seams = seams(&mesh, &attributes, 1.0 / 64.0);
+            assert!(!seams.is_empty());
+            seams.iter().map(|seam| seam.slack).fold(f32::INFINITY, f32::min)
+        };
+        assert_eq!(least_slack(&|_, centre| vec![0.25 + 0.5 * side(centre), 0.5]), 0.0);
+        // Of two charts, one may be a single place.
+        assert!(least_slack(&|p, centre| vec![p.x + side(centre), p.y]) > 0.0);
+        assert!(least_slack(&|p, centre| vec![p.x * side(centre), p.y * side(centre)]) > 0.0);
     }
 
     #[test]

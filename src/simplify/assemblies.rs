@@ -19,13 +19,15 @@ pub(super) fn simplify_closed<'p>(
     levels: Levels<'_, 'p>,
     progress: Progress<'p>,
 ) -> Result<Vec<ClosedResult>, SimplifyError> {
-    let limits = levels.limits;
+    let Levels { limits, most, .. } = levels;
     let FinishedLevels { mut results, dropped, saved } = simplify_whole(input, task, levels, progress)?;
     let Some(dropped) = dropped else { return Ok(results) };
     // At a size where a component is dropped, the rest is simplified again, from a saved collapse if there is one. It
     // then loses no further component.
     let rest = SubMesh::without_components(input, [dropped.n_components, 0], |face| dropped.faces[face])?;
-    let remaining = Levels { limits: &limits[results.len()..], n_without_dropping: 1, saved };
+    let last = results.last().map(|closed| closed.simplified.mesh.positions().len());
+    let most = last.unwrap_or(most);
+    let remaining = Levels { limits: &limits[results.len()..], n_without_dropping: 1, most, saved };
     for mut closed in simplify_closed(&rest.input(), task, remaining, progress)? {
         rest.lift(&mut closed.simplified, &mut closed.derivative);
         results.push(closed);

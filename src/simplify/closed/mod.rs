@@ -18,6 +18,7 @@ mod refine;
 mod request;
 mod result;
 mod saved_collapse;
+mod smallest_size;
 mod split_sequence;
 mod stage_settings;
 mod trace;
@@ -49,6 +50,7 @@ use request::Requirements;
 pub(super) use request::{ClosedRequest, Task};
 pub(super) use result::ClosedResult;
 use saved_collapse::SavedCollapse;
+use smallest_size::repeat_above_smallest;
 
 /// Least number of input vertices per output vertex at which flips run.
 // Below, the collapse finds good diagonals. Nineteen meshes, ratios 0.01 to 0.05: the mean distance is 0.7 % larger at
@@ -60,12 +62,14 @@ pub(super) struct Levels<'a, 'p> {
     pub limits: &'a [Limit],
     /// Number of sizes, from the first, at which no further component is dropped.
     pub n_without_dropping: usize,
+    /// Number of vertices that no result may exceed because its limit cannot be reached.
+    pub most: usize,
     pub saved: Option<SavedCollapse<'p>>,
 }
 
 impl<'a> Levels<'a, '_> {
     pub fn new(limits: &'a [Limit]) -> Self {
-        Self { limits, n_without_dropping: 0, saved: None }
+        Self { limits, n_without_dropping: 0, most: usize::MAX, saved: None }
     }
 }
 
@@ -79,18 +83,17 @@ pub(super) struct FinishedLevels<'a> {
 pub(super) fn simplify_levels<'a>(
     mesh: &TriMesh,
     request: &ClosedRequest,
-    Levels { limits, n_without_dropping, saved }: Levels<'_, 'a>,
+    Levels { limits, n_without_dropping, mut most, saved }: Levels<'_, 'a>,
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
     let mut levels = FinishedLevels { results: Vec::with_capacity(limits.len()), dropped: None, saved: None };
     let Some(&first) = limits.first() else { return Ok(levels) };
-    let (base, collapse) = start_or_continue(mesh, request, first, saved, progress)?;
-    // Ceilings already bound the distance, and a price or an insisted size overrules the check.
-    let checks_deviation = request.price.is_none() && !request.forces_size && !collapse.has_ceilings();
-    let deviation_check = checks_deviation.then(|| DeviationCheck::new(&collapse, limits)).flatten();
-    // The copy continues after components are dropped.
+    let (mut base, collapse) = start_or_continue(mesh, request, first, saved, progress)?;
+    let deviation_check = deviation_check(request, &collapse, limits);
+    // The copy continues after components are dropped, or if the limit cannot be reached.
     let may_drop = request.requirements.drops_within.is_some() && n_without_dropping < limits.len();
-    let mut collapse = Some(if may_drop && !request.differentiable { collapse.with_copy() } else { collapse });
+    let needs_copy = (may_drop || collapse.has_ceilings()) && !request.differentiable;
+    let mut collapse = Some(if needs_copy { collapse.with_copy() } else { collapse });
     for &limit in limits {
         // The last level takes the collapse itself, not a copy, to save memory.
         let Some(running) = collapse.take() else { break };
@@ -99,34 +102,66 @@ pub(super) fn simplify_levels<'a>(
             progress.enter("collapse", running.merges_to(limit))?;
         }
         let (mut running, end) = run(&base, running, deviation_check.as_ref(), request, limit);
-        // Only the first level has a history: later ones find it taken.
-        let trace = start_trace(running.history.take());
-        let output = base.output(&running);
+        let mut output = base.output(&running);
         // A level is checked for components to drop before it is refined. If some go, the caller repeats the level
         // without them.
-        if let Some(within) = request.requirements.drops_within.filter(|_| levels.results.len() >= n_without_dropping) {
-            let cost = VertexCost::new(&running, limit, end);
-            levels.dropped =
-                dropping::choose_dropped(&base.original, &output, &cost, within, &request.visual_properties());
-            if let Some(dropped) = &levels.dropped {
-                levels.saved =
-                    running.take_copy().and_then(|copy| SavedCollapse::from_copy(dropped, &base, copy, limit));
-                return Ok(levels);
-            }
+        if levels.results.len() >= n_without_dropping
+            && let Some(dropped) = choose_dropped(&base, request, (&running, end), &output, limit)
+        {
+            levels.saved = running.take_copy().and_then(|copy| SavedCollapse::from_copy(&dropped, &base, copy, limit));
+            return Ok(FinishedLevels { dropped: Some(dropped), ..levels });
         }
+        let is_smallest = end == CollapseEnd::LosesShape && !request.forces_size;
+        if is_smallest {
+            (base, running) = repeat_above_smallest(mesh, request, (base, running), most, progress)?;
+            output = base.output(&running);
+        }
+        // Only the first level has a history: later ones find it taken.
+        let trace = start_trace(running.history.take());
         let pass_prices = base.pass_prices(&running);
-        match levels.results.len() + 1 < limits.len() {
-            true => collapse = Some(running),
-            false => running.free_memory(),
-        }
+        most = running.size().0;
+        let is_last = levels.results.len() + 1 == limits.len();
+        collapse = keep_for_next(running, is_smallest, is_last);
         levels.results.push(refine(&base, request, output, end, trace, progress)?.with_prices(pass_prices));
     }
     Ok(levels)
 }
 
+fn deviation_check<'a>(
+    request: &ClosedRequest,
+    collapse: &Collapse<'a>,
+    limits: &[Limit],
+) -> Option<DeviationCheck<'a>> {
+    // Ceilings already bound the distance, and a price or an insisted size overrules the check.
+    let is_needed = request.price.is_none() && !request.forces_size && !collapse.has_ceilings();
+    is_needed.then(|| DeviationCheck::new(collapse, limits)).flatten()
+}
+
+fn choose_dropped(
+    base: &CollapseBase,
+    request: &ClosedRequest,
+    (ended, end): (&Collapse, CollapseEnd),
+    output: &Output,
+    limit: Limit,
+) -> Option<DroppedFaces> {
+    let within = request.requirements.drops_within?;
+    let cost = VertexCost::new(ended, limit, end);
+    dropping::choose_dropped(&base.original, output, &cost, within, &request.visual_properties())
+}
+
+/// Returns the collapse for the next level; after the last level frees it.
+fn keep_for_next<'a>(collapse: Collapse<'a>, is_smallest: bool, is_last: bool) -> Option<Collapse<'a>> {
+    if is_last {
+        collapse.free_memory();
+        return None;
+    }
+    // All further levels have the smallest size.
+    Some(if is_smallest { collapse.with_copy_now() } else { collapse })
+}
+
 fn start_or_continue<'a, 'p: 'a>(
     mesh: &'a TriMesh,
-    request: &ClosedRequest,
+    request: &ClosedRequest<'a>,
     limit: Limit,
     saved: Option<SavedCollapse<'p>>,
     progress: Progress<'p>,
@@ -204,7 +239,7 @@ fn start_trace(history: Option<Vec<collapse::CollapseEvent>>) -> Option<Trace> {
 
 fn start<'a, 'p: 'a>(
     mesh: &'a TriMesh,
-    request: &ClosedRequest,
+    request: &ClosedRequest<'a>,
     limit: Limit,
     progress: Progress<'p>,
 ) -> Result<(CollapseBase<'a>, Collapse<'p>), SimplifyError> {
@@ -219,7 +254,7 @@ fn start<'a, 'p: 'a>(
     let constrains = !original.features.is_empty() || !original.pins.is_empty();
     let constraints = constrains.then(|| Constraints::new(&original));
     // Everything that adds to prices is set before the first pass.
-    let attributes = requirements.attributes.map(|it| sum_attribute_quadrics(&original, it)).unwrap_or_default();
+    let attributes = sum_attribute_quadrics(&original);
     let poses = Poses::new(&original, requirements);
     let collapse = Collapse::new(progress.pulse, &original.surface)
         .with_ceilings(ceilings::find_ceilings(&original, requirements));
@@ -238,8 +273,8 @@ fn refine(
     progress: Progress,
 ) -> Result<ClosedResult, SimplifyError> {
     let original = &base.original;
-    let Requirements { attributes, map, .. } = request.requirements;
-    let attributes = attributes.or(map.then_some(Attributes::NONE));
+    let map = request.requirements.map;
+    let attributes = original.attributes.as_deref().or(map.then_some(Attributes::NONE));
     // Flips and fit share the points: each assignment starts from the faces of the last one.
     let mut points = SamplePoints::new(&original.surface, output.positions.len(), request.settings);
     progress.enter("flips", points.len())?;

@@ -30,13 +30,16 @@ pub struct Original<'a> {
     pub surface: PreparedSurface<'a>,
     pub features: FeatureEdges,
     pub pins: Pins,
+    /// Attributes to carry; normals follow the faces that the surface winds the other way than the mesh.
+    pub attributes: Option<Cow<'a, Attributes>>,
 }
 
 impl<'a> Original<'a> {
     #[cfg(test)]
     pub fn bare(mesh: &'a TriMesh) -> Self {
         let (features, pins) = (FeatureEdges::default(), Pins::default());
-        Self { mesh, surface: PreparedSurface::new(mesh, crate::mesh::pulse::Pulse::NONE), features, pins }
+        let surface = PreparedSurface::new(mesh, crate::mesh::pulse::Pulse::NONE);
+        Self { mesh, surface, features, pins, attributes: None }
     }
 
     /// Finds the nearest surface vertex in the region of each wanted output vertex.
@@ -165,11 +168,15 @@ impl<'a> Original<'a> {
         if !has_normals || matches!(self.surface.faces, Cow::Borrowed(_)) {
             return Cow::Borrowed(attributes);
         }
-        let orders = self.corner_orders();
-        let is_turned = |f: &u32| orders[*f as usize][1] != (orders[*f as usize][0] + 1) % 3;
+        let orders = (0u32..).zip(self.corner_orders());
+        let reversed = orders.filter(|(_, [first, second, _])| *second != (first + 1) % 3).map(|(face, _)| face);
+        let reversed: Vec<u32> = reversed.collect();
+        if reversed.is_empty() {
+            return Cow::Borrowed(attributes);
+        }
         let normal = |f: u32| area_normal(self.surface.faces[f as usize].map(|v| self.surface.positions[v as usize]));
         let mut turned = attributes.clone();
-        turned.turn_normals((0..orders.len() as u32).filter(is_turned).map(|f| (f, normal(f).as_dvec3())));
+        turned.turn_normals(reversed.into_iter().map(|face| (face, normal(face).as_dvec3())));
         Cow::Owned(turned)
     }
 

@@ -40,7 +40,7 @@ impl Output {
     /// Computes the final attributes and the original point at each corner, if attributes were recorded.
     pub fn take_attributes(&mut self, original: &Original, attributes: &Attributes) -> Option<(Attributes, CornerMap)> {
         let corners = self.corners.take()?;
-        Some(corners.attributes(original, &original.turn_normals(attributes), &self.positions, &self.pins))
+        Some(corners.attributes(original, attributes, &self.positions, &self.pins))
     }
 
     pub fn faces(&self) -> &[[u32; 3]] {

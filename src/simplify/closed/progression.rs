@@ -154,7 +154,7 @@ impl ProgressionSurface {
     fn base<'a>(
         &self,
         mesh: &'a TriMesh,
-        request: &ClosedRequest,
+        request: &ClosedRequest<'a>,
         rest: Option<(&'a TriMesh, &'a [u32])>,
     ) -> CollapseBase<'a> {
         let requirements = &request.requirements;
@@ -280,7 +280,7 @@ fn finish_unrefined(
 ) -> Result<ClosedResult, SimplifyError> {
     let original = &base.original;
     let requirements = &request.requirements;
-    let attributes = requirements.attributes.or(requirements.map.then_some(crate::mesh::Attributes::NONE));
+    let attributes = original.attributes.as_deref().or(requirements.map.then_some(crate::mesh::Attributes::NONE));
     attributes.into_iter().for_each(|attributes| output.record_attributes(original, attributes));
     let positions = local_positions(original, &output);
     let corner_values = attributes.and_then(|attributes| output.take_attributes(original, attributes));

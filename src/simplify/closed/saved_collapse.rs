@@ -50,7 +50,7 @@ impl<'a> SavedCollapse<'a> {
     pub(super) fn attach<'b>(
         self,
         mesh: &'b TriMesh,
-        request: &ClosedRequest,
+        request: &ClosedRequest<'b>,
         limit: Limit,
         progress: Progress<'b>,
     ) -> Result<Option<(CollapseBase<'b>, Collapse<'a>)>, SimplifyError> {

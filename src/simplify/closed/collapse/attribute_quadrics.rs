@@ -80,8 +80,8 @@ fn square(gradient: DVec3, value: f64, weight: f64) -> Quadric {
     Quadric { a, b: gradient * (-weight * value), c: weight * value * value }
 }
 
-pub fn sum_attribute_quadrics(original: &Original, attributes: &Attributes) -> AttributeQuadrics {
-    let attributes = &*original.turn_normals(attributes);
+pub fn sum_attribute_quadrics(original: &Original) -> AttributeQuadrics {
+    let Some(attributes) = original.attributes.as_deref() else { return AttributeQuadrics::default() };
     let counted = CountedChannels::new(original, attributes);
     if counted.channels.iter().all(Option::is_none) {
         return AttributeQuadrics::default();

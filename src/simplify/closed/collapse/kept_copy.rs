@@ -14,6 +14,12 @@ impl<'a> Collapse<'a> {
         Self { copy: CopyState::Wanted, ..self }
     }
 
+    /// Makes the copy at the present size.
+    pub fn with_copy_now(mut self) -> Self {
+        self.copy = CopyState::Unwanted;
+        Self { copy: CopyState::Kept(Box::new(self.clone())), ..self }
+    }
+
     pub(super) fn make_copy_if_due(&mut self, limit: Limit) {
         // A single component is never dropped, so it needs no copy.
         if matches!(self.copy, CopyState::Wanted) && self.has_reached(limit.scale(COPY_RATIO)) {

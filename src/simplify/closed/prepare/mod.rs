@@ -13,14 +13,14 @@ use super::request::Requirements;
 use feature_edges::FeatureEdges;
 use surface::{Normalisation, PreparedSurface};
 
-pub fn prepare<'a>(mesh: &'a TriMesh, requirements: &Requirements, pulse: Pulse<'a>) -> Original<'a> {
+pub fn prepare<'a>(mesh: &'a TriMesh, requirements: &Requirements<'a>, pulse: Pulse<'a>) -> Original<'a> {
     prepare_surface(mesh, PreparedSurface::new(mesh, pulse), requirements)
 }
 
 pub fn prepare_at_scale<'a>(
     mesh: &'a TriMesh,
     scale: Normalisation,
-    requirements: &Requirements,
+    requirements: &Requirements<'a>,
     pulse: Pulse<'a>,
 ) -> Original<'a> {
     prepare_surface(mesh, PreparedSurface::at_scale(mesh, scale, pulse), requirements)
@@ -29,11 +29,13 @@ pub fn prepare_at_scale<'a>(
 pub fn prepare_surface<'a>(
     mesh: &'a TriMesh,
     mut surface: PreparedSurface<'a>,
-    requirements: &Requirements,
+    requirements: &Requirements<'a>,
 ) -> Original<'a> {
     let features = FeatureEdges::new(&surface, &requirements.edges);
     let pins = Pins::new(&surface, requirements);
     surface.support_edges(features.held_edges());
     pins.plane().into_iter().for_each(|plane| half_quadrics::complete(&mut surface, plane));
-    Original { mesh, surface, features, pins }
+    let original = Original { mesh, surface, features, pins, attributes: None };
+    let attributes = requirements.attributes.map(|attributes| original.turn_normals(attributes));
+    Original { attributes, ..original }
 }
