@@ -50,7 +50,7 @@ use request::Requirements;
 pub(super) use request::{ClosedRequest, Task};
 pub(super) use result::ClosedResult;
 use saved_collapse::SavedCollapse;
-use smallest_size::repeat_above_smallest;
+use smallest_size::{is_lossy_end, repeat_above_smallest};
 
 /// Least number of input vertices per output vertex at which flips run.
 // Below, the collapse finds good diagonals. Nineteen meshes, ratios 0.01 to 0.05: the mean distance is 0.7 % larger at
@@ -111,7 +111,7 @@ pub(super) fn simplify_levels<'a>(
             levels.saved = running.take_copy().and_then(|copy| SavedCollapse::from_copy(&dropped, &base, copy, limit));
             return Ok(FinishedLevels { dropped: Some(dropped), ..levels });
         }
-        let is_smallest = end == CollapseEnd::LosesShape && !request.forces_size;
+        let is_smallest = is_lossy_end(request, end, &base.original, &output);
         if is_smallest {
             (base, running) = repeat_above_smallest(mesh, request, (base, running), most, progress)?;
             output = base.output(&running);

@@ -5,13 +5,23 @@ use crate::simplify::limits::Limit;
 use crate::simplify::options::SimplifyError;
 use crate::simplify::progress::Progress;
 
-use super::collapse::Collapse;
+use super::collapse::{Collapse, CollapseEnd};
+use super::deviation_check::distance;
+use super::original::Original;
+use super::output::Output;
 use super::request::ClosedRequest;
 use super::{CollapseBase, start};
 
 /// Vertices kept above the smallest size, over those of this size or over those merged, whichever are fewer.
 // FLIP errors of four scenes are 0.62 times those at the smallest size, at 0.05 0.79 times, at 0.2 0.46 times.
 const MARGIN: f64 = 0.1;
+/// Mean distance at unit size below which the last merges did no harm.
+const NEGLIGIBLE: f64 = 1e-5;
+
+/// Returns whether a collapse ended at its smallest size, above its limit, and with a loss.
+pub fn is_lossy_end(request: &ClosedRequest, end: CollapseEnd, original: &Original, output: &Output) -> bool {
+    end == CollapseEnd::LosesShape && !request.forces_size && distance(original, output) > NEGLIGIBLE
+}
 
 /// Returns the collapse to the smallest size that keeps shapes well, of at most `most` vertices, and its base.
 pub fn repeat_above_smallest<'a, 'p: 'a>(
