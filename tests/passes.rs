@@ -1,6 +1,6 @@
 //! The network's stages forward and backward against golden values.
 //!
-//! `python/tests/test_torch_network.py` tests the same values; `NEURAL_MESH_PASSES=write` writes new ones.
+//! `python/tests/test_torch_layer.py` tests the same values; `NEURAL_MESH_PASSES=write` writes new ones.
 
 use neural_mesh::linalg::{Csr, Matrix};
 use neural_mesh::mesh::{shapes, vertex_normals};

@@ -16,7 +16,6 @@ __all__ = [
     "Meshed",
     "Progression",
     "Record",
-    "Pass",
     "simplify",
     "compare",
     "mesh_points",
@@ -34,13 +33,7 @@ __all__ = [
     "random_weights",
     "read_weights",
     "weights_bytes",
-    "point_sampler",
-    "edge_predictor",
-    "face_classifier",
-    "extended_graph",
-    "triangle_graph",
-    "candidate_faces",
-    "vertex_normals",
+    "paper_stages",
 ]
 
 __version__: str
@@ -193,54 +186,18 @@ _Weights: TypeAlias = tuple[list[tuple[str, int]], list[tuple[str, NDArray[np.fl
 # Sizes and tensors of a stage or of the whole network.
 _Tensors: TypeAlias = tuple[Mapping[str, int], Sequence[tuple[str, NDArray[np.float32]]]]
 
-@final
-class Pass:
-    def outputs(self) -> list[NDArray[np.float32]]: ...
-    def backward(
-        self, gradients: Sequence[NDArray[np.float32]], threads: int | None
-    ) -> list[NDArray[np.float32]]: ...
-
 def shipped_weights(name: str) -> _Weights: ...
 def random_weights(sizes: Mapping[str, int], seed: int) -> _Weights: ...
 def read_weights(bytes: bytes) -> _Weights: ...
 def weights_bytes(given: _Tensors, objective: str | None) -> bytes: ...
-def point_sampler(
-    given: _Tensors,
-    points: NDArray[np.float32],
-    edges: NDArray[np.int64],
-    normals: NDArray[np.float32] | None,
-    threads: int | None,
-) -> Pass: ...
-def edge_predictor(
-    given: _Tensors,
-    points: NDArray[np.float32],
-    edges: NDArray[np.int64],
-    graph: NDArray[np.int64],
-    threads: int | None,
-) -> Pass: ...
-def face_classifier(
-    given: _Tensors,
-    points: NDArray[np.float32],
-    prior: NDArray[np.float32],
+def paper_stages(
+    vertices: NDArray[np.float32],
     faces: NDArray[np.int64],
-    graph: NDArray[np.int64],
+    n_samples: int,
+    weights: bytes,
+    seed: int,
     threads: int | None,
-) -> Pass: ...
-def extended_graph(
-    points: NDArray[np.float32], edges: NDArray[np.int64], knn: int, threads: int | None
-) -> NDArray[np.uint32]: ...
-def triangle_graph(
-    points: NDArray[np.float32], faces: NDArray[np.int64], knn: int, threads: int | None
-) -> NDArray[np.uint32]: ...
-def candidate_faces(
-    points: NDArray[np.float32],
-    graph: NDArray[np.int64],
-    adjacency: NDArray[np.float32],
-    surface: NDArray[np.int64],
-    per_point: int,
-    threads: int | None,
-) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]: ...
-def vertex_normals(vertices: NDArray[np.float32], faces: NDArray[np.int64]) -> NDArray[np.float32]: ...
+) -> dict[str, NDArray[Any]]: ...
 
 _Block: TypeAlias = tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.bool_]]
 _Cut: TypeAlias = tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.bool_]]

@@ -7,7 +7,6 @@ mod background;
 mod blocks;
 mod compare;
 mod failure;
-mod graphs;
 mod learn;
 mod mesh_arrays;
 mod network;
@@ -30,7 +29,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<points::Meshed>()?;
     module.add_class::<progression::Progression>()?;
     module.add_class::<record::Record>()?;
-    module.add_class::<network::Pass>()?;
     module.add_function(wrap_pyfunction!(simplify::simplify, module)?)?;
     module.add_function(wrap_pyfunction!(progression::progression, module)?)?;
     module.add_function(wrap_pyfunction!(progression::read_progression, module)?)?;
@@ -44,6 +42,5 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(blocks::price_for, module)?)?;
     module.add_function(wrap_pyfunction!(blocks::simplify_block, module)?)?;
     module.add_function(wrap_pyfunction!(blocks::join, module)?)?;
-    network::add(module)?;
-    graphs::add(module)
+    network::add(module)
 }

@@ -1,31 +1,27 @@
-//! Network of `neural_mesh::model` for other frameworks: weights as arrays, and stages with gradients.
+//! Weights of `neural_mesh::model` as arrays, and the library's own results of the paper's stages.
 
 use std::collections::HashMap;
-use std::convert::Infallible;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
-use neural_mesh::linalg::{Csr, Matrix};
-use neural_mesh::model::{
-    Architecture, Weights, edge_predictor_backward, edge_predictor_forward, face_classifier_backward,
-    face_classifier_forward, point_sampler_backward, point_sampler_forward,
-};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use neural_mesh::linalg::Matrix;
+use neural_mesh::mesh::TriMesh;
+use neural_mesh::model::{Architecture, Weights};
+use neural_mesh::simplify::PaperOptions;
+use neural_mesh::simplify::paper::{PaperStages, choose_faces, orient_triangle, paper_stages as run_stages};
+use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 
-use crate::arrays::{indices_below, numbers, points, sequence, table};
-use crate::background::{lock, run_in_background};
+use crate::arrays::{array, indices, indices_below, points, sequence, table, triples};
+use crate::background::run_in_background;
 use crate::failure::invalid_array;
-use crate::graphs::entries;
 
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(shipped_weights, module)?)?;
     module.add_function(wrap_pyfunction!(random_weights, module)?)?;
     module.add_function(wrap_pyfunction!(read_weights, module)?)?;
     module.add_function(wrap_pyfunction!(weights_bytes, module)?)?;
-    module.add_function(wrap_pyfunction!(point_sampler, module)?)?;
-    module.add_function(wrap_pyfunction!(edge_predictor, module)?)?;
-    module.add_function(wrap_pyfunction!(face_classifier, module)?)
+    module.add_function(wrap_pyfunction!(paper_stages, module)?)
 }
 
 /// Sizes by their names in [`Architecture`].
@@ -118,152 +114,50 @@ fn matrix(array: &PyReadonlyArray2<f32>, what: &str) -> PyResult<Arc<Matrix>> {
     Ok(Arc::new(Matrix::new(n_rows, n_cols, numbers.to_vec())))
 }
 
-/// Function from gradients by a stage's outputs to gradients by its tensors and inputs, in order.
-type Backward = Box<dyn Fn(&[Vec<f32>]) -> Vec<Matrix> + Send>;
-
-/// Finished run of a network stage, with the backward pass.
-#[pyclass(frozen, module = "neural_mesh._native")]
-pub struct Pass {
-    outputs: Vec<Vec<f32>>,
-    backward: Arc<Mutex<Backward>>,
-}
-
-#[pymethods]
-impl Pass {
-    fn outputs(&self, py: Python) -> Vec<Py<PyAny>> {
-        self.outputs.iter().map(|output| sequence(py, output.clone())).collect()
-    }
-
-    /// Returns a loss's gradients by tensors and inputs, in order, from those by the outputs.
-    fn backward(
-        &self,
-        py: Python,
-        gradients: Vec<PyReadonlyArray1<f32>>,
-        threads: Option<usize>,
-    ) -> PyResult<Vec<Py<PyAny>>> {
-        let given = gradients.iter().map(|array| Ok(numbers(array, "gradient")?.to_vec()));
-        let given = given.collect::<PyResult<Vec<_>>>()?;
-        if !given.iter().map(Vec::len).eq(self.outputs.iter().map(Vec::len)) {
-            return Err(invalid_array("gradient: give one of the size of each output"));
-        }
-        let backward = self.backward.clone();
-        let results = run_in_background(py, threads, None, move |_| Ok(lock(&backward)(&given)))?;
-        let of = |matrix: Matrix| {
-            let n_columns = matrix.n_cols();
-            table(py, matrix.into_data(), n_columns)
-        };
-        results.into_iter().map(of).collect()
-    }
-}
-
-fn run_stage(
-    py: Python,
-    threads: Option<usize>,
-    run: impl FnOnce() -> (Vec<Vec<f32>>, Backward) + Send + 'static,
-) -> PyResult<Pass> {
-    let (outputs, backward) = run_in_background(py, threads, None, move |_| Ok(run()))?;
-    Ok(Pass { outputs, backward: Arc::new(Mutex::new(backward)) })
-}
-
-/// Runs the Point Sampler, Sec. 3.1: points n x 3, edges m x 2, normals n x 3.
+/// Runs the stages of the paper's assembly in the library: what `neural_mesh.torch` is compared with.
+///
+/// Points n x 3, faces m x 3; returns arrays by name.
 #[pyfunction]
-fn point_sampler(
+fn paper_stages(
     py: Python,
-    given: WeightArrays,
-    points: PyReadonlyArray2<f32>,
-    edges: PyReadonlyArray2<i64>,
-    normals: Option<PyReadonlyArray2<f32>>,
-    threads: Option<usize>,
-) -> PyResult<Pass> {
-    let (weights, points) = (given.weights()?, self::points(&points, "points")?);
-    let normals = normals.map(|normals| self::points(&normals, "normals")).transpose()?;
-    if let Some(normals) = normals.as_ref().filter(|normals| normals.len() != points.len()) {
-        return Err(invalid_array(format!("normals: {} rows for {} points", normals.len(), points.len())));
-    }
-    let edges = indices_below(&edges, points.len(), "edges")?;
-    run_stage(py, threads, move || {
-        let rings = Arc::new(Csr::from_edges(points.len(), edges));
-        let pass = point_sampler_forward(&weights, &points, normals.as_deref(), &rings);
-        let outputs = vec![pass.scores.clone()];
-        let backward = move |given: &[Vec<f32>]| {
-            let gradients = point_sampler_backward(&pass, &given[0]);
-            let mut results = Vec::new();
-            let Ok(_) = gradients.tensors.try_map("", &mut push_tensors(&mut results));
-            results.push(Matrix::from_owned_points(gradients.points));
-            results.extend(normals.is_some().then(|| Matrix::from_owned_points(gradients.normals)));
-            results
-        };
-        (outputs, Box::new(backward))
-    })
-}
-
-/// Runs the Edge Predictor, Sec. 3.2: points n x 3, edges m x 2, graph n_entries x 2. Returns S and A_s along the graph.
-#[pyfunction]
-fn edge_predictor(
-    py: Python,
-    given: WeightArrays,
-    points: PyReadonlyArray2<f32>,
-    edges: PyReadonlyArray2<i64>,
-    graph: PyReadonlyArray2<i64>,
-    threads: Option<usize>,
-) -> PyResult<Pass> {
-    let (weights, points) = (given.weights()?, self::points(&points, "points")?);
-    let edges = indices_below(&edges, points.len(), "edges")?;
-    let graph = entries(&graph, points.len(), "graph")?;
-    if !graph.is_symmetric() {
-        return Err(invalid_array("graph: an entry without its mirror image: give (j, i) for each (i, j)"));
-    }
-    run_stage(py, threads, move || {
-        let original = Arc::new(Csr::from_edges(points.len(), edges));
-        let pass = edge_predictor_forward(&weights, &points, &Arc::new(graph), &original);
-        let outputs = vec![pass.attention.clone(), pass.adjacency.clone()];
-        let backward = move |given: &[Vec<f32>]| {
-            let gradients = edge_predictor_backward(&pass, &given[0], &given[1]);
-            let mut results = Vec::new();
-            let Ok(_) = gradients.tensors.try_map("", &mut push_tensors(&mut results));
-            results.push(Matrix::from_owned_points(gradients.points));
-            results
-        };
-        (outputs, Box::new(backward))
-    })
-}
-
-/// Runs the Face Classifier, Sec. 3.3: points n x 3, prior n_faces, faces n_faces x 3, graph n_entries x 2.
-#[pyfunction]
-fn face_classifier(
-    py: Python,
-    given: WeightArrays,
-    points: PyReadonlyArray2<f32>,
-    prior: PyReadonlyArray1<f32>,
+    vertices: PyReadonlyArray2<f32>,
     faces: PyReadonlyArray2<i64>,
-    graph: PyReadonlyArray2<i64>,
+    n_samples: usize,
+    weights: &[u8],
+    seed: u64,
     threads: Option<usize>,
-) -> PyResult<Pass> {
-    let (weights, points) = (given.weights()?, self::points(&points, "points")?);
-    let faces: Vec<[u32; 3]> = indices_below(&faces, points.len(), "faces")?;
-    let prior = numbers(&prior, "prior")?.to_vec();
-    if prior.len() != faces.len() || !prior.iter().all(|p| p.is_finite()) {
-        return Err(invalid_array(format!("prior: give a finite number for each of {} faces", faces.len())));
-    }
-    let graph = Arc::new(entries(&graph, faces.len(), "graph")?);
-    run_stage(py, threads, move || {
-        let pass = face_classifier_forward(&weights, &points, &faces, &graph, &prior);
-        let outputs = vec![pass.probabilities.clone()];
-        let backward = move |given: &[Vec<f32>]| {
-            let gradients = face_classifier_backward(&pass, &given[0]);
-            let mut results = Vec::new();
-            let Ok(_) = gradients.tensors.try_map("", &mut push_tensors(&mut results));
-            results.push(Matrix::from_owned_points(gradients.points));
-            results.push(Matrix::new(gradients.prior.len(), 1, gradients.prior));
-            results
-        };
-        (outputs, Box::new(backward))
-    })
+) -> PyResult<Py<PyDict>> {
+    let weights = Weights::from_bytes(weights).map_err(|error| invalid_array(error.to_string()))?;
+    let positions = points(&vertices, "vertices")?;
+    let faces: Vec<[u32; 3]> = indices_below(&faces, positions.len(), "faces")?;
+    let mesh = TriMesh::new(positions, faces).map_err(|error| invalid_array(error.to_string()))?;
+    let options = PaperOptions { seed, ..PaperOptions::default() };
+    let (stages, faces) = run_in_background(py, threads, None, move |channel| {
+        let stages = run_stages(&mesh, n_samples, &weights, &options, &mut *channel.listener())?;
+        let faces = assemble_faces(&stages, mesh.positions());
+        Ok((stages, faces))
+    })?;
+    let PaperStages { scores, samples, assignment, quotient, edges, faces: judged } = stages;
+    let arrays = PyDict::new(py);
+    arrays.set_item("scores", sequence(py, scores))?;
+    arrays.set_item("samples", indices(py, samples)?)?;
+    arrays.set_item("assignment", indices(py, assignment)?)?;
+    arrays.set_item("surface", triples(py, quotient.triangles)?)?;
+    arrays.set_item("graph", array(py, edges.graph.entries().collect::<Vec<[u32; 2]>>())?)?;
+    arrays.set_item("attention", sequence(py, edges.attention))?;
+    arrays.set_item("adjacency", sequence(py, edges.adjacency))?;
+    arrays.set_item("candidates", triples(py, judged.candidates.triangles)?)?;
+    arrays.set_item("prior", sequence(py, judged.prior))?;
+    arrays.set_item("probabilities", sequence(py, judged.probabilities))?;
+    arrays.set_item("faces", triples(py, faces)?)?;
+    Ok(arrays.unbind())
 }
 
-fn push_tensors(results: &mut Vec<Matrix>) -> impl FnMut(&str, &Matrix) -> Result<(), Infallible> {
-    |_, matrix| {
-        results.push(matrix.clone());
-        Ok(())
-    }
+/// Assembles the faces of the result over the vertices of the input.
+fn assemble_faces(stages: &PaperStages, positions: &[[f32; 3]]) -> Vec<[u32; 3]> {
+    let sampled: Vec<[f32; 3]> = stages.samples.iter().map(|&vertex| positions[vertex as usize]).collect();
+    let chosen = choose_faces(&stages.faces, stages.edges.graph.n_entries());
+    let triangles = chosen.iter().map(|&at| stages.faces.candidates.triangles[at]);
+    let wound = triangles.map(|triangle| orient_triangle(triangle, &sampled, &stages.quotient));
+    wound.map(|face| face.map(|sample| stages.samples[sample as usize])).collect()
 }

@@ -50,6 +50,17 @@ def test_features_are_pooled() -> None:
     assert np.abs(pooled - record.positions(vertices)).mean() < 0.1
 
 
+def test_features_are_pooled_over_the_regions_of_the_paper() -> None:
+    vertices, faces = torus(30, 20)
+    record = nm.record(vertices, faces, ratio=0.2, assembly="paper")
+    regions = record.output_vertices
+    assert (regions >= 0).all() and (np.bincount(regions, minlength=record.n_output) > 0).all()
+    pooled = record.pool(vertices)
+    np.testing.assert_allclose(pooled[3], vertices[regions == 3].mean(0), rtol=1e-5)
+    # A region lies around its vertex.
+    assert np.abs(pooled - record.positions(vertices)).mean() < 0.1
+
+
 def test_welded_vertices_share_a_result_vertex() -> None:
     vertices, faces = torus(24, 16)
     twice = np.concatenate([vertices, vertices])

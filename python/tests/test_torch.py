@@ -13,7 +13,7 @@ torch = pytest.importorskip("torch")
 
 import neural_mesh as nm  # noqa: E402
 import neural_mesh.torch as nmt  # noqa: E402
-from neural_mesh import _torch_arrays  # noqa: E402
+from neural_mesh.torch import _arrays, _records  # noqa: E402
 from conftest import torus  # noqa: E402
 
 
@@ -37,11 +37,11 @@ def test_tensors_in_tensors_out() -> None:
 def test_opcheck() -> None:
     vertices, faces = mesh()
     record = nm.record(vertices, faces, ratio=0.4)
-    number = nmt._record_number(record)
+    number = _records._record_number(record)
     for values in (vertices.clone().requires_grad_(), vertices, vertices.float()):
-        torch.library.opcheck(nmt._positions, (values, number, record.n_output))
+        torch.library.opcheck(_records._positions, (values, number, record.n_output))
     gradient = torch.randn(record.n_output, 3, dtype=torch.float64)
-    torch.library.opcheck(nmt._positions_backward, (vertices, gradient, number))
+    torch.library.opcheck(_records._positions_backward, (vertices, gradient, number))
 
 
 @pytest.mark.parametrize("size", [{"ratio": 0.4}, {"n_faces": 60}, {"ratio": 0.4, "optimize": "mean"}, {"ratio": 0.4, "subset": True}])
@@ -92,8 +92,8 @@ def test_compiled() -> None:
 def test_compiled_without_a_break() -> None:
     vertices, faces = mesh()
     record = nm.record(vertices, faces, ratio=0.4)
-    number, n = nmt._record_number(record), record.n_output
-    compiled = torch.compile(lambda v: nmt._positions(v * 1.0, number, n).sum(), backend="aot_eager", fullgraph=True)
+    number, n = _records._record_number(record), record.n_output
+    compiled = torch.compile(lambda v: _records._positions(v * 1.0, number, n).sum(), backend="aot_eager", fullgraph=True)
     leaf = vertices.clone().requires_grad_()
     compiled(leaf).backward()
     expected = vertices.clone().requires_grad_()
@@ -165,7 +165,7 @@ def test_wrong_shapes_are_rejected() -> None:
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
 def test_gpu_tensors_are_copied_with_warning() -> None:
     vertices, faces = (tensor.cuda() for tensor in mesh())
-    _torch_arrays._HAS_WARNED = False
+    _arrays._HAS_WARNED = False
     record = nm.record(vertices, faces, ratio=0.4)
     leaf = vertices.clone().requires_grad_()
     with pytest.warns(UserWarning, match="copied from cuda"):

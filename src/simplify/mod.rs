@@ -123,7 +123,7 @@ pub fn simplify_recorded(
     let (n_input, n_output) = (mesh.positions().len(), simplified.mesh.positions().len());
     let record = match derivative {
         Some(derivative) => Record::from_derivative(n_input, n_output, derivative),
-        None => Record::from_selection(n_input, simplified.source_vertices.clone().unwrap_or_default()),
+        None => Record::from_selection(mesh, simplified.source_vertices.clone().unwrap_or_default()),
     };
     Ok((simplified, record))
 }

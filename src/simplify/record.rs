@@ -1,6 +1,10 @@
 //! Derivative of a result with respect to the input positions.
 
+use crate::mesh::TriMesh;
+
 use super::closed::Derivative;
+use super::network_scores::edge_graph;
+use super::paper::{NO_SAMPLE, assign_to_samples};
 
 /// Dependence of a result on the input positions, at fixed connectivity.
 ///
@@ -13,13 +17,20 @@ pub struct Record {
 }
 
 enum Dependence {
-    Selected(Vec<u32>),
+    /// Kept vertices of the input, and the one of these that is nearest to each input vertex along the edges.
+    Selected {
+        sources: Vec<u32>,
+        regions: Vec<u32>,
+    },
     Closed(Box<Derivative>),
 }
 
 impl Record {
-    pub(super) fn from_selection(n_input: usize, sources: Vec<u32>) -> Self {
-        Self { n_input, n_output: sources.len(), dependence: Dependence::Selected(sources) }
+    /// Records a result whose vertices are the `sources` among those of `mesh`.
+    pub(super) fn from_selection(mesh: &TriMesh, sources: Vec<u32>) -> Self {
+        let regions = assign_to_samples(mesh.positions(), &edge_graph(mesh), &sources);
+        let (n_input, n_output) = (mesh.positions().len(), sources.len());
+        Self { n_input, n_output, dependence: Dependence::Selected { sources, regions } }
     }
 
     pub(super) fn from_derivative(n_input: usize, n_output: usize, derivative: Derivative) -> Self {
@@ -37,10 +48,14 @@ impl Record {
     }
 
     /// Returns the output vertex of each input vertex; `None` if it was dropped.
+    ///
+    /// With the paper's assembly, that is the nearest one along the edges of the mesh.
     pub fn output_vertices(&self) -> Vec<Option<u32>> {
         let mut outputs = vec![None; self.n_input];
         match &self.dependence {
-            Dependence::Selected(sources) => (0..).zip(sources).for_each(|(x, &v)| outputs[v as usize] = Some(x)),
+            Dependence::Selected { regions, .. } => {
+                outputs = regions.iter().map(|&x| Some(x).filter(|&x| x != NO_SAMPLE)).collect();
+            }
             // Copies of split vertices come later and overwrite, since any of their output vertices will do.
             Dependence::Closed(derivative) => derivative.assignment().for_each(|(v, x)| outputs[v as usize] = Some(x)),
         }
@@ -84,7 +99,7 @@ impl Record {
     pub fn positions_in_doubles(&self, input: &[[f64; 3]]) -> Vec<[f64; 3]> {
         assert_eq!(input.len(), self.n_input, "one position per input vertex");
         match &self.dependence {
-            Dependence::Selected(sources) => sources.iter().map(|&v| input[v as usize]).collect(),
+            Dependence::Selected { sources, .. } => sources.iter().map(|&v| input[v as usize]).collect(),
             Dependence::Closed(derivative) => derivative.positions(input),
         }
     }
@@ -113,7 +128,7 @@ impl Record {
             "one position, one gradient per vertex"
         );
         match &self.dependence {
-            Dependence::Selected(sources) => scatter_gradient(self.n_input, sources, gradient),
+            Dependence::Selected { sources, .. } => scatter_gradient(self.n_input, sources, gradient),
             Dependence::Closed(derivative) => derivative.backward(input, gradient),
         }
     }

@@ -6,10 +6,10 @@ from typing import Any
 
 import torch
 
-from . import _native
-from ._learn import Objective, judge
-from ._meshes import read_input
-from ._torch_arrays import as_numpy
+from .. import _native
+from .._learn import Objective, judge
+from .._meshes import read_input
+from ._arrays import as_numpy
 
 
 def expected(

@@ -1,4 +1,4 @@
-"""Differentiates simplification in PyTorch: records (`positions`, `pool`), expected errors (`expected`), and the network (`Network`).
+"""Differentiates records in PyTorch: positions of the result, and pooling.
 
 `positions` runs on the CPU in double precision; tensors of a GPU are copied there and back, with one warning. It works under
 `torch.compile` as a custom operator.
@@ -14,38 +14,9 @@ from typing import Any
 import numpy as np
 import torch
 
-from ._native import NeuralMeshError
-from ._record import Record
-from ._torch_arrays import as_numpy
-from ._torch_expected import expected
-from ._torch_graphs import (
-    CandidateFaces,
-    candidate_faces,
-    edges_of_faces,
-    extended_graph,
-    in_edge_lengths,
-    triangle_graph,
-    vertex_normals,
-)
-from ._torch_network import EdgePredictor, Edges, FaceClassifier, Network, PointSampler
-
-__all__ = [
-    "CandidateFaces",
-    "EdgePredictor",
-    "Edges",
-    "FaceClassifier",
-    "Network",
-    "PointSampler",
-    "candidate_faces",
-    "edges_of_faces",
-    "expected",
-    "extended_graph",
-    "in_edge_lengths",
-    "pool",
-    "positions",
-    "triangle_graph",
-    "vertex_normals",
-]
+from .._native import NeuralMeshError
+from .._record import Record
+from ._arrays import as_numpy
 
 # Operators take tensors and numbers, so records are passed by number. The caller and each autograd graph keep their record alive.
 _NUMBERS = itertools.count(1)

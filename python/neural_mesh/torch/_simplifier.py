@@ -1,0 +1,281 @@
+"""The paper's system as a layer: samples, edges and faces of a mesh or a batch of meshes, with gradients."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import torch
+
+from .. import _native
+from .._native import NeuralMeshError
+from ._graphs import candidate_faces, in_edge_lengths, is_among, mesh_graph, vertex_normals
+from ._network import EdgePredictor, Edges, FaceClassifier, PointSampler
+from ._packed import Packed, pack_meshes
+from ._regions import Quotient, assign_to_samples, choose_faces, orient_faces, pooling_matrices, quotient
+from ._sampling import inclusion, log_probability, multinomial_samples, sample_counts, scattered_samples
+
+Draw = Literal["scattered", "multinomial"]
+Gradient = Literal["straight-through", "none"]
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """The triangles that the Face Classifier judged, and what it judged them by."""
+
+    points: Any
+    """The samples in the network's unit, n_samples x 3."""
+    graph: Any
+    """G_ext, `[2, n_entries]`."""
+    edges: Edges
+    """S and A_s along G_ext."""
+    faces: Any
+    """Corners, ascending samples: n_candidates x 3."""
+    entries: Any
+    """Entries of G_ext of the edges ij, ik, jk: n_candidates x 3."""
+    prior: Any
+    """p_init, n_candidates."""
+    probabilities: Any
+    """p, n_candidates; in training with the gradient through the draw."""
+    is_surface: Any
+    """True where three regions of the mesh meet in a face, n_candidates."""
+    neighbours: Any
+    """G_tri, `[2, n_pairs]`."""
+    between: Quotient
+    """Edges and triangles between the regions."""
+
+
+@dataclass(frozen=True)
+class Simplified:
+    """A simplified mesh, or a packed batch of them."""
+
+    vertices: Any
+    """Positions of the samples, n_samples x 3; differentiable by the input. Some may be on no face."""
+    faces: Any
+    """Faces over these vertices, n_faces x 3, wound like the input."""
+    probabilities: Any
+    """Probability of each face, n_faces; differentiable by the network."""
+    samples: Any
+    """Vertices of the input that were sampled, ascending: n_samples."""
+    batch: Any
+    """Mesh of each sample, n_samples."""
+    scores: Any
+    """Score of each input vertex, n."""
+    counts: Any
+    """Number of samples of each mesh, n_meshes."""
+    mesh: Any
+    """Mesh of each input vertex, n."""
+    regions: Any
+    """Sample (index into `samples`) whose region each input vertex is in, n; -1 in components without a sample."""
+    candidates: Candidates
+    """All candidate faces."""
+    chosen: Any
+    """The candidates that are faces, ascending: n_faces."""
+
+    @cached_property
+    def inclusion(self) -> Any:
+        """Probability of each input vertex to be sampled, n; differentiable by the scores."""
+        return inclusion(self.scores, self.counts, self.mesh)
+
+    @property
+    def log_probability(self) -> Any:
+        """Logarithm of the probability of each mesh's samples, n_meshes: for a score-function gradient."""
+        return log_probability(self.inclusion, self.samples, self.mesh, len(self.counts))
+
+    @cached_property
+    def _pooling(self) -> tuple[Any, Any]:
+        return pooling_matrices(self.regions, len(self.samples), self.vertices.dtype)
+
+    @property
+    def pool(self) -> Any:
+        """Sparse matrix n_samples x n: `pool @ features` averages over each region."""
+        return self._pooling[0]
+
+    @property
+    def unpool(self) -> Any:
+        """Sparse matrix n x n_samples: `unpool @ features` gives each vertex the value of its region."""
+        return self._pooling[1]
+
+    def unpack(self) -> list[tuple[Any, Any]]:
+        """Returns vertices and faces of each mesh of the batch."""
+        mesh = self.batch[self.faces[:, 0]]
+        result, start = [], 0
+        for number, count in enumerate(self.counts.tolist()):
+            result.append((self.vertices[start : start + count], self.faces[mesh == number] - start))
+            start += count
+        return result
+
+
+class Simplifier(torch.nn.Module):
+    """The paper's network and assembly; `state_dict` has the tensor names of a weights file.
+
+    point_sampler, edge_predictor, face_classifier: stages of any sizes; default sizes and random weights by default
+    objective: name of the trained objective, written to weights files; only weights of "paper" work with `assembly="paper"`
+    draw: "scattered" keeps samples apart (dart throwing), as the library does; "multinomial" draws independently, as the paper prints
+    gradient: "straight-through" lets losses of faces reach the Point Sampler: the value of a face's probability stays, and its gradient
+        is that of its product with the inclusion probabilities of its corners, relative to these; "none" detaches the draw
+    """
+
+    def __init__(
+        self,
+        point_sampler: PointSampler | None = None,
+        edge_predictor: EdgePredictor | None = None,
+        face_classifier: FaceClassifier | None = None,
+        *,
+        objective: str | None = "paper",
+        draw: Draw = "scattered",
+        gradient: Gradient = "straight-through",
+    ) -> None:
+        super().__init__()
+        for name, value, known in (("draw", draw, ("scattered", "multinomial")), ("gradient", gradient, ("straight-through", "none"))):
+            if value not in known:
+                raise NeuralMeshError(f'{name}: "{value}": give "{known[0]}" or "{known[1]}"')
+        self.point_sampler = PointSampler() if point_sampler is None else point_sampler
+        self.edge_predictor = EdgePredictor() if edge_predictor is None else edge_predictor
+        self.face_classifier = FaceClassifier() if face_classifier is None else face_classifier
+        self.objective, self.draw, self.gradient = objective, draw, gradient
+
+    @classmethod
+    def from_weights(cls, name_or_file: str | os.PathLike[str] = "paper-open", **options: Any) -> Simplifier:
+        """Reads weights: those shipped as "paper-open" or "default", or a safetensors file. Options are those of the class.
+
+        In "default" only the Point Sampler is trained. Raises `NeuralMeshError` if a file cannot be read."""
+        sizes, tensors, objective = _read_weights(name_or_file)
+        of = dict(sizes)
+        stages = [
+            kind(**{argument: of[name] for argument, name in kind._SIZES.items()})  # type: ignore[arg-type]
+            for kind in (PointSampler, EdgePredictor, FaceClassifier)
+        ]
+        simplifier = cls(*stages, objective=objective, **options)  # type: ignore[arg-type]
+        simplifier.load_state_dict({name: torch.from_numpy(x) for name, x in tensors})
+        return simplifier
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a weights file for `simplify(weights=...)`, the option `--weights` of the program, and `from_weights`.
+
+        An existing file is replaced, and stays intact if writing fails. Raises `NeuralMeshError` if the file cannot be written."""
+        stages = (self.point_sampler, self.edge_predictor, self.face_classifier)
+        sizes = {name: size for stage in stages for name, size in stage.sizes.items()}
+        tensors = [(name, x.detach().to("cpu", torch.float32).contiguous().numpy()) for name, x in self.state_dict().items()]
+        _write_file(Path(path), _native.weights_bytes((sizes, tensors), self.objective))
+
+    def extra_repr(self) -> str:
+        return f"draw={self.draw}, gradient={self.gradient}"
+
+    def forward(
+        self,
+        vertices: Any,
+        faces: Any,
+        ratio: float | None = None,
+        batch: Any = None,
+        *,
+        n_samples: Any = None,
+        samples: Any = None,
+        seed: int | Any = None,
+    ) -> Simplified:
+        """Simplifies meshes to a share of their vertices.
+
+        vertices: n x 3, of the network's device; a list of such; or B x n x 3
+        faces: n_faces x 3; a list of such; or one for B meshes
+        ratio: share of the vertices that become samples, rounded down
+        batch: mesh of each vertex, ascending, for several meshes packed into one
+        n_samples: number of samples of each mesh instead of `ratio`
+        samples: vertices to keep instead of a draw
+        seed: whole number, or one for each mesh; mesh i of a batch draws as alone with `seed + i`. From torch's generator by default
+        """
+        packed = pack_meshes(vertices, faces, batch)
+        vertices, faces, batch, n_meshes = packed
+        if sum(given is not None for given in (ratio, n_samples, samples)) != 1:
+            raise NeuralMeshError("give exactly one of ratio, n_samples and samples")
+        if ratio is not None and not 0 < ratio <= 1:
+            raise NeuralMeshError(f"ratio: {ratio}: give a share above 0, at most 1")
+        graph = mesh_graph(faces, len(vertices))
+        points = in_edge_lengths(vertices, graph, batch, n_meshes).to(self.face_classifier.output.bias.dtype)
+        scores = self.point_sampler(points, graph, self._normals(packed))
+        if samples is None:
+            counts = sample_counts(batch, n_meshes, ratio, n_samples)
+            samples = self._draw_samples(points, graph, scores, counts, batch, _seeds(seed, n_meshes, vertices.device))
+        else:
+            samples = _check_samples(samples, len(vertices), vertices.device)
+            counts = torch.bincount(batch[samples], minlength=n_meshes)
+        sample_batch = batch[samples]
+        regions = assign_to_samples(points, graph, samples)
+        between = quotient(vertices, faces, graph, regions, len(samples))
+        chances = None
+        if self.gradient == "straight-through" and scores.requires_grad:
+            chances = inclusion(scores, counts, batch)
+        candidates = self._classify(points[samples], between, sample_batch, n_meshes, None if chances is None else chances[samples])
+        chosen = choose_faces(candidates.entries, candidates.probabilities, candidates.graph.shape[1])
+        positions = vertices[samples]
+        faces = orient_faces(candidates.faces[chosen], positions, between)
+        judged = candidates.probabilities[chosen]
+        result = Simplified(positions, faces, judged, samples, sample_batch, scores, counts, batch, regions, candidates, chosen)
+        if chances is not None:
+            result.__dict__["inclusion"] = chances
+        return result
+
+    def _normals(self, packed: Packed) -> Any:
+        if self.point_sampler.sizes["point_sampler_inputs"] != 6:
+            return None
+        return vertex_normals(packed.vertices, packed.faces).to(self.face_classifier.output.bias.dtype)
+
+    def _draw_samples(self, points: Any, graph: Any, scores: Any, counts: Any, batch: Any, seeds: Any) -> Any:
+        if self.draw == "multinomial":
+            return multinomial_samples(scores, counts, batch, seeds)
+        return scattered_samples(points, graph, scores, counts, batch, seeds)
+
+    def _classify(self, points: Any, between: Quotient, batch: Any, n_meshes: int, chances: Any) -> Candidates:
+        """Predicts edges between the samples, and judges the candidate faces."""
+        points = in_edge_lengths(points, between.edges, batch, n_meshes)
+        several = batch if n_meshes > 1 else None
+        graph, product = self.edge_predictor.extend(points, between.edges, several)
+        edges = self.edge_predictor(points, graph, product)
+        per_point = self.face_classifier.sizes["face_candidates"]
+        faces, entries = candidate_faces(graph, edges.adjacency, between.triangles, per_point, several, len(points))
+        prior = edges.adjacency[entries].mean(1)
+        neighbours = self.face_classifier.join(points, faces, several)
+        probabilities = self.face_classifier(points, faces, prior, neighbours)
+        if chances is not None:
+            # Where a corner is certain to be a sample, nothing depends on its score.
+            gates = chances / chances.detach().clamp(min=1e-12)
+            probabilities = probabilities * gates[faces].prod(1)
+        is_surface = is_among(faces, between.triangles, len(points))
+        return Candidates(points, graph, edges, faces, entries, prior, probabilities, is_surface, neighbours, between)
+
+
+def _seeds(seed: Any, n_meshes: int, device: Any) -> Any:
+    if seed is None:
+        seed = torch.randint(0, 1 << 31, ())
+    seed = torch.as_tensor(seed).to(device)
+    return seed if seed.dim() == 1 else seed + torch.arange(n_meshes, device=device)
+
+
+def _check_samples(samples: Any, n: int, device: Any) -> Any:
+    samples = torch.unique(torch.as_tensor(samples, device=device).long())
+    if len(samples) == 0 or int(samples[0]) < 0 or int(samples[-1]) >= n:
+        raise NeuralMeshError(f"samples: give vertices from 0 to {n - 1}, at least one")
+    return samples
+
+
+def _read_weights(name_or_file: str | os.PathLike[str]) -> Any:
+    if name_or_file in ("paper-open", "default"):
+        return _native.shipped_weights(str(name_or_file))
+    try:
+        return _native.read_weights(Path(name_or_file).read_bytes())
+    except OSError as error:
+        raise NeuralMeshError(f'{os.fspath(name_or_file)}: {error.strerror}: give a weights file, "paper-open" or "default"') from None
+    except NeuralMeshError as error:
+        raise NeuralMeshError(f"{os.fspath(name_or_file)}: {error}") from None
+
+
+def _write_file(path: Path, data: bytes) -> None:
+    temporary = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        temporary.write_bytes(data)
+        os.replace(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise NeuralMeshError(f"{path}: {error.strerror}") from None
