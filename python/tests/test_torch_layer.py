@@ -602,6 +602,20 @@ def test_weights_files(tmp_path: Path) -> None:
     assert torch.equal(drawn[0], drawn[1]) and not torch.equal(drawn[0], drawn[2])
 
 
+def test_other_sizes_and_inputs() -> None:
+    """Normals as input, and G_tri of the nearest barycenters, alone and in a batch."""
+    meshes = [tensors(torus(24, 16)), tensors(torus(20, 14))]
+    for layer in (nmt.Simplifier.from_weights("default"), nmt.Simplifier(nmt.PointSampler(6, 1, 8, 4), None, nmt.FaceClassifier(2, 8, 7, candidates=0))):
+        vertices, faces = [list(x) for x in zip(*meshes, strict=True)]
+        packed = layer(vertices, faces, 0.3, seed=1)
+        alone = [layer(v, f, 0.3, seed=1 + i) for i, (v, f) in enumerate(meshes)]
+        torch.testing.assert_close(packed.scores, torch.cat([one.scores for one in alone]))
+        assert len(packed.samples) == sum(len(one.samples) for one in alone)
+        found = packed.candidates.probabilities.sum()
+        torch.testing.assert_close(found, sum(one.candidates.probabilities.sum() for one in alone), rtol=1e-3, atol=0.1)
+        found.backward()
+
+
 def test_saved_weights_work_in_the_library(tmp_path: Path) -> None:
     layer = nmt.Simplifier.from_weights("paper-open")
     with torch.no_grad():
