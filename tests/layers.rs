@@ -183,6 +183,11 @@ fn unsafe_code_for_c_stands_in_one_file_and_says_why_it_is_sound() {
         all.into_iter().partition(|source| source.path == "c/src/pointers.rs");
     // Other files only declare names and functions with pointers.
     assert_eq!(find_words(&others, &["unsafe {", "unsafe impl"]), Vec::<String>::new());
+    for Source { path, code, text } in &others {
+        let [names, functions] = ["#[unsafe(no_mangle)]", "unsafe extern"].map(|word| code.matches(word).count());
+        let reasons = ["// SAFETY: ", "/// # Safety"].map(|word| text.matches(word).count());
+        assert_eq!(reasons, [names, functions], "{path}");
+    }
     let [Source { code, text, .. }] = &pointers[..] else { panic!("c/src/pointers.rs is missing") };
     let n_of = |text: &str, word: &str| text.matches(word).count();
     assert_eq!(n_of(text, "// SAFETY: "), n_of(code, "unsafe {") + n_of(code, "unsafe impl"));

@@ -96,6 +96,7 @@ fn group(group: &ClusterGroup) -> NmClusterGroup {
 ///
 /// # Safety
 /// Each array has as many values as its count says; strides are in bytes.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_clusters_build(
     indices: *const u32,
@@ -147,6 +148,7 @@ fn build(
 ///
 /// # Safety
 /// The hierarchy comes from `nm_clusters_build`, and nothing uses it any more.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_clusters_free(clusters: *mut NmClusters) {
     run_guarded((), || {
@@ -168,6 +170,7 @@ fn array<T>(clusters: *const NmClusters, count: *mut usize, width: usize, of: fn
 ///
 /// # Safety
 /// The hierarchy is valid; `count` is null or has room for one number.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_clusters_clusters(clusters: *const NmClusters, count: *mut usize) -> *const NmCluster {
     array(clusters, count, 1, |it| &it.clusters)
@@ -177,6 +180,7 @@ pub unsafe extern "C" fn nm_clusters_clusters(clusters: *const NmClusters, count
 ///
 /// # Safety
 /// As for `nm_clusters_clusters`.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_clusters_groups(clusters: *const NmClusters, count: *mut usize) -> *const NmClusterGroup {
     array(clusters, count, 1, |it| &it.groups)
@@ -186,6 +190,7 @@ pub unsafe extern "C" fn nm_clusters_groups(clusters: *const NmClusters, count: 
 ///
 /// # Safety
 /// As for `nm_clusters_clusters`.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_clusters_positions(clusters: *const NmClusters, count: *mut usize) -> *const f32 {
     array(clusters, count, 3, |it| it.made.positions.as_flattened())
@@ -195,6 +200,7 @@ pub unsafe extern "C" fn nm_clusters_positions(clusters: *const NmClusters, coun
 ///
 /// # Safety
 /// As for `nm_clusters_clusters`.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_clusters_attributes(clusters: *const NmClusters, count: *mut usize) -> *const f32 {
     array(clusters, count, 1, |it| it.made.channels.first().map_or(&[], |channel| &channel.values))
@@ -204,6 +210,7 @@ pub unsafe extern "C" fn nm_clusters_attributes(clusters: *const NmClusters, cou
 ///
 /// # Safety
 /// As for `nm_clusters_clusters`.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_clusters_vertices(clusters: *const NmClusters, count: *mut usize) -> *const u32 {
     array(clusters, count, 1, |it| &it.made.vertices)
@@ -213,6 +220,7 @@ pub unsafe extern "C" fn nm_clusters_vertices(clusters: *const NmClusters, count
 ///
 /// # Safety
 /// As for `nm_clusters_clusters`.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_clusters_triangles(clusters: *const NmClusters, count: *mut usize) -> *const u8 {
     array(clusters, count, 3, |it| it.made.faces.as_flattened())
@@ -222,6 +230,7 @@ pub unsafe extern "C" fn nm_clusters_triangles(clusters: *const NmClusters, coun
 ///
 /// # Safety
 /// As for `nm_clusters_clusters`.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_clusters_bytes(clusters: *const NmClusters, count: *mut usize) -> *const u8 {
     array(clusters, count, 1, |it| it.bytes.get_or_init(|| it.made.to_bytes()))

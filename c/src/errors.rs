@@ -48,6 +48,7 @@ fn set_last_error(reason: &str) {
 /// Returns why this thread's last call failed, as one line of UTF-8; empty after success.
 ///
 /// The text is valid until the next call of this thread.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub extern "C" fn nm_last_error() -> *const c_char {
     LAST_ERROR.with_borrow(|last| last.as_ptr())

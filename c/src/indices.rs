@@ -116,6 +116,7 @@ impl Call {
 ///
 /// # Safety
 /// Each array has as many values as its count says; `vertex_positions_stride` is in bytes.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_simplify(
     destination: *mut u32,
@@ -157,6 +158,7 @@ pub unsafe extern "C" fn nm_simplify(
 ///
 /// # Safety
 /// As for `nm_simplify`; `vertex_attributes_stride` is in bytes.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_simplify_with_attributes(
     destination: *mut u32,
@@ -201,6 +203,7 @@ pub unsafe extern "C" fn nm_simplify_with_attributes(
 ///
 /// # Safety
 /// As for `nm_simplify_with_attributes`; the arrays are written to.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_simplify_with_update(
     indices: *mut u32,
@@ -243,6 +246,7 @@ pub unsafe extern "C" fn nm_simplify_with_update(
 ///
 /// # Safety
 /// The array has as many positions as the count says.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_simplify_scale(
     vertex_positions: *const f32,

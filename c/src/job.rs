@@ -64,6 +64,7 @@ impl NmJob {
 }
 
 /// Returns a job without mesh and options, to be freed by `nm_job_free`; null on failure.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub extern "C" fn nm_job_new() -> *mut NmJob {
     let new = || Ok(into_handle(NmJob { settings: Mutex::default(), is_cancelled: AtomicBool::new(false) }));
@@ -74,6 +75,7 @@ pub extern "C" fn nm_job_new() -> *mut NmJob {
 ///
 /// # Safety
 /// The job comes from `nm_job_new`, and nothing uses it any more.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_free(job: *mut NmJob) {
     run_guarded((), || {
@@ -88,6 +90,7 @@ pub unsafe extern "C" fn nm_job_free(job: *mut NmJob) {
 ///
 /// # Safety
 /// Job and texts are valid.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_set(job: *const NmJob, name: *const c_char, value: *const c_char) -> i32 {
     run_guarded(0, || {
@@ -107,6 +110,7 @@ pub unsafe extern "C" fn nm_job_set(job: *const NmJob, name: *const c_char, valu
 ///
 /// # Safety
 /// Job and text are valid.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_read_file(job: *const NmJob, path: *const c_char) -> i32 {
     run_guarded(0, || {
@@ -123,6 +127,7 @@ pub unsafe extern "C" fn nm_job_read_file(job: *const NmJob, path: *const c_char
 ///
 /// # Safety
 /// Job and text are valid, and `data` has `byte_count` bytes.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_read_bytes(
     job: *const NmJob,
@@ -142,6 +147,7 @@ pub unsafe extern "C" fn nm_job_read_bytes(
 ///
 /// # Safety
 /// The job is valid, and each array has as many values as its count says; the stride is in bytes.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_read_arrays(
     job: *const NmJob,
@@ -169,6 +175,7 @@ pub unsafe extern "C" fn nm_job_read_arrays(
 ///
 /// # Safety
 /// The job is valid, and the function may be called until the job is freed.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_listen(job: *const NmJob, progress: NmProgress, user: *mut c_void) -> i32 {
     run_guarded(0, || {
@@ -182,6 +189,7 @@ pub unsafe extern "C" fn nm_job_listen(job: *const NmJob, progress: NmProgress, 
 ///
 /// # Safety
 /// The job is valid.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_cancel(job: *const NmJob) -> i32 {
     run_guarded(0, || {
@@ -196,6 +204,7 @@ pub unsafe extern "C" fn nm_job_cancel(job: *const NmJob) -> i32 {
 ///
 /// # Safety
 /// The job is valid.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_run(job: *const NmJob) -> *mut NmResult {
     run_guarded(std::ptr::null_mut(), || {
@@ -286,6 +295,7 @@ impl NmResult {
 ///
 /// # Safety
 /// The result is valid.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_result_levels(result: *const NmResult) -> usize {
     run_guarded(0, || Ok(borrow_handle("result", result)?.outcome.results.len()))
@@ -295,6 +305,7 @@ pub unsafe extern "C" fn nm_result_levels(result: *const NmResult) -> usize {
 ///
 /// # Safety
 /// The result is valid.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_result_report(result: *const NmResult) -> *const c_char {
     run_guarded(std::ptr::null(), || Ok(borrow_handle("result", result)?.report.as_ptr()))
@@ -306,6 +317,7 @@ pub unsafe extern "C" fn nm_result_report(result: *const NmResult) -> *const c_c
 ///
 /// # Safety
 /// The result is valid, and so are the pointers that are not null.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_result_arrays(
     result: *const NmResult,
@@ -331,6 +343,7 @@ pub unsafe extern "C" fn nm_result_arrays(
 ///
 /// # Safety
 /// The result is valid; `byte_count` is valid or null.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_result_bytes(
     result: *const NmResult,
@@ -350,6 +363,7 @@ pub unsafe extern "C" fn nm_result_bytes(
 ///
 /// # Safety
 /// Result and text are valid.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_result_write(
     result: *const NmResult,
@@ -374,6 +388,7 @@ pub unsafe extern "C" fn nm_result_write(
 ///
 /// # Safety
 /// The result comes from `nm_job_run`, and nothing uses it or its arrays any more.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_result_free(result: *mut NmResult) {
     run_guarded((), || {

@@ -14,6 +14,7 @@ mod pointers;
 pub const NM_ABI_VERSION: u32 = 1;
 
 /// Returns the interface number of the library, to be compared with `NM_ABI_VERSION`.
+// SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub extern "C" fn nm_abi_version() -> u32 {
     NM_ABI_VERSION
