@@ -102,11 +102,12 @@ class _Grid:
         is_whole = level == _BITS
         is_done = torch.zeros(len(now), dtype=torch.bool, device=now.device)
         width = 64
-        left = ((totals >= k) | is_whole).nonzero()[:, 0]
+        # Of few points in a block, the farthest is most often beyond its border.
+        left = ((totals >= 2 * k) | is_whole).nonzero()[:, 0]
         while len(left) > 0:
             fits = totals[left] <= width
             some = left[fits]
-            for rows in some.split(max(_ROWS // width, 1)):
+            for rows in some.split(max(_ROWS // width, 1)) if len(some) > 0 else ():
                 keys = self._distances(now[rows], starts[rows], counts[rows], width)
                 # A mesh of fewer points than the row is wide has all of them in it.
                 best = keys.topk(min(k, width), 1, largest=False).values
