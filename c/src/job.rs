@@ -1,12 +1,13 @@
 //! Whole jobs by handle, from files, bytes or arrays.
 
+use std::borrow::Cow;
 use std::ffi::{CString, c_char, c_void};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use neural_mesh::io::{Folder, Format, OutputFile, ReadMesh, read_file, write_files};
+use neural_mesh::io::{FilesRead, Folder, Format, OutputFile, ReadMesh, read_file, write_files};
 use neural_mesh::job::{Document, Files, Job, JobOutcome, JobStage, Watch, run};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::simplify::{Event, Simplified};
@@ -55,6 +56,9 @@ pub struct NmResult {
     report: CString,
     /// Files of each level of detail, or of one file with all levels.
     files: Vec<Files>,
+    read: FilesRead,
+    /// Document and job, if companion files may need other names in the folder where they are written.
+    origin: Option<(Document, Job)>,
 }
 
 impl NmJob {
@@ -242,7 +246,8 @@ fn run_job(options: &NamedOptions, source: MeshSource, mut watcher: Watcher) -> 
     let mut outcome = run(&document, &job, None, &mut watcher)?;
     let files = outcome.write(&document, &job)?;
     let report = CString::new(serde_json::to_string(&outcome.report)?)?;
-    Ok(NmResult { outcome, report, files })
+    let (read, has_companions) = (document.files_read(), files.iter().any(|file| !file.companion_files.is_empty()));
+    Ok(NmResult { outcome, report, files, read, origin: has_companions.then_some((document, job)) })
 }
 
 /// Names the result's files: one per level of detail, or one for all levels of a scene.
@@ -288,6 +293,24 @@ impl NmResult {
     fn find_file(&self, level: usize) -> Result<&Files, CallError> {
         let n = self.files.len();
         self.files.get(level).ok_or_else(|| CallError::new("level", format!("{level}: there are only {n} files")))
+    }
+
+    /// Writes a level's file; companion files get other names where they would change a file that was read.
+    fn write_file(&self, level: usize, path: &Path, force: bool) -> Result<(), CallError> {
+        let name = path.file_name().ok_or_else(|| CallError::new("path", "names no file"))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut file = Cow::Borrowed(self.find_file(level)?);
+        if let Some((document, job)) = &self.origin {
+            let mut job = job.clone();
+            job.names.folder = Some(folder.into());
+            file = Cow::Owned(self.outcome.make_files(document, &job)?.swap_remove(level));
+        }
+        self.read.check(path, true).map_err(|error| CallError::new("path", error))?;
+        self.read.check_companions(folder, &file.companion_files)?;
+        let mut files = vec![OutputFile { path: name.into(), bytes: file.bytes.clone() }];
+        files.extend(file.companion_files.iter().cloned());
+        self.read.forget_mesh(path);
+        Ok(write_files(folder, &files, force)?)
     }
 }
 
@@ -359,7 +382,7 @@ pub unsafe extern "C" fn nm_result_bytes(
 
 /// Writes a level's file and the files that belong to it. Returns 1, or 0 on failure.
 ///
-/// Existing files are replaced if `force` is not 0.
+/// Existing files are replaced if `force` is not 0, but of the files that were read only the mesh itself.
 ///
 /// # Safety
 /// Result and text are valid.
@@ -373,13 +396,7 @@ pub unsafe extern "C" fn nm_result_write(
 ) -> i32 {
     run_guarded(0, || {
         let (result, path) = (borrow_handle("result", result)?, read_text("path", path)?);
-        let path = Path::new(&path);
-        let name = path.file_name().ok_or_else(|| CallError::new("path", "names no file"))?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let file = result.find_file(level)?;
-        let mut files = vec![OutputFile { path: name.into(), bytes: file.bytes.clone() }];
-        files.extend(file.companion_files.iter().cloned());
-        write_files(folder, &files, force != 0)?;
+        result.write_file(level, Path::new(&path), force != 0)?;
         Ok(1)
     })
 }

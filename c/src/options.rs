@@ -1,6 +1,6 @@
 //! Options of jobs by name, with values as typed.
 
-use neural_mesh::job::Arguments;
+use neural_mesh::job::{Arguments, read_options};
 use serde_json::{Map, Value};
 
 use crate::errors::CallError;
@@ -17,8 +17,7 @@ impl NamedOptions {
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), CallError> {
         let mut values = self.values.clone();
         values.insert(name.into(), parse_value(name, value));
-        serde_json::from_value::<Arguments>(Value::Object(values.clone()))
-            .map_err(|error| CallError(format!("{name}={value}: {error}")))?;
+        read_options::<Arguments>(Value::Object(values.clone()))?;
         self.values = values;
         Ok(())
     }

@@ -13,7 +13,7 @@ use neural_mesh::simplify::{Assembly, Listener, Options, Progression, Record, Si
 use serde::Deserialize;
 
 use crate::failure::display_path;
-use crate::files;
+use crate::files::{self, OutputPaths};
 use crate::names::MeshPaths;
 use crate::progress::Progress;
 use crate::read::{self, read_weights};
@@ -164,13 +164,15 @@ impl OpenProgression {
         let input = match &given {
             Some(InputMesh::Mesh(..)) => Vec::new(),
             Some(InputMesh::File(bytes, name)) => vec![(name.clone(), bytes.clone())],
-            None => progression::read_files(&request.source.path)?,
+            None => progression::read_files(&request.source.path, &request.read)?,
         };
         let document = open_document(given, &mut request)?;
         let made = make_progression(&document, &request.job, weights.as_ref(), proves, &mut progress);
         let mut progression = made.map_err(|error| request.failure(error))?;
         progression.files = input;
-        Ok(Self(document.with_progression(progression)))
+        let document = document.with_progression(progression);
+        document.files_read().join(&request.read);
+        Ok(Self(document))
     }
 
     /// Opens the bytes of a progression.
@@ -182,6 +184,17 @@ impl OpenProgression {
         let progression = Progression::from_bytes(bytes).map_err(|error| failed(&error))?;
         let job = Job::new(Options::new(Target::Ratio(1.0)), Format::Ply);
         Document::from_progression(progression, &job).map(Self).map_err(|error| failed(&error))
+    }
+
+    /// Writes the progression to a file; `force` replaces one there that it was not made from.
+    ///
+    /// # Errors
+    /// [`Failure`] if the file cannot be written.
+    pub fn save(&self, path: &Path, force: bool) -> Result<(), Failure> {
+        let outputs = OutputPaths::new([], [&path.to_path_buf()]);
+        files::check_output_paths(&outputs, &self.0.files_read(), force)?;
+        let bytes = self.progression().map(Progression::to_bytes).unwrap_or_default();
+        files::place_files(vec![files::prepare_file(path, &bytes, force)?], &self.0.files_read())
     }
 
     /// Returns the progression.
@@ -287,6 +300,7 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
     request.strict |= files.strict;
     request.stays_in_memory = files.out.is_none() && !files.bytes;
     (request.weights, request.force) = (files.weights.clone(), files.force);
+    request.weights.iter().for_each(|path| request.read.add(path));
     (request.picture, request.report) = (files.picture.clone(), files.report.clone());
     request.job.shapes = request.report.is_some();
     if let Some(path) = [&request.report, &request.picture]
@@ -299,7 +313,7 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
             path.display()
         )));
     }
-    check_outputs(&request)?;
+    check_outputs(&request, request.force)?;
     Ok(request)
 }
 
@@ -317,13 +331,14 @@ pub fn compare(
 ) -> Result<ComparisonOutput, Failure> {
     compare::check_args(args)?;
     let page_path = args.html.as_deref().filter(|_| writes);
-    files::check_output_paths(page_path, args.force)?;
-    let compared = compare::compare_in_memory(args, given)?;
+    let read = compare::list_inputs(args);
+    files::check_output_paths(&OutputPaths::new([], args.html.iter().filter(|_| writes)), &read, args.force)?;
+    let compared = compare::compare_in_memory(args, given, &read)?;
     if check_cancelled().is_break() {
         return Err(Failure::Interrupted);
     }
     if let (Some(path), Some(page)) = (page_path, &compared.page) {
-        files::place_files(vec![files::prepare_file(path, page.as_bytes(), args.force)?])?;
+        files::place_files(vec![files::prepare_file(path, page.as_bytes(), args.force)?], &read)?;
     }
     Ok(compared)
 }
@@ -342,7 +357,7 @@ pub fn mesh_points(
     if check_cancelled().is_break() {
         return Err(Failure::Interrupted);
     }
-    files::place_files(std::mem::take(&mut meshed.pending))?;
+    files::place_files(std::mem::take(&mut meshed.pending), &meshed.read)?;
     Ok(meshed)
 }
 

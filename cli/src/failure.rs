@@ -15,6 +15,13 @@ pub enum Failure {
     Failed(String),
     /// Wrong arguments: exit code 2.
     Usage(String),
+    /// Option whose feature the build lacks: exit code 2.
+    LacksFeature {
+        /// Name of the option or command.
+        option: String,
+        /// Name of the feature.
+        feature: String,
+    },
     /// Result that is written but misses the target: exit code 3.
     Unmet(String),
     /// Errors that are already printed: exit code 1.
@@ -46,7 +53,7 @@ impl Failure {
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Self::Failed(_) | Self::Reported => 1,
-            Self::Usage(_) => 2,
+            Self::Usage(_) | Self::LacksFeature { .. } => 2,
             Self::Unmet(_) => 3,
             Self::Interrupted | Self::Stopped(_) => 130,
         })
@@ -66,6 +73,10 @@ impl fmt::Display for Failure {
             Self::Failed(text) | Self::Usage(text) | Self::Unmet(text) | Self::Stopped(text) => {
                 f.write_str(&escape_controls(&text.replace(['\n', '\r'], " ")))
             }
+            Self::LacksFeature { option, feature } => write!(
+                f,
+                "{option}: this build lacks the feature {feature}: install with `cargo install --path cli --features {feature}`"
+            ),
             Self::Reported => write!(f, "some files failed: the lines above say why"),
             Self::Interrupted => write!(f, "interrupted: nothing was written"),
         }

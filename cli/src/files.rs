@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use neural_mesh::io;
+use neural_mesh::io::{self, FilesRead};
 use serde::Serialize;
 use tempfile::NamedTempFile;
 
@@ -37,9 +37,70 @@ impl PendingFile {
     }
 }
 
-/// Rejects output paths of which two lead to one file, or where no file can be written.
-pub fn check_output_paths<'a>(paths: impl IntoIterator<Item = &'a Path>, force: bool) -> Result<(), Failure> {
-    let paths: Vec<&Path> = paths.into_iter().collect();
+/// Files that a run will write.
+#[derive(Default)]
+pub struct OutputPaths {
+    /// Results, which may replace the mesh that was read.
+    pub results: Vec<PathBuf>,
+    /// Reports, pictures, pages and others, which replace nothing that was read.
+    pub others: Vec<PathBuf>,
+}
+
+impl OutputPaths {
+    /// Collects paths, without standard output.
+    pub fn new<'a>(
+        results: impl IntoIterator<Item = &'a PathBuf>,
+        others: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Self {
+        let is_file = |path: &&PathBuf| !is_stream(path);
+        let [results, others] = [
+            results.into_iter().filter(is_file).cloned().collect(),
+            others.into_iter().filter(is_file).cloned().collect(),
+        ];
+        Self { results, others }
+    }
+}
+
+/// Lists the files that a run reads besides its mesh.
+pub fn list_files_read<'a>(mesh: Option<&Path>, others: impl IntoIterator<Item = &'a Path>) -> FilesRead {
+    let read = mesh.map_or_else(FilesRead::default, |path| match open_stdin(path) {
+        Some(stdin) => FilesRead::from_open_mesh(&stdin),
+        None => FilesRead::from_mesh_path(path),
+    });
+    for path in others {
+        match open_stdin(path) {
+            Some(stdin) => read.add_open(&stdin),
+            None => read.add(path),
+        }
+    }
+    read
+}
+
+/// Returns standard input as an open file, if the path means it.
+fn open_stdin(path: &Path) -> Option<std::fs::File> {
+    #[cfg(unix)]
+    use std::os::fd::AsFd as AsOpen;
+    #[cfg(windows)]
+    use std::os::windows::io::AsHandle as AsOpen;
+    if !is_stream(path) {
+        return None;
+    }
+    #[cfg(unix)]
+    let open = AsOpen::as_fd(&std::io::stdin()).try_clone_to_owned();
+    #[cfg(windows)]
+    let open = AsOpen::as_handle(&std::io::stdin()).try_clone_to_owned();
+    open.ok().map(std::fs::File::from)
+}
+
+/// Rejects output paths of files that are read, of which two lead to one file, or where no file can be written.
+pub fn check_output_paths(paths: &OutputPaths, read: &FilesRead, force: bool) -> Result<(), Failure> {
+    let OutputPaths { results, others } = paths;
+    let marked = results.iter().map(|path| (path, true)).chain(others.iter().map(|path| (path, false)));
+    for (path, is_result) in marked {
+        // This comes first, since --force does not help.
+        read.check(path, is_result).map_err(|error| Failure::in_file(path, error))?;
+    }
+    let paths: Vec<&PathBuf> = results.iter().chain(others).collect();
     let mut destinations = Vec::new();
     for path in &paths {
         let destination = resolve_links(path)?;
@@ -54,7 +115,7 @@ pub fn check_output_paths<'a>(paths: impl IntoIterator<Item = &'a Path>, force: 
 }
 
 /// Rejects a path where no file can be written or an existing one may not be replaced.
-pub fn check_output_path(path: &Path, force: bool) -> Result<(), Failure> {
+fn check_output_path(path: &Path, force: bool) -> Result<(), Failure> {
     let destination = resolve_links(path)?;
     let folder = folder_of(&destination);
     if !folder.is_dir() {
@@ -136,18 +197,26 @@ pub fn prepare_json(
     Ok(None)
 }
 
-/// Moves all results into place; an interruption waits for it.
-pub fn place_files(pending: Vec<PendingFile>) -> Result<(), Failure> {
-    interrupt::without_interruption(|| pending.into_iter().try_for_each(place_file))
+/// Moves all results into place, unless one would replace a file that was read; an interruption waits for it.
+pub fn place_files(pending: Vec<PendingFile>, read: &FilesRead) -> Result<(), Failure> {
+    check_pending(&pending, read)?;
+    interrupt::without_interruption(|| pending.into_iter().try_for_each(|file| place_file(file, read)))
 }
 
 /// Moves results into place; accepts an identical file of an earlier run.
-pub fn place_missing_files(pending: Vec<PendingFile>) -> Result<(), Failure> {
-    place_files(pending.into_iter().filter(|pending| !pending.is_already_placed()).collect())
+pub fn place_missing_files(pending: Vec<PendingFile>, read: &FilesRead) -> Result<(), Failure> {
+    place_files(pending.into_iter().filter(|pending| !pending.is_already_placed()).collect(), read)
 }
 
-fn place_file(pending: PendingFile) -> Result<(), Failure> {
+/// Rejects files that would replace one that was read, by names that were unknown before the mesh was read.
+pub fn check_pending(pending: &[PendingFile], read: &FilesRead) -> Result<(), Failure> {
+    let check = |file: &PendingFile| read.check(&file.name, true).map_err(|error| Failure::in_file(&file.name, error));
+    pending.iter().try_for_each(check)
+}
+
+fn place_file(pending: PendingFile, read: &FilesRead) -> Result<(), Failure> {
     let PendingFile { temporary, name, destination, force } = pending;
+    read.forget_mesh(&destination);
     // Another program may have created the file meanwhile; only --force replaces it.
     let placed = if force { temporary.persist(&destination) } else { temporary.persist_noclobber(&destination) };
     placed.map(drop).map_err(|error| match error.error.kind() {

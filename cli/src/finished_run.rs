@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use neural_mesh::io::{self, OutputFile};
+use neural_mesh::io::{self, FilesRead, OutputFile};
 
 use crate::failure::Failure;
 use crate::files::{self, PendingFile};
@@ -17,6 +17,8 @@ pub struct FinishedRun {
     /// Folder of the result, and extra files to write into it, such as textures.
     pub extra_files: Option<(PathBuf, Vec<OutputFile>)>,
     pub force: bool,
+    /// Files that the run has read.
+    pub read: FilesRead,
 }
 
 type WriteExtraFiles<'a> = dyn Fn(&Path, &[OutputFile]) -> Result<(), Failure> + 'a;
@@ -24,9 +26,9 @@ type WriteExtraFiles<'a> = dyn Fn(&Path, &[OutputFile]) -> Result<(), Failure> +
 impl FinishedRun {
     /// Moves all results into place; returns the report and the summary of the cleaning.
     pub fn place_results(self) -> Result<(JobReport, String), Failure> {
-        let force = self.force;
+        let (force, read) = (self.force, self.read.clone());
         self.place_results_with(
-            &|folder, extra_files| write_extra_files(folder, extra_files, force),
+            &|folder, extra_files| write_extra_files(folder, extra_files, &read, force),
             files::place_files,
         )
     }
@@ -34,12 +36,14 @@ impl FinishedRun {
     pub fn place_results_with(
         self,
         write_extra_files: &WriteExtraFiles,
-        place_files: fn(Vec<PendingFile>) -> Result<(), Failure>,
+        place_files: fn(Vec<PendingFile>, &FilesRead) -> Result<(), Failure>,
     ) -> Result<(JobReport, String), Failure> {
         self.check_extra_files()?;
+        // Nothing is written if one of the files would replace another that was read.
+        files::check_pending(&self.pending, &self.read)?;
         self.bytes.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
         self.extra_files.iter().try_for_each(|(folder, extra_files)| write_extra_files(folder, extra_files))?;
-        place_files(self.pending)?;
+        place_files(self.pending, &self.read)?;
         Ok((self.report, self.cleaned))
     }
 
@@ -59,6 +63,12 @@ impl FinishedRun {
     }
 }
 
-pub fn write_extra_files(folder: &Path, extra_files: &[OutputFile], force: bool) -> Result<(), Failure> {
-    io::write_files(folder, extra_files, force).map_err(|error| Failure::in_file(folder, error))
+pub fn write_extra_files(
+    folder: &Path,
+    extra_files: &[OutputFile],
+    read: &FilesRead,
+    force: bool,
+) -> Result<(), Failure> {
+    let written = read.check_companions(folder, extra_files).and_then(|()| io::write_files(folder, extra_files, force));
+    written.map_err(|error| Failure::in_file(folder, error))
 }

@@ -15,6 +15,7 @@ use serde::Serialize;
 use crate::args::InfoArgs;
 use crate::escapes::escape_controls_in_json;
 use crate::failure::{Failure, display_path};
+use crate::levels_info::describe_levels;
 use crate::memory::{self, gib_to_bytes};
 use crate::messages::{MessageStream, group_digits, print_error};
 use crate::names::{check_stdin, parse_format};
@@ -73,6 +74,9 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
 }
 
 fn describe(source: &Source, args: &InfoArgs) -> Result<Vec<String>, Failure> {
+    if let Some(lines) = describe_levels(&source.path, args.json)? {
+        return Ok(lines);
+    }
     let (info, counts) = match read::open_in_pieces(&source.path, args.memory.map(gib_to_bytes), None) {
         Some((pieces, most)) => describe_in_pieces(source, &pieces, most)?,
         None => describe_whole(source)?,
@@ -176,7 +180,14 @@ fn info_lines(info: &Info, cleaned: &str) -> Vec<String> {
         format!("manifold    {}", describe_manifold(info)),
         format!("components  {}", group_digits(info.components)),
         format!("genus       {genus} (Euler characteristic {})", info.euler),
-        format!("attributes  {}", if info.carries.is_empty() { "none".into() } else { info.carries.join(", ") }),
+        format!(
+            "attributes  {}",
+            if info.carries.is_empty() {
+                "none".into()
+            } else {
+                job::list_names(info.carries.iter().map(String::as_str))
+            }
+        ),
         format!("cleaned     {cleaned}"),
     ];
     lines.extend(info.scene.iter().flat_map(SceneInfo::lines));

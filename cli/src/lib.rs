@@ -20,6 +20,7 @@ mod files;
 mod finished_run;
 mod info;
 mod interrupt;
+mod levels_info;
 mod memory;
 mod mesh_points;
 mod messages;
@@ -111,7 +112,8 @@ fn print_help_or_error(answer: &clap::Error) -> ExitCode {
             messages::write_stdout(b"").and_then(|()| answer.print()).and_then(|()| messages::write_stdout(b""));
         return finish(written.map_err(|error| messages::stdout_failure(&error)));
     }
-    if let Some(failure) = usage::rejected_value(answer) {
+    let words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    if let Some(failure) = usage::explain_error(answer, &words) {
         return finish(Err(failure));
     }
     match std::env::args_os().all(|word| matches!(escape_controls(&word.to_string_lossy()), Cow::Borrowed(_))) {

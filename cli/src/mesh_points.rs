@@ -1,9 +1,8 @@
 //! `neural-mesh mesh-points`: meshes a point cloud.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
-use neural_mesh::io::{self, Format};
+use neural_mesh::io::{self, FilesRead, Format};
 use neural_mesh::job::{JobStage, Watch};
 use neural_mesh::mesh::{PointCloud, RawMesh, TriMesh, point_cloud, topology};
 use neural_mesh::model::Weights;
@@ -12,7 +11,7 @@ use serde::Serialize;
 
 use crate::args::MeshPointsArgs;
 use crate::failure::Failure;
-use crate::files::{self, PendingFile};
+use crate::files::{self, OutputPaths, PendingFile};
 use crate::interrupt;
 use crate::messages::{MessageStream, group_digits};
 use crate::names::{check_stdout, is_stream, output_format, parse_format};
@@ -26,6 +25,7 @@ const COSTS: [(JobStage, f64); 3] = [(JobStage::Read, 0.03), (JobStage::Simplify
 struct MeshPointsRequest {
     args: MeshPointsArgs,
     format: Format,
+    read: FilesRead,
 }
 
 /// Report, with fields in the order of the JSON.
@@ -54,18 +54,21 @@ struct Report {
 
 pub fn run(args: MeshPointsArgs) -> Result<(), Failure> {
     let request = resolve_request(args)?;
-    let results = [Some(&request.args.output), request.args.report.as_ref()].into_iter().flatten();
-    let output_files = results.map(PathBuf::as_path).filter(|path| !is_stream(path));
-    files::check_output_paths(output_files, request.args.force)?;
+    check_outputs(&request)?;
     interrupt::handle_signals(Failure::Interrupted);
     in_pool(request.args.threads, || run_in_pool(&request))
+}
+
+fn check_outputs(MeshPointsRequest { args, read, .. }: &MeshPointsRequest) -> Result<(), Failure> {
+    files::check_output_paths(&OutputPaths::new([&args.output], &args.report), read, args.force)
 }
 
 fn resolve_request(args: MeshPointsArgs) -> Result<MeshPointsRequest, Failure> {
     let given = args.format.as_deref().map(parse_format).transpose()?;
     let format = output_format(&args.output, given)?;
     check_stdout(is_stream(&args.output), reports_to_stdout(&args))?;
-    Ok(MeshPointsRequest { args, format })
+    let read = files::list_files_read(Some(&args.input), args.weights.as_deref());
+    Ok(MeshPointsRequest { args, format, read })
 }
 
 fn reports_to_stdout(args: &MeshPointsArgs) -> bool {
@@ -86,7 +89,7 @@ fn run_in_pool(request: &MeshPointsRequest) -> Result<(), Failure> {
     drop(progress);
     let for_stdout = is_stream(&args.output).then_some(bytes).or(json);
     for_stdout.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
-    files::place_files(pending)?;
+    files::place_files(pending, &request.read)?;
     print_report(args, &report);
     Ok(())
 }
@@ -97,6 +100,7 @@ pub fn mesh_in_memory(
     mut progress: Progress,
 ) -> Result<MeshPointsOutput, Failure> {
     let request = resolve_request(args)?;
+    check_outputs(&request)?;
     let began = Instant::now();
     let read = || {
         io::read_points(&files::read(&request.args.input)?)
@@ -114,7 +118,7 @@ pub fn mesh_in_memory(
     let MeshedCloud { cloud, result, .. } = meshed;
     let to_input_point = |&point: &u32| cloud.source.get(point as usize).copied().unwrap_or(point);
     let sources = result.source_points.iter().map(to_input_point).collect();
-    Ok(MeshPointsOutput { mesh: result.mesh, exact, sources, report, pending })
+    Ok(MeshPointsOutput { mesh: result.mesh, exact, sources, report, pending, read: request.read })
 }
 
 /// Mesh of a point cloud, returned to another program.
@@ -129,6 +133,8 @@ pub struct MeshPointsOutput {
     pub report: String,
     /// Written files that must be moved into place.
     pub pending: Vec<PendingFile>,
+    /// Files that were read.
+    pub read: FilesRead,
 }
 
 struct MeshedCloud {

@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use crate::closed_stdout::is_stdout_closed;
 use crate::escapes::escape_controls;
 use crate::failure::Failure;
+use neural_mesh::io::shorten_name;
 use neural_mesh::job::{
     BakeFigures, Certified, DistanceFigures, Dropped, JobReport, Level, NamedShare, OutputFigures, RepairFigures,
     Seconds, Size, TargetWords, percent, stop_reason,
@@ -122,7 +123,10 @@ pub fn list_names(dropped: &[Dropped], most: usize) -> String {
             None => counts.push((name, 1)),
         }
     }
-    let describe = |(name, n): &(&str, usize)| if *n > 1 { format!("{n} of {name}") } else { (*name).to_owned() };
+    let describe = |(name, n): &(&str, usize)| {
+        let name = shorten_name(name);
+        if *n > 1 { format!("{n} of {name}") } else { name.into_owned() }
+    };
     let mut names: Vec<String> = counts.iter().take(most).map(describe).collect();
     names.extend((counts.len() > most).then(|| format!("{} other names (--explain lists all)", counts.len() - most)));
     names.join(", ")
@@ -146,7 +150,7 @@ fn repaired_line(done: &RepairFigures) -> String {
 
 fn share_line(share: &NamedShare) -> String {
     let NamedShare { name, ratio, faces_before, faces } = share;
-    let [before, after] = [*faces_before, *faces].map(group_digits);
+    let ([before, after], name) = ([*faces_before, *faces].map(group_digits), shorten_name(name));
     format!("share     {name}: {before} faces -> {after} faces (target: keep {} % of its vertices)", percent(*ratio))
 }
 

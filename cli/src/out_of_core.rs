@@ -142,7 +142,8 @@ fn prepare_output(
     report.distance = distance.as_ref().map(DistanceFigures::new);
     let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut pending)?;
     let cleaned = result.counts.to_string();
-    Ok(FinishedRun { report, cleaned, bytes: bytes.or(json), pending, extra_files: None, force: request.force })
+    let (bytes, read) = (bytes.or(json), request.read.clone());
+    Ok(FinishedRun { report, cleaned, bytes, pending, extra_files: None, force: request.force, read })
 }
 
 fn create_report(request: &Request, result: &OutOfCoreResult, target: Target) -> JobReport {

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use neural_mesh::io::Format;
+use neural_mesh::io::{FilesRead, Format};
 use neural_mesh::job::{Arguments, Count, Goal, Job, JobError, Names, OptionValue};
 
 use crate::args::{LodsByArg, SimplifyArgs};
 use crate::content::Content;
 use crate::failure::Failure;
+use crate::files;
 use crate::memory;
 use crate::names::{
     Destination, LEVEL_PLACEHOLDER, MeshPaths, check_stdout, format_from_path, has_level_placeholder, is_stream,
@@ -40,6 +41,8 @@ pub struct Request {
     pub quiet: bool,
     pub force: bool,
     pub strict: bool,
+    /// Files that the run reads, as far as the arguments name them.
+    pub read: FilesRead,
 }
 
 /// Advice for an input of unknown format, where OUT has a known ending and where not.
@@ -58,7 +61,7 @@ impl Request {
     pub fn failure(&self, error: JobError) -> Failure {
         match error {
             JobError::Interrupted => Failure::Interrupted,
-            JobError::Options(text) => Failure::Usage(text),
+            JobError::Options(_) | JobError::Feature { .. } => to_usage_failure(&error),
             JobError::Output(text) => {
                 Failure::in_file(self.output.as_deref().unwrap_or(Path::new("standard output")), text)
             }
@@ -68,7 +71,9 @@ impl Request {
 
     pub fn name_files(&mut self) {
         let name = |path: &PathBuf| path.file_name().unwrap_or("mesh".as_ref()).to_string_lossy().into_owned();
-        self.job.names = Names { files: self.outputs().iter().map(name).collect(), shared: self.shared_name() };
+        let folder = self.output.as_ref().map(|path| path.parent().unwrap_or(Path::new("")).to_path_buf());
+        let files = self.outputs().iter().map(name).collect();
+        self.job.names = Names { files, shared: self.shared_name(), folder, ..self.job.names.clone() };
     }
 
     /// Returns the output files, one per level; levels of a scene share a file without the placeholder.
@@ -154,6 +159,7 @@ impl Request {
             wires: false,
             quiet: true,
             force: false,
+            read: files::list_files_read(Some(paths.input), None),
         };
         request.name_files();
         check_level_placeholder(&request)?;
@@ -181,14 +187,25 @@ pub fn resolve_request(args: SimplifyArgs) -> Result<Request, Failure> {
         force: args.force,
         ..base
     };
+    request.weights.iter().for_each(|path| request.read.add(path));
     request.job.shapes = request.report.is_some();
     check_streams(&request)?;
     Ok(request)
 }
 
+/// Converts an error of options.
+pub fn to_usage_failure(error: &JobError) -> Failure {
+    match error {
+        JobError::Feature { option, feature } => {
+            Failure::LacksFeature { option: (*option).into(), feature: (*feature).into() }
+        }
+        _ => Failure::Usage(error.to_string()),
+    }
+}
+
 /// Creates the job; `None` means that the output format is not known yet.
 pub fn create_job(arguments: &Arguments, format: Option<Format>) -> Result<Job, Failure> {
-    let to_failure = |error: JobError| Failure::Usage(error.to_string());
+    let to_failure = |error: JobError| to_usage_failure(&error);
     let job = arguments.job_as(format.unwrap_or(Format::Glb)).map_err(to_failure)?;
     format.map_or(Ok(()), |_| job.check_format()).map_err(to_failure)?;
     Ok(job)

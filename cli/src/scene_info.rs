@@ -1,6 +1,6 @@
 //! Description of a glTF scene for `info`.
 
-use neural_mesh::io::{Asset, AssetContents, AssetPart};
+use neural_mesh::io::{Asset, AssetContents, AssetPart, shorten_name};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::topology;
 use neural_mesh::picture::{ImageFormat, image_size};
@@ -89,15 +89,15 @@ impl SceneInfo {
         meshes.sort_by_key(|mesh| std::cmp::Reverse(mesh.faces));
         let mut images: Vec<&ImageInfo> = self.images.iter().collect();
         images.sort_by_key(|image| std::cmp::Reverse(image.bytes));
-        let skins = self.skins.iter().map(|skin| format!("{} ({} joints)", skin.name, skin.joints));
-        let animations = self.animations.iter().map(|it| format!("{} ({:.1} s)", it.name, it.seconds));
+        let skins = self.skins.iter().map(|skin| format!("{} ({} joints)", shorten_name(&skin.name), skin.joints));
+        let animations = self.animations.iter().map(|it| format!("{} ({:.1} s)", shorten_name(&it.name), it.seconds));
         let extensions = self.extensions_used.iter().map(|name| match self.extensions_required.contains(name) {
-            true => format!("{name} (required)"),
-            false => name.clone(),
+            true => format!("{} (required)", shorten_name(name)),
+            false => shorten_name(name).into_owned(),
         });
         let mut lines = vec![format!("scene       {}", self.counts())];
         lines.extend(entry_lines("mesh", meshes.into_iter().map(MeshInfo::to_words)));
-        lines.extend(names_line("materials", self.materials.iter().cloned()));
+        lines.extend(names_line("materials", self.materials.iter().map(|name| shorten_name(name).into_owned())));
         lines.extend(entry_lines("image", images.into_iter().map(ImageInfo::to_words)));
         lines.extend(names_line("skins", skins));
         lines.extend(names_line("animations", animations));
@@ -134,13 +134,14 @@ impl MeshInfo {
     fn to_words(&self) -> String {
         let [vertices, faces] = [self.vertices, self.faces].map(group_digits);
         let (components, nodes) = (format_count(self.components, "component"), format_count(self.nodes.len(), "node"));
-        format!("{}: {vertices} vertices, {faces} faces, {components}, at {nodes}", self.name)
+        format!("{}: {vertices} vertices, {faces} faces, {components}, at {nodes}", shorten_name(&self.name))
     }
 }
 
 impl ImageInfo {
     fn to_words(&self) -> String {
         let Self { name, format, width, height, bytes } = self;
+        let name = shorten_name(name);
         let Some(bytes) = bytes else { return format!("{name}: missing") };
         let size = width.zip(*height).map(|(width, height)| format!("{width} x {height}, ")).unwrap_or_default();
         format!("{name}: {size}{} bytes, {}", group_digits(*bytes), format.unwrap_or("unknown format"))

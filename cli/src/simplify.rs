@@ -10,11 +10,10 @@ use neural_mesh::simplify::Simplified;
 use crate::document;
 use crate::drawing::{draw_picture, prepare_picture};
 use crate::failure::{Failure, display_path};
-use crate::files::{self, PendingFile};
+use crate::files::{self, OutputPaths, PendingFile};
 use crate::finished_run::FinishedRun;
 use crate::interrupt;
 use crate::messages::{self, MessageStream};
-use crate::names::is_stream;
 use crate::out_of_core;
 use crate::plan::Plan;
 use crate::progress::Progress;
@@ -22,16 +21,16 @@ use crate::read::read_weights;
 use crate::request::Request;
 
 pub fn run(request: Request) -> Result<(), Failure> {
-    check_outputs(&request)?;
+    check_outputs(&request, request.force)?;
     interrupt::handle_signals(Failure::Interrupted);
     in_pool(request.n_threads, || run_in_pool(request))
 }
 
-pub fn check_outputs(request: &Request) -> Result<(), Failure> {
-    let results = [&request.report, &request.picture, &request.map];
-    let results = results.into_iter().flatten().filter(|path| !is_stream(path)).cloned();
-    let paths: Vec<PathBuf> = request.outputs().into_iter().chain(results).collect();
-    files::check_output_paths(paths.iter().map(PathBuf::as_path), request.force)
+/// Checks the files that a request writes; `force` allows existing ones.
+pub fn check_outputs(request: &Request, force: bool) -> Result<(), Failure> {
+    let others = [&request.report, &request.picture, &request.map];
+    let paths = OutputPaths::new(&request.outputs(), others.into_iter().flatten());
+    files::check_output_paths(&paths, &request.read, force)
 }
 
 /// Runs `work` on `n_threads` threads, or on one per core.
@@ -108,7 +107,10 @@ pub fn simplify_document(
     let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut files.pending)?;
     let PreparedFiles { bytes, pending, extra_files } = files;
     let cleaned = document.counts.to_string();
-    let run = FinishedRun { report, cleaned, bytes: bytes.or(json), pending, extra_files, force: request.force };
+    // Companion files of the mesh are known only now.
+    let read = request.read.join(&document.files_read());
+    let bytes = bytes.or(json);
+    let run = FinishedRun { report, cleaned, bytes, pending, extra_files, force: request.force, read };
     Ok((run, results))
 }
 

@@ -13,6 +13,7 @@ mod components;
 mod compressed;
 mod degenerate;
 mod files;
+mod first_contact;
 mod formats;
 #[cfg(unix)]
 mod guides;
@@ -24,6 +25,7 @@ mod memory;
 mod mesh_points;
 mod names;
 mod numbers;
+mod overwriting;
 mod packed;
 mod poses;
 mod progression;

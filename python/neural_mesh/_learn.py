@@ -129,6 +129,8 @@ def _prepare_folder(meshes: Any, folder: str, resume: bool) -> str:
         source = read_input(mesh, None, None)
         if source.path is None:
             _write_ply(os.path.join(folder, f"{name}.ply"), source)
+        elif os.path.realpath(os.path.dirname(os.path.abspath(source.path))) == os.path.realpath(folder):
+            raise _native.OptionError(f"meshes: {source.path} is in the folder of the copies: give that folder alone, or another `out`")
         else:
             shutil.copyfile(source.path, os.path.join(folder, name + os.path.splitext(source.path)[1]))
     return folder

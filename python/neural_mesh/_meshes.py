@@ -131,6 +131,8 @@ def read_input(mesh: Any, attributes: Mapping[str, ArrayLike] | None, groups: An
         return file
     fields = _read_mesh(mesh)
     if attributes is not None:
+        if not isinstance(attributes, Mapping) or not all(isinstance(name, str) for name in attributes):
+            raise OptionError("attributes: give arrays by name, such as {'uv': array}, with text for names")
         fields["attributes"] = {**fields.get("attributes", {}), **attributes}
     _choose_groups(fields, groups)
     packed = _pack_input(**fields)
@@ -145,13 +147,19 @@ def _read_file(mesh: Any) -> MeshInput | None:
         return MeshInput(path=_file_name(mesh))
     if isinstance(mesh, (bytes, bytearray, memoryview)):
         return MeshInput(file=(bytes(mesh), ""))
-    if callable(getattr(mesh, "read", None)):
+    # A mesh of meshio has a method of that name, too.
+    if callable(getattr(mesh, "read", None)) and _kind(mesh) != "meshio":
         content, name = mesh.read(), getattr(mesh, "name", "")
         data = content.encode() if isinstance(content, str) else bytes(content)
         return MeshInput(file=(data, name if isinstance(name, str) else ""))
-    if type(mesh).__module__.partition(".")[0] == "trimesh" and hasattr(mesh, "geometry") and not hasattr(mesh, "faces"):
+    if _kind(mesh) == "trimesh" and hasattr(mesh, "geometry") and not hasattr(mesh, "faces"):
         return MeshInput(file=(bytes(mesh.export(file_type="glb")), "scene.glb"), scene=_trimesh_scene)
     return None
+
+
+def _kind(mesh: Any) -> str:
+    """Returns the name of the package that defines the type of a mesh."""
+    return type(mesh).__module__.partition(".")[0]
 
 
 def _trimesh_scene(data: bytes | None, light: Light[Any]) -> Any:
@@ -221,9 +229,11 @@ def convert_like(like: Any, array: NDArray[Any]) -> Any:
 
 def _read_mesh(mesh: Any) -> dict[str, Any]:
     """Reads the arrays of a mesh as arguments of `_pack_input`, with the function that restores its type."""
-    kind = type(mesh).__module__.partition(".")[0]
+    kind = _kind(mesh)
     if isinstance(mesh, Light):
         return _read_light(mesh)
+    if kind == "meshio":
+        return _read_meshio(mesh)
     if kind == "trimesh":
         return _read_trimesh(mesh)
     if kind == "open3d":
@@ -235,7 +245,7 @@ def _read_mesh(mesh: Any) -> dict[str, Any]:
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         return {"vertices": mesh.vertices, "faces": mesh.faces}
     raise NeuralMeshError(
-        f"{type(mesh).__name__}: not a mesh: give a file, (vertices, faces), or a mesh of trimesh, Open3D or pyvista"
+        f"{type(mesh).__name__}: not a mesh: give a file, (vertices, faces), or a mesh of trimesh, Open3D, pyvista or meshio"
     )
 
 
@@ -268,11 +278,18 @@ def _pack_input(
 
 def array_of(values: Any) -> NDArray[Any]:
     """Converts an array-like to numpy: by `__array__` or DLPack; tensors on a GPU are copied."""
+    if isinstance(values, np.ma.MaskedArray):
+        raise NeuralMeshError("a masked array: give a plain one, such as array.filled(0), or the rows that are not masked")
     if hasattr(values, "detach") and hasattr(values, "cpu"):
         values = values.detach().cpu()
     if not hasattr(values, "__array__") and hasattr(values, "__dlpack__"):
         return np.from_dlpack(values)
     return np.asarray(values)
+
+
+def pack(values: Any, dtype: Any) -> NDArray[Any]:
+    """Returns an array of a type whose numbers lie next to each other, in place, and aligned."""
+    return np.require(values, dtype, ["C", "A"])
 
 
 def _positions(values: Any) -> NDArray[Any]:
@@ -282,7 +299,7 @@ def _positions(values: Any) -> NDArray[Any]:
     if not (np.issubdtype(positions.dtype, np.number) and not np.issubdtype(positions.dtype, np.complexfloating)):
         raise NeuralMeshError(f"vertices: an array of {positions.dtype}: give numbers")
     is_single = positions.dtype in (np.dtype(np.float32), np.dtype(np.float16))
-    return np.ascontiguousarray(positions, dtype=np.float32 if is_single else np.float64)
+    return pack(positions, np.float32 if is_single else np.float64)
 
 
 def _faces(values: Any) -> NDArray[np.uint32]:
@@ -295,10 +312,10 @@ def _faces(values: Any) -> NDArray[np.uint32]:
         raise NeuralMeshError(f"faces: an array of {faces.dtype}: give whole numbers")
     if faces.dtype == np.int32:
         # Negative indices become out of range, and are cleaned as such.
-        return np.ascontiguousarray(faces).view(np.uint32)
+        return pack(faces, np.int32).view(np.uint32)
     if faces.dtype.itemsize > 4:
         faces = np.where((faces < 0) | (faces > 0xFFFFFFFF), 0xFFFFFFFF, faces)
-    return np.ascontiguousarray(faces, dtype=np.uint32)
+    return pack(faces, np.uint32)
 
 
 def _channels(
@@ -324,7 +341,7 @@ def _channels(
             rows = rows[np.minimum(faces, max(n_vertices - 1, 0)).reshape(-1)]
         if native_name in names:
             raise NeuralMeshError(f"{name}: there is another attribute of that kind: give it another name")
-        channels.append((native_name, role, np.ascontiguousarray(rows, dtype=np.float32)))
+        channels.append((native_name, role, pack(rows, np.float32)))
         names[native_name] = AttributeName(name, values.dtype, values.ndim == 1 or name in flat)
     wedges = np.arange(3 * n_faces, dtype=np.uint32).reshape(-1, 3) if at_corners else faces
     return wedges, channels, names
@@ -456,6 +473,26 @@ def _read_open3d_tensors(mesh: Any) -> dict[str, Any]:
     fields = {"vertices": cpu.vertex["positions"].numpy(), "faces": cpu.triangle["indices"].numpy(), "attributes": attributes}
     groups = None if ids is None else ids.reshape(-1)
     return {**fields, "face_values": face_values, "groups": groups, "groups_name": "material_ids", "back": back}
+
+
+def _read_meshio(mesh: Any) -> dict[str, Any]:
+    """Reads triangles and quadrilaterals; a mesh with other cells of two or three dimensions is refused."""
+    import meshio
+
+    flat = {"triangle", "quad"}
+    others = {block.type for block in mesh.cells} - flat - {"vertex", "line"}
+    if others or not any(block.type in flat for block in mesh.cells):
+        kinds = ", ".join(sorted(others)) or "no faces"
+        raise NeuralMeshError(f"meshio.Mesh: its cells are {kinds}: give a surface of cells 'triangle' or 'quad'")
+    split = {"triangle": [[0, 1, 2]], "quad": [[0, 1, 2], [0, 2, 3]]}
+    faces = [block.data[:, corners] for block in mesh.cells if block.type in flat for corners in split[block.type]]
+    attributes = {name: values for name, values in mesh.point_data.items() if np.ndim(values) in (1, 2)}
+
+    def back(light: Light[Any]) -> Any:
+        vertices, triangles, values = light.split()
+        return meshio.Mesh(vertices, [("triangle", triangles)], point_data=values)
+
+    return {"vertices": mesh.points, "faces": np.concatenate(faces), "attributes": attributes, "back": back}
 
 
 def _read_pyvista(mesh: Any) -> dict[str, Any]:

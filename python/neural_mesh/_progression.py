@@ -62,9 +62,8 @@ class Progression(Generic[M]):
         return self._native.to_bytes()
 
     def save(self, path: Path, *, force: bool = False) -> str:
-        """Writes the progression to a file and returns its path; `force` replaces an existing file."""
-        with open(path, "wb" if force else "xb") as file:
-            file.write(self.to_bytes())
+        """Writes the progression to a file and returns its path; `force` replaces a file there, but none that it was made from."""
+        self._native.save(path, force)
         return os.fspath(path)
 
     def _level(self, target: dict[str, Any], refined: bool, out: Path | None, force: bool) -> Light[M]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._faces import carry_face_values
-from ._meshes import MeshInput, read_input
+from ._meshes import MeshInput, array_of, pack, read_input
 from ._options import DEFAULTS, FILES, OWN, SIZES, Options, Shared, identity_options, to_native, n_threads
 from ._report import Report
 from ._result import Light, Map, NeuralMeshWarning, NotReachedError
@@ -151,9 +152,12 @@ def write_light(light: Light[Any], files: Mapping[str, Any]) -> bytes | None:
 
 def _fill_defaults(name: str, options: Mapping[str, Any], sizes: Sequence[str]) -> dict[str, Any]:
     """Returns the options without sizes, completed by the defaults; rejects unknown names."""
-    unknown = [option for option in options if option not in Shared.__annotations__ and option not in sizes]
-    if unknown:
-        raise _native.OptionError(f"{name}: no such option: {', '.join(unknown)}")
+    known = [*sizes, *Shared.__annotations__]
+    for option in options:
+        if option not in known:
+            nearest = difflib.get_close_matches(option, known, 1)
+            advice = f"; did you mean {nearest[0]}?" if nearest else f": choose from {', '.join(known)}"
+            raise _native.OptionError(f"{name}: no such option: {option[:80]}{advice}")
     others = {option: value for option, value in options.items() if option not in sizes}
     return {**dict.fromkeys(Shared.__annotations__), **DEFAULTS, **others}
 
@@ -222,7 +226,7 @@ def _check_file(source: MeshInput, threads: int | None) -> None:
 def _read_importance(factors: ArrayLike, source: MeshInput) -> NDArray[np.float32]:
     if source.arrays is None:
         raise _native.OptionError("importance: for a file give the name of an attribute, or NAME=FACTOR")
-    values = np.ascontiguousarray(factors, dtype=np.float32).reshape(-1)
+    values = pack(array_of(factors), np.float32).reshape(-1)
     if len(values) != len(source.arrays[0]):
         raise _native.OptionError(f"importance: {len(values)} numbers for {len(source.arrays[0])} vertices: give one for each")
     return values

@@ -66,6 +66,10 @@ def simplify_all(
     found = list(_list_meshes(meshes))
     request = json.dumps({**options, "format": format}, sort_keys=True, default=str)
     names = _name_outputs(found, format)
+    read = {_identify(path) for _, path in found}
+    for target in (_join(out, output) for output in names):
+        if _identify(target) in read:
+            raise NeuralMeshError(f"{target}: is one of the meshes, which are never replaced: choose another folder")
     rows = {name: _pending_row(name, output, request) for (name, _), output in zip(found, names)}
     manifest = _join(out, "manifest.csv")
     if _exists(manifest) and not resume:
@@ -181,6 +185,15 @@ def _fs(url: str) -> tuple[Any, str]:
     return fs, path
 
 
+def _identify(url: str) -> Any:
+    """Returns device and inode of a local file, or the URL of anything else."""
+    try:
+        found = os.stat(url)
+    except OSError:
+        return url
+    return found.st_dev, found.st_ino
+
+
 def _join(*parts: str) -> str:
     return posixpath.join(*parts)
 
@@ -274,6 +287,12 @@ def _publish(folder: str, name: str, url: str) -> None:
     fs.makedirs(posixpath.dirname(target), exist_ok=True)
     others = [other for other in os.listdir(folder) if other != name]
     for file, target_path in [*((other, posixpath.join(posixpath.dirname(target), other)) for other in others), (name, target)]:
+        # A texture or buffer there may belong to a mesh that is read.
+        if file != name and fs.exists(target_path):
+            with open(os.path.join(folder, file), "rb") as made:
+                if fs.cat_file(target_path) == made.read():
+                    continue
+            raise NeuralMeshError(f"{target_path}: exists already with other content: choose another folder")
         if getattr(fs, "local_file", False) or "file" in fs.protocol:
             temporary = f"{target_path}.{os.getpid()}.part"
             shutil.copyfile(os.path.join(folder, file), temporary)

@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use neural_mesh::job::{Caller, respell_options};
 use neural_mesh_cli::embedded::Failure;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
@@ -17,27 +18,27 @@ create_exception!(
 
 pub fn to_exception(failure: &Failure) -> PyErr {
     match failure {
-        Failure::Usage(_) => OptionError::new_err(as_keywords(&failure.to_string())),
+        Failure::Usage(_) => OptionError::new_err(respell(failure)),
+        Failure::LacksFeature { option, feature } => {
+            let what = "this wheel lacks the feature";
+            let text = format!(
+                "{option}: {what} {feature}: build a wheel from the sources with `maturin build --features {feature}`"
+            );
+            OptionError::new_err(respell(text))
+        }
         Failure::Interrupted => PyKeyboardInterrupt::new_err("interrupted"),
-        _ => NeuralMeshError::new_err(as_keywords(&failure.to_string())),
+        _ => NeuralMeshError::new_err(respell(failure)),
     }
 }
 
 pub fn option_error(what: impl Display) -> PyErr {
-    OptionError::new_err(what.to_string())
+    OptionError::new_err(respell(what))
 }
 
 pub fn invalid_array(what: impl Into<String>) -> PyErr {
     NeuralMeshError::new_err(what.into())
 }
 
-/// Replaces options in a message by Python keywords: `--keep-components` becomes `keep_components`.
-fn as_keywords(text: &str) -> String {
-    let mut parts = text.split("--");
-    let first = parts.next().unwrap_or_default().to_string();
-    parts.fold(first, |said, part| {
-        let end = part.find(|letter: char| !letter.is_ascii_lowercase() && letter != '-').unwrap_or(part.len());
-        let (name, rest) = part.split_at(end);
-        said + &name.replace('-', "_") + rest
-    })
+fn respell(message: impl Display) -> String {
+    respell_options(&message.to_string(), Caller::Python)
 }

@@ -1,6 +1,7 @@
 //! Input from Python: meshes as arrays, and options.
 
 use neural_mesh::io::ReadMesh;
+use neural_mesh::job::read_options;
 use neural_mesh::mesh::{Attributes, Channel, RawMesh, Role};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -70,7 +71,7 @@ fn channel((name, role, values): &(String, String, PyReadonlyArray2<f32>)) -> Py
 
 /// Parses options; rejects unknown ones and values of the wrong type.
 pub fn parse_options<T: DeserializeOwned>(options: &Bound<PyAny>) -> PyResult<T> {
-    serde_json::from_value(values::read(options)?).map_err(option_error)
+    read_options(values::read(options)?).map_err(option_error)
 }
 
 const ROLES: [(&str, Role); 6] = [

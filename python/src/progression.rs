@@ -64,6 +64,12 @@ impl Progression {
         Outcome::new(py, outcome)
     }
 
+    /// Writes the progression to a file.
+    fn save(&self, py: Python, path: std::path::PathBuf, force: bool) -> PyResult<()> {
+        let progression = self.0.clone();
+        run_in_background(py, None, None, move |_| progression.save(&path, force))
+    }
+
     fn to_bytes(&self, py: Python) -> Py<PyBytes> {
         let bytes = self.0.progression().map_or_else(Vec::new, |progression| progression.to_bytes());
         PyBytes::new(py, &bytes).unbind()

@@ -12,14 +12,18 @@ pub fn read(any: &Bound<PyAny>) -> PyResult<Value> {
     } else if any.is_instance_of::<PyBool>() {
         any.extract().map(Value::Bool)
     } else if any.is_instance_of::<PyInt>() {
-        any.extract::<i64>().map(Value::from).or_else(|_| any.extract::<u64>().map(Value::from))
+        let whole = any.extract::<i64>().map(Value::from).or_else(|_| any.extract::<u64>().map(Value::from));
+        whole.map_err(|_| option_error("a whole number is too large: give one below 2^64"))
     } else if any.is_instance_of::<PyFloat>() {
         let number = Number::from_f64(any.extract()?);
         number.map(Value::Number).ok_or_else(|| option_error(format!("{any}: give a finite number")))
     } else if any.is_instance_of::<PyString>() {
         any.extract().map(Value::String)
     } else if let Ok(items) = any.cast::<PyDict>() {
-        let entry = |(name, item): (Bound<PyAny>, Bound<PyAny>)| Ok((name.extract()?, read(&item)?));
+        let name_error = |name: &Bound<PyAny>| option_error(format!("{name}: give names as text"));
+        let entry = |(name, item): (Bound<PyAny>, Bound<PyAny>)| {
+            Ok((name.extract().map_err(|_| name_error(&name))?, read(&item)?))
+        };
         items.iter().map(entry).collect::<PyResult<Map<String, Value>>>().map(Value::Object)
     } else {
         any.try_iter()?.map(|item| read(&item?)).collect::<PyResult<Vec<Value>>>().map(Value::Array)

@@ -28,11 +28,17 @@ def test_levels_have_the_size_and_type_asked() -> None:
 def test_a_file_is_read_again(tmp_path: Path) -> None:
     made = nm.progression(torus(40, 20, np.float64))
     path = made.save(tmp_path / "torus.nmp")
-    with pytest.raises(FileExistsError):
+    with pytest.raises(nm.NeuralMeshError, match="exists already"):
         made.save(path)
+    made.save(path, force=True)
     for read in (nm.load_progression(path), nm.load_progression(made.to_bytes())):
         for refined in (True, False):
             np.testing.assert_array_equal(read.at_faces(400, refined=refined).vertices, made.at_faces(400, refined=refined).vertices)
+    mesh = nm.simplify(torus(40, 20), ratio=1.0).save(tmp_path / "torus.ply")
+    before = Path(mesh).read_bytes()
+    with pytest.raises(nm.NeuralMeshError, match="is read in this run"):
+        nm.progression(mesh).save(mesh, force=True)
+    assert Path(mesh).read_bytes() == before
     written = made.at_faces(400, out=tmp_path / "light.ply")
     assert written.paths == (str(tmp_path / "light.ply"),)
     with pytest.raises(nm.NeuralMeshError, match="not a progression"):

@@ -103,6 +103,12 @@ impl std::fmt::Display for ClusterError {
                 write!(f, "invalid {name} {value}: give {SMALLEST_CLUSTER} to {LARGEST_CLUSTER}")
             }
             Self::Simplify(error) => error.fmt(f),
+            // A hierarchy has no target that could be chosen smaller.
+            #[cfg(feature = "io")]
+            Self::InBlocks(OutOfCoreError::TooLittle(n_bytes)) => {
+                let gib = (*n_bytes as f64 / f64::from(1 << 30) * 10.0).ceil() / 10.0;
+                write!(f, "a hierarchy of this mesh needs about {gib} GiB of memory: allow more memory")
+            }
             #[cfg(feature = "io")]
             Self::InBlocks(error) => error.fmt(f),
         }

@@ -1,12 +1,14 @@
 //! Writing of meshes with attributes and companion files.
 
+use std::borrow::Cow;
+
 use super::companion_files::FileFinder;
 use super::extra::Extra;
 use super::format::StoredAttributes;
 use super::stored_precision::{describe_rounding, prepare};
 use super::write::Content;
 use super::write_options::WriteOptions;
-use super::{Format, OutputFile, PackOptions, Packing, WriteError};
+use super::{Format, OutputFile, PackOptions, Packing, WriteError, shorten_name};
 use crate::mesh::{Attributes, Channel, Frame, TriMesh};
 
 /// Mesh to be written, with its attributes.
@@ -88,7 +90,7 @@ impl WriteTask<'_> {
         // This checks the precision before companion files are read, since it may fail.
         let task = Self { content: prepare(self.content, options.format)?, ..self };
         let mut finder = FileFinder::new(extra, options.allow_outside);
-        finder.converter = options.images;
+        (finder.converter, finder.output) = (options.images, options.folder.as_ref());
         let mut written = write(&task, &mut finder)?;
         // Notes on missing files come last, as they concern less than the mesh.
         written.notes.append(&mut finder.notes);
@@ -140,21 +142,21 @@ fn content<'a>(model: &Model<'a>) -> Result<Content<'a>, WriteError> {
 /// Returns a note on content that the format cannot store, or `None`.
 pub fn describe_losses(format: Format, attributes: &Attributes, extra: &Extra) -> Option<String> {
     let is_storable = |channel: &&Channel| format.holds(channel.role);
-    let mut dropped: Vec<&str> =
-        attributes.channels.iter().filter(|it| !is_storable(it)).map(|channel| channel.name.as_str()).collect();
+    let lost = attributes.channels.iter().filter(|it| !is_storable(it));
+    let mut dropped: Vec<Cow<str>> = lost.map(|channel| shorten_name(&channel.name)).collect();
     let has_libraries = !extra.material_libraries.is_empty();
     let stored = match format.row().attributes {
         StoredAttributes::All => return None,
         StoredAttributes::Colours => {
             let has_texture = extra.looks.iter().any(|(_, look)| look.texture.is_some());
             let has_more = has_texture || has_libraries;
-            dropped.extend(has_more.then_some("material properties other than names and colours (Kd)"));
+            dropped.extend(has_more.then_some("material properties other than names and colours (Kd)".into()));
             "geometry, names and colours"
         }
         // The order is the one in which a user would look for losses.
         StoredAttributes::None => {
-            dropped.extend((!extra.groups.is_empty()).then_some("groups"));
-            dropped.extend((has_libraries || !extra.looks.is_empty()).then_some("materials"));
+            dropped.extend((!extra.groups.is_empty()).then_some("groups".into()));
+            dropped.extend((has_libraries || !extra.looks.is_empty()).then_some("materials".into()));
             "geometry"
         }
     };

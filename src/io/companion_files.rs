@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::extra::Extra;
 use super::folder::{FileProblem, Folder, inner_path};
-use super::{ImageConverter, ImageUse, OutputFile};
+use super::{ImageConverter, ImageUse, OutputFile, OutputFolder, shorten_name};
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CompanionFile {
@@ -33,6 +33,9 @@ pub(super) struct FileFinder<'a> {
     pub files: Vec<OutputFile>,
     images: FxHashMap<PathBuf, ImageUse>,
     pub converter: Option<&'a dyn ImageConverter>,
+    pub output: Option<&'a OutputFolder>,
+    // Names of files that have other ones in the output folder.
+    renamed: FxHashMap<PathBuf, PathBuf>,
     pub notes: Vec<String>,
     known: FxHashMap<(PathBuf, String), Option<CompanionFile>>,
     read: FxHashMap<PathBuf, Arc<[u8]>>,
@@ -47,6 +50,8 @@ impl<'a> FileFinder<'a> {
             files: Vec::new(),
             images: FxHashMap::default(),
             converter: None,
+            output: None,
+            renamed: FxHashMap::default(),
             notes: Vec::new(),
             known: FxHashMap::default(),
             read: FxHashMap::default(),
@@ -66,20 +71,41 @@ impl<'a> FileFinder<'a> {
             return found.clone();
         }
         let found = self.look_up(base, name);
-        let found = found.map_err(|why| self.note(format!("{name:?} {why}"))).ok();
+        let found = found.map_err(|why| self.note(format!("{:?} {why}", shorten_name(name)))).ok();
         self.known.insert(key, found.clone());
         found
     }
 
-    pub fn add_file(&mut self, path: &Path, bytes: &[u8]) {
-        if self.files.iter().all(|file| file.path != path) {
-            self.files.push(OutputFile { path: path.to_path_buf(), bytes: bytes.to_vec() });
-        }
+    /// Adds a file; returns its path, which differs from `path` if a file there may not change.
+    pub fn add_file(&mut self, path: &Path, bytes: &[u8]) -> PathBuf {
+        let renamed = || Some(self.output?.free_path(path, bytes, None, &self.files));
+        let place = self.renamed.get(path).cloned().or_else(renamed).unwrap_or_else(|| path.into());
+        self.renamed.insert(path.into(), place.clone());
+        self.push(place.clone(), bytes);
+        place
     }
 
-    pub fn add_image(&mut self, path: &Path, bytes: &[u8], used: ImageUse) {
-        self.add_file(path, bytes);
-        self.images.entry(path.to_path_buf()).or_insert(used);
+    /// Adds an image, to be converted; returns its path as [`add_file`](Self::add_file) does.
+    pub fn add_image(&mut self, path: &Path, bytes: &[u8], used: ImageUse) -> PathBuf {
+        if let Some(place) = self.renamed.get(path) {
+            return place.clone();
+        }
+        let mut place = path.to_path_buf();
+        if let Some(output) = self.output.filter(|output| output.keeps(path)) {
+            // The name depends on the converted bytes, so this image is converted at once.
+            let (converted, suffix) = self.converter.map_or((None, None), |it| (it.convert(bytes, used), it.suffix()));
+            place = output.free_path(path, converted.as_deref().unwrap_or(bytes), suffix.as_deref(), &self.files);
+        }
+        self.renamed.insert(path.into(), place.clone());
+        self.push(place.clone(), bytes);
+        self.images.entry(place.clone()).or_insert(used);
+        place
+    }
+
+    fn push(&mut self, path: PathBuf, bytes: &[u8]) {
+        if self.files.iter().all(|file| file.path != path) {
+            self.files.push(OutputFile { path, bytes: bytes.to_vec() });
+        }
     }
 
     pub fn into_files(self) -> Vec<OutputFile> {
@@ -166,7 +192,7 @@ mod tests {
     fn a_file_of_many_names_is_read_once() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("t.png"), b"png").unwrap();
-        let extra = Extra { folder: Some(Folder::Disk(folder.path().to_path_buf())), ..Extra::default() };
+        let extra = Extra { folder: Some(Folder::from_file(&folder.path().join("mesh"))), ..Extra::default() };
         let mut finder = FileFinder::new(&extra, false);
         let first = finder.find(Path::new(""), "t.png").unwrap();
         let other = finder.find(Path::new("maps"), "../t.png").unwrap();

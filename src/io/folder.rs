@@ -4,22 +4,31 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
+use super::FilesRead;
 use crate::mesh::fallible_allocation::with_fallible_allocation;
 
 /// Folder in which the companion files of a mesh file are looked for.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Folder {
-    /// Folder on disk.
-    Disk(PathBuf),
+    /// Folder on disk, and the files in it that were read.
+    Disk(PathBuf, FilesRead),
     /// Files in memory, by normalised relative path.
     Memory(Arc<BTreeMap<PathBuf, Arc<[u8]>>>),
 }
 
 impl Folder {
-    /// Returns the folder of a file on disk.
+    /// Returns the folder of a mesh file on disk.
     pub fn from_file(file: &Path) -> Self {
-        Self::Disk(file.parent().unwrap_or(Path::new("")).to_path_buf())
+        Self::Disk(file.parent().unwrap_or(Path::new("")).to_path_buf(), FilesRead::from_mesh_path(file))
+    }
+
+    /// Returns the files on disk that were read: the mesh and its companion files so far.
+    pub fn files_read(&self) -> FilesRead {
+        match self {
+            Self::Disk(_, read) => read.clone(),
+            Self::Memory(_) => FilesRead::default(),
+        }
     }
 
     /// Makes a folder of files in memory; drops files whose names lead out of the folder.
@@ -40,7 +49,7 @@ impl Folder {
 
     pub(super) fn has_file(&self, path: &Path) -> bool {
         match self {
-            Self::Disk(folder) => or_current(folder).join(path).is_file(),
+            Self::Disk(folder, _) => or_current(folder).join(path).is_file(),
             Self::Memory(files) => files.contains_key(path),
         }
     }
@@ -51,7 +60,7 @@ impl Folder {
             Self::Memory(files) => {
                 return if files.contains_key(path) { Ok(path.into()) } else { Err(FileProblem::Missing) };
             }
-            Self::Disk(folder) => or_current(folder),
+            Self::Disk(folder, _) => or_current(folder),
         };
         // Links are followed before the comparison: a link may lead out of the folder.
         let inside = folder.canonicalize().map_err(|_| FileProblem::Missing)?;
@@ -67,7 +76,8 @@ impl Folder {
 
     pub(super) fn read(&self, source: &Path) -> Result<Arc<[u8]>, FileProblem> {
         match self {
-            Self::Disk(_) => {
+            Self::Disk(_, read) => {
+                read.add(source);
                 with_fallible_allocation(|| std::fs::read(source)).map(Arc::from).map_err(FileProblem::Unreadable)
             }
             Self::Memory(files) => files.get(source).cloned().ok_or(FileProblem::Missing),
@@ -76,11 +86,21 @@ impl Folder {
 
     pub(super) fn relative_path(&self, source: &Path) -> Option<PathBuf> {
         match self {
-            Self::Disk(folder) => {
+            Self::Disk(folder, _) => {
                 let folder = or_current(folder).canonicalize().ok()?;
                 source.strip_prefix(folder).ok().map(Path::to_path_buf)
             }
             Self::Memory(_) => Some(source.into()),
+        }
+    }
+}
+
+impl PartialEq for Folder {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Disk(folder, _), Self::Disk(other, _)) => folder == other,
+            (Self::Memory(files), Self::Memory(others)) => files == others,
+            _ => false,
         }
     }
 }

@@ -157,7 +157,7 @@ mod tests {
         let extra = Extra {
             groups: vec![group(Some("skin")), group(None), group(Some("horn"))],
             material_libraries: vec!["m.mtl".into()],
-            folder: Some(Folder::Disk(folder.path().to_path_buf())),
+            folder: Some(Folder::from_file(&folder.path().join("mesh"))),
             ..Extra::default()
         };
         let (looks, notes) = read_looks(&extra, false);
@@ -198,7 +198,7 @@ mod tests {
         let extra = Extra {
             groups: vec![Group { material: Some("skin".into()), ..Group::default() }],
             material_libraries: vec!["a.mtl b.mtl".into()],
-            folder: Some(Folder::Disk(folder.path().to_path_buf())),
+            folder: Some(Folder::from_file(&folder.path().join("mesh"))),
             ..Extra::default()
         };
         assert_eq!(read_looks(&extra, false).0.of_groups[0].colour, [0.0, 1.0, 0.0]);
@@ -224,7 +224,7 @@ mod tests {
             groups: [1.0, 0.0, -1.0, 2.0].map(group).to_vec(),
             face_columns: vec![Column { name: "texnumber".into(), scalar: Scalar::I32 }],
             comments: comments.map(String::from).to_vec(),
-            folder: Some(Folder::Disk(folder.path().to_path_buf())),
+            folder: Some(Folder::from_file(&folder.path().join("mesh"))),
             ..Extra::default()
         };
         let image = |look: &Look| look.texture.as_ref().map(|texture| texture.image.to_vec());

@@ -17,4 +17,9 @@ pub enum ImageUse {
 pub trait ImageConverter: Debug + Sync {
     /// Returns the converted bytes of an image file, or `None` to keep the image.
     fn convert(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>>;
+
+    /// Returns a word that distinguishes the names of converted images, where the original files stay beside them.
+    fn suffix(&self) -> Option<String> {
+        None
+    }
 }

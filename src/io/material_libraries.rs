@@ -46,8 +46,8 @@ impl Libraries {
     fn add(&mut self, name: &str, finder: &mut FileFinder) -> Option<String> {
         let found = finder.find(Path::new(""), name)?;
         let text = self.with_textures(&found.bytes, found.folder(), &found.output_path, finder);
-        finder.add_file(&found.output_path, &text);
-        found.is_renamed.then(|| to_reference(&found.output_path))
+        let place = finder.add_file(&found.output_path, &text);
+        (found.is_renamed || place != found.output_path).then(|| to_reference(&place))
     }
 
     fn with_textures(&mut self, text: &[u8], base: &Path, place: &Path, finder: &mut FileFinder) -> Vec<u8> {
@@ -68,20 +68,20 @@ impl Libraries {
                 out.extend(line);
                 continue;
             };
+            let texture = finder.add_image(&found.output_path, &found.bytes, texture_use(word));
             // Other formats need to know the base textures.
             if word.eq_ignore_ascii_case(b"map_kd") {
-                self.textures.push((material.clone(), to_reference(&found.output_path)));
+                self.textures.push((material.clone(), to_reference(&texture)));
             }
-            if found.is_renamed {
+            if found.is_renamed || texture != found.output_path {
                 // The name is the end of the line; only the name changes, so that options and comments survive.
                 let start = line.trim_ascii_end().len() - name.len();
                 out.extend(&line[..start]);
-                out.extend(from_folder_of(place, &found.output_path).as_bytes());
+                out.extend(from_folder_of(place, &texture).as_bytes());
                 out.extend(&line[start + name.len()..]);
             } else {
                 out.extend(line);
             }
-            finder.add_image(&found.output_path, &found.bytes, texture_use(word));
         }
         out
     }

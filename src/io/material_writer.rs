@@ -95,7 +95,7 @@ impl<'a> TexturePaths<'a, '_, '_> {
                 (ending, _) => ending,
             };
             let path = PathBuf::from(format!("{}_{}.{ending}", self.name, self.known.len()));
-            self.finder.add_image(&path, &texture.image, used);
+            let path = self.finder.add_image(&path, &texture.image, used);
             self.known.push((texture, to_reference(&path)));
             to_reference(&path)
         })

@@ -10,6 +10,7 @@ mod extra;
 mod far_from_origin;
 #[cfg(feature = "fbx")]
 mod fbx;
+mod files_read;
 mod folder;
 mod format;
 mod format_table;
@@ -24,7 +25,6 @@ mod memory;
 mod number;
 mod obj;
 mod off;
-#[cfg(any(feature = "3mf", feature = "draco", feature = "fbx", feature = "train"))]
 mod one_line;
 mod output_file;
 mod packing;
@@ -53,6 +53,7 @@ pub use attributed_writer::{Model, WrittenModel, describe_losses, packing, write
 use error::UNKNOWN;
 pub use error::{FileLocation, ReadError, WriteError};
 pub use extra::{Column, ColumnLayout, Extra, Group, ReadMesh};
+pub use files_read::{FilesRead, OutputFolder};
 pub use folder::Folder;
 pub use format::Format;
 pub use format_table::{can_read, write_obstacle};
@@ -63,6 +64,7 @@ pub use images::{ImageConverter, ImageUse};
 pub use memory::{read_file, read_stream};
 #[cfg(feature = "train")]
 pub(crate) use one_line::one_line;
+pub use one_line::shorten_name;
 pub use output_file::{OutputFile, write_files};
 pub use packing::{PackOptions, Packing};
 pub use pieces::{Pieces, Triangle};
@@ -141,7 +143,7 @@ fn read_by_row<T>(
 }
 
 fn refuse_external_file(uri: &str) -> Result<Vec<u8>, ReadError> {
-    let what = format!("the buffer {uri:?} is a separate file");
+    let what = format!("the buffer {:?} is a separate file", shorten_name(uri));
     Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
 }
 

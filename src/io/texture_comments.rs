@@ -22,11 +22,7 @@ pub(super) fn texture_number(extra: &Extra, group: &Group) -> Option<usize> {
 /// Adds the textures of the comments to the output; returns their names there.
 pub(super) fn copy_comment_textures(extra: &Extra, finder: &mut FileFinder) -> Vec<String> {
     let place = |name: &str| match finder.find("".as_ref(), name) {
-        Some(found) => {
-            let place = to_reference(&found.output_path);
-            finder.add_image(&found.output_path, &found.bytes, ImageUse::Colours);
-            place
-        }
+        Some(found) => to_reference(&finder.add_image(&found.output_path, &found.bytes, ImageUse::Colours)),
         None => name.to_string(),
     };
     comment_textures(extra).map(place).collect()

@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::ReadError;
 use super::folder::{FileProblem, Folder, inner_path};
+use super::{ReadError, shorten_name};
 
 pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
     // URLs and absolute paths are rejected before anything is read.
     let found = path_inside(uri).ok_or(FileProblem::Outside);
     let found = found.and_then(|path| folder.read(&folder.resolve(&path, false)?));
     let refusal = |problem| {
+        let uri = shorten_name(uri);
         ReadError::file(format!("the buffer {uri:?} {problem}"), "put the file next to the asset or export it as GLB")
     };
     found.map(|bytes| bytes.to_vec()).map_err(refusal)
@@ -70,7 +71,7 @@ mod tests {
         std::fs::create_dir(&inner).unwrap();
         std::fs::write(folder.path().join("secret"), b"no").unwrap();
         std::fs::write(inner.join("a b.bin"), b"yes").unwrap();
-        let within = Folder::Disk(inner.clone());
+        let within = Folder::from_file(&inner.join("mesh"));
         assert_eq!(fetch(&within, "a%20b.bin").unwrap(), b"yes");
         let absolute = folder.path().join("secret");
         for uri in [

@@ -1,6 +1,6 @@
 //! Options for writing a mesh.
 
-use super::{Format, ImageConverter, Packing};
+use super::{Format, ImageConverter, OutputFolder, Packing};
 
 /// Options for [`write_attributed`](super::write_attributed).
 #[derive(Clone, Debug)]
@@ -18,11 +18,14 @@ pub struct WriteOptions<'a> {
     pub images: Option<&'a dyn ImageConverter>,
     /// True if the images of a `.gltf` are written as separate files (`NAME_0.png`).
     pub shares_images: bool,
+    /// Folder of the results, if they are written to disk.
+    pub folder: Option<OutputFolder>,
 }
 
 impl WriteOptions<'_> {
     /// Makes options; files outside the asset's folder are not read.
     pub fn new(format: Format, name: impl Into<String>) -> Self {
-        Self { format, name: name.into(), allow_outside: false, packing: None, images: None, shares_images: false }
+        let name = name.into();
+        Self { format, name, allow_outside: false, packing: None, images: None, shares_images: false, folder: None }
     }
 }

@@ -11,6 +11,13 @@ use crate::simplify::SimplifyError;
 pub enum JobError {
     /// Options that are out of range, contradict each other or do not suit the document.
     Options(String),
+    /// Option that this build lacks.
+    Feature {
+        /// Name of the option.
+        option: &'static str,
+        /// Feature of the build that has it.
+        feature: &'static str,
+    },
     /// Document that cannot be read or simplified.
     Document(String),
     /// Result that cannot be written.
@@ -23,6 +30,7 @@ impl fmt::Display for JobError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Options(text) | Self::Document(text) | Self::Output(text) => f.write_str(text),
+            Self::Feature { option, feature } => write!(f, "{option}: this build lacks the feature {feature}"),
             Self::Interrupted => f.write_str("interrupted"),
         }
     }

@@ -19,7 +19,7 @@ pub struct Meshes<'a> {
 }
 
 /// One mesh file and its companion files.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Files {
     /// Content of the mesh file.
     pub bytes: Vec<u8>,

@@ -23,6 +23,7 @@ mod meshopt;
 #[cfg(not(feature = "meshopt"))]
 #[path = "no_meshopt.rs"]
 mod meshopt;
+mod option_names;
 mod option_value;
 mod outcome;
 mod parse;
@@ -44,6 +45,7 @@ pub use baked_material::{BakeFigures, BakedMaterial};
 pub use document::{Document, PlacedSurface, list_names};
 pub use error::JobError;
 pub use files::{Files, Meshes};
+pub use option_names::{Caller, read_options, respell_options};
 pub use option_value::OptionValue;
 pub use outcome::JobOutcome;
 pub use parse::{RatioOf, bound, count, parse_scaled, ratio_of, share};

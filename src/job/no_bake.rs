@@ -5,11 +5,8 @@ use crate::mesh::{Attributes, Looks, TriMesh};
 use super::baked_material::BakedMaterial;
 use super::error::JobError;
 
-const LACKS: &str =
-    "--bake: this build lacks the feature bake: install with `cargo install --path cli --features bake`";
-
 pub fn check_size(_: usize) -> Result<(), JobError> {
-    Err(JobError::Options(LACKS.into()))
+    Err(JobError::Feature { option: "--bake", feature: "bake" })
 }
 
 pub fn bake_material(
@@ -18,5 +15,5 @@ pub fn bake_material(
     _: (&TriMesh, &Attributes, &Looks),
     _: &TriMesh,
 ) -> Result<BakedMaterial, String> {
-    Err(LACKS.into())
+    Err(JobError::Feature { option: "--bake", feature: "bake" }.to_string())
 }

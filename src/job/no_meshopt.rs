@@ -3,6 +3,5 @@
 use super::error::JobError;
 
 pub fn check() -> Result<(), JobError> {
-    let what = "--compress: this build lacks the feature meshopt: install with `cargo install --path cli --features meshopt`, or take --compress=quantize";
-    Err(JobError::Options(what.into()))
+    Err(JobError::Feature { option: "--compress", feature: "meshopt" })
 }

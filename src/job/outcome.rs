@@ -32,6 +32,16 @@ impl JobOutcome {
     /// # Errors
     /// [`JobError::Output`] if the format cannot store a result.
     pub fn write(&mut self, document: &Document, job: &Job) -> Result<Vec<Files>, JobError> {
+        let files = self.make_files(document, job)?;
+        self.complete_report(&files);
+        Ok(files)
+    }
+
+    /// Makes the files as [`write`](Self::write) does, for example for another folder; the report stays.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub fn make_files(&self, document: &Document, job: &Job) -> Result<Vec<Files>, JobError> {
         let is_one = !job.names.are_several();
         let coverage = if self.results.len() > 1 && is_one { coverage(&self.report.levels) } else { Vec::new() };
         let n_each = if is_one { self.results.len().max(1) } else { 1 };
@@ -42,7 +52,6 @@ impl JobOutcome {
             let written = document.to_files(&meshes, job, job.names.file(number));
             files.push(written.map_err(|error| JobError::Output(error.to_string()))?);
         }
-        self.complete_report(&files);
         Ok(files)
     }
 

@@ -1,5 +1,7 @@
 //! Jobs: all options for the simplification of a document.
 
+use std::path::PathBuf;
+
 use crate::io::{Format, PackOptions};
 use crate::simplify::{Assembly, ClosedOptions, Options, Target};
 
@@ -129,6 +131,10 @@ pub struct Names {
     pub files: Vec<String>,
     /// Base name of companion files that levels of detail share.
     pub shared: Option<String>,
+    /// Folder of the files, if they are written to disk.
+    pub folder: Option<PathBuf>,
+    /// True if companion files change no file that the folder has, read or not.
+    pub keeps_all: bool,
 }
 
 impl Names {

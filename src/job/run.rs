@@ -23,7 +23,7 @@ use super::request::Job;
 use super::resolve::{options_for, resolve_target};
 use super::shares;
 use super::simplified_results::SimplifiedResults;
-use super::size::{Goal, LevelSize};
+use super::size::{Bound, Goal, LevelSize};
 use super::watch::{JobStage, Watch};
 use super::within::simplify_within;
 
@@ -56,6 +56,7 @@ pub fn run(
     watch: &mut dyn Watch,
 ) -> Result<JobOutcome, JobError> {
     job.check()?;
+    check_bounds(document, job)?;
     watch.begin(JobStage::Simplify);
     let SimplifiedResults { results, certified, note, pack, named } = simplify_document(document, job, weights, watch)?;
     let baked = bake_result(document, &results, job, watch)?;
@@ -73,6 +74,25 @@ pub fn run(
     let mut report = make_report(document, job, &results, levels)?;
     (report.notes, report.named, report.baked) = (notes, named, baked.as_ref().map(|baked| baked.figures));
     Ok(JobOutcome { results, report, baked, packing, n_first_notes })
+}
+
+/// Rejects distances in the unit of the mesh within which any shape of its size is, as they were meant in percent.
+fn check_bounds(document: &Document, job: &Job) -> Result<(), JobError> {
+    let (option, bounds) = match &job.goal {
+        Goal::Error(bound) => ("--error", std::slice::from_ref(bound)),
+        Goal::ErrorLevels(bounds) => ("--lods", &bounds[..]),
+        _ => return Ok(()),
+    };
+    // No point of a mesh is farther than this from the middle of its bounding box.
+    let most = 0.5 * document.diagonal();
+    let too_far = bounds.iter().find_map(|bound| match *bound {
+        Bound::Absolute(distance) if distance > most && most > 0.0 => Some(distance),
+        _ => None,
+    });
+    let Some(distance) = too_far else { return Ok(()) };
+    let meant = if distance <= 100.0 { format!("; did you mean {distance}%?") } else { String::new() };
+    let what = "is more than half of the diagonal of the mesh, so any shape is within it: give less";
+    Err(JobError::Options(format!("{option} {distance}: {what} than {most:.3}, or percent{meant}")))
 }
 
 fn simplify_document(

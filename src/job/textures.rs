@@ -64,6 +64,10 @@ impl ImageConverter for Textures {
         }
         made
     }
+
+    fn suffix(&self) -> Option<String> {
+        Some(self.side.to_string())
+    }
 }
 
 /// Resizes an image file in its format (PNG for KTX2); `None` if unreadable.

@@ -120,7 +120,10 @@ impl std::fmt::Display for CleanError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoFaces { n_vertices, n_faces: 0, counts: CleanCounts { dropped_faces: 0, .. } } => {
-                write!(f, "no faces (vertices: {n_vertices}): a mesh needs triangles or polygons")
+                write!(
+                    f,
+                    "no faces (vertices: {n_vertices}): a mesh needs triangles or polygons; mesh-points makes them for a point cloud"
+                )
             }
             Self::NoFaces { n_vertices, n_faces, counts } => {
                 let n_faces = n_faces + counts.dropped_faces;

@@ -38,7 +38,7 @@ pub use measured_step::{Estimate, estimate_gradient};
 pub use objective::{OBJECTIVES, OWN_OBJECTIVE, step_from_objective, step_function};
 pub use objectives::{CustomObjective, ErrorShares, Errors, JudgedErrors, Objective, ShapeObjective};
 pub use patch::cut_patch;
-pub use run::{OwnNetwork, TrainRequest, TrainingRun, open};
+pub use run::{OUTPUT_FILES, OwnNetwork, TrainRequest, TrainingRun, open};
 pub use settings::{DEFAULT_SETTINGS, Settings};
 pub use step::{StepFunction, StepResult, TrainingItem, network_gradients, step_from_network};
 pub use version::VERSION;

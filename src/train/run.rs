@@ -16,6 +16,17 @@ use std::sync::Arc;
 
 /// Prefix of temporary files, which remain if the program is killed.
 const TEMPORARY: &str = ".neural-mesh-";
+/// Names of the files that a training writes into its folder, with those of the program's curves.
+pub const OUTPUT_FILES: [&str; 8] = [
+    "config.toml",
+    "data.csv",
+    "steps.csv",
+    "epochs.csv",
+    "best.safetensors",
+    "last.safetensors",
+    "checkpoint.safetensors",
+    "curves.svg",
+];
 
 /// The inputs of a training.
 #[derive(Clone, Copy, Debug)]

@@ -256,6 +256,28 @@ fn errors_are_one_line() {
 }
 
 #[test]
+fn errors_name_options_as_javascript_writes_them() {
+    let bytes = file(&shapes::icosphere(1), Format::Ply);
+    for (options, says) in [
+        (json!({ "rato": 0.1 }), "no such option: rato; did you mean ratio?"),
+        (json!({ "ratio": 0.5, "keepFeatures": true }), "no such option: keepFeatures; did you mean keep_features?"),
+        (
+            json!({ "ratio": 10 }),
+            "ratio 10: give a share above 0 and at most 1, like 0.1, or in percent, like 10%; did you mean 10%?",
+        ),
+        (json!({ "ratio": 0.5, "keep": "wheel" }), "keep wheel: give a list"),
+        (json!({}), "give a size: ratio, vertices, faces, error, size or lods"),
+        (json!(0.1), "options: give values by name"),
+    ] {
+        let mut request = Answer::default();
+        request.add(bytes.clone());
+        let json =
+            json!({ "call": "simplify", "options": options, "file": { "name": "a.ply", "bytes": 1 }, "out": "b.ply" });
+        assert_eq!(call(request, &json).json["error"], says);
+    }
+}
+
+#[test]
 fn a_run_that_is_ended_says_so() {
     let mesh = shapes::icosphere(4);
     let mut request = Answer::default();

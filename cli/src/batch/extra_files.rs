@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use neural_mesh::io::OutputFile;
+use neural_mesh::io::{FilesRead, OutputFile};
 
 use super::outputs::{fold_case, prepare_path};
 use super::{lock, manifest};
@@ -40,7 +40,7 @@ impl ExtraFiles {
     /// # Errors
     /// If a file would replace a result (nothing is written then) or a different file of another mesh; if writing
     /// fails.
-    pub fn write(&self, result: &Path, files: &[OutputFile]) -> Result<(), Failure> {
+    pub fn write(&self, result: &Path, files: &[OutputFile], read: &FilesRead) -> Result<(), Failure> {
         let parent = result.parent().unwrap_or(Path::new(""));
         let relative_path = |file: &OutputFile| parent.join(&file.path);
         if let Some(taken) = files.iter().map(relative_path).find(|path| self.is_taken(path)) {
@@ -57,7 +57,7 @@ impl ExtraFiles {
                 let what = "two meshes of the batch have different texture, material or buffer files of this name: rename one of these files";
                 return Err(Failure::in_file(&path, what));
             }
-            write_extra_files(&self.folder.join(parent), std::slice::from_ref(file), self.force && is_new)?;
+            write_extra_files(&self.folder.join(parent), std::slice::from_ref(file), read, self.force && is_new)?;
         }
         Ok(())
     }
@@ -81,8 +81,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let results = ["a.obj", "deep/b.ply", "c.obj"].map(PathBuf::from);
         let extra_files = ExtraFiles::new(folder.path().into(), &results, true);
-        let write =
-            |result: &str, path: &str| extra_files.write(Path::new(result), &[file("t.png", b"t"), file(path, b"x")]);
+        let read = FilesRead::default();
+        let write = |result: &str, path: &str| {
+            extra_files.write(Path::new(result), &[file("t.png", b"t"), file(path, b"x")], &read)
+        };
         for path in ["c.obj", "C.OBJ", "c.obj/x.png", "deep", "deep/b.ply", "manifest.csv", "Manifest.CSV"] {
             assert!(write("a.obj", path).is_err(), "{path}");
         }
@@ -97,7 +99,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.png");
         std::fs::write(&path, "of an earlier run").unwrap();
-        let write = |extra_files: &ExtraFiles, bytes| extra_files.write(Path::new("a.obj"), &[file("t.png", bytes)]);
+        let write = |extra_files: &ExtraFiles, bytes| {
+            extra_files.write(Path::new("a.obj"), &[file("t.png", bytes)], &FilesRead::default())
+        };
         let keeping = ExtraFiles::new(folder.path().into(), &[], false);
         assert!(write(&keeping, b"mine").is_err());
         let extra_files = ExtraFiles::new(folder.path().into(), &[], true);
@@ -113,7 +117,7 @@ mod tests {
         std::fs::create_dir(folder.path().join("deep")).unwrap();
         std::os::unix::fs::symlink("deep", folder.path().join("maps")).unwrap();
         let extra_files = ExtraFiles::new(folder.path().into(), &["a.obj".into(), "deep/b.ply".into()], true);
-        assert!(extra_files.write(Path::new("a.obj"), &[file("maps/b.ply", b"x")]).is_err());
+        assert!(extra_files.write(Path::new("a.obj"), &[file("maps/b.ply", b"x")], &FilesRead::default()).is_err());
         assert_eq!(std::fs::read_dir(folder.path().join("deep")).unwrap().count(), 0);
     }
 }

@@ -12,6 +12,7 @@ use super::path_text::{parse_path, spell_path};
 use crate::failure::Failure;
 use crate::files;
 use crate::names::level_paths;
+use neural_mesh::io::FilesRead;
 use neural_mesh::job::{JobReport, Level, REACHED};
 
 pub const MANIFEST_FILE: &str = "manifest.csv";
@@ -112,6 +113,8 @@ pub struct BatchFolders {
     pub n_levels: usize,
     /// Folders for reports and pictures, with the endings of their files.
     pub side_folders: Vec<(PathBuf, &'static str)>,
+    /// Files that the batch reads: all meshes, weights and the list of names.
+    pub read: FilesRead,
 }
 
 impl BatchFolders {
@@ -156,7 +159,10 @@ impl Manifest {
         [resume, force]: [bool; 2],
     ) -> Result<Self, Failure> {
         let path = folders.folder.join(MANIFEST_FILE);
-        let old_rows = if resume && path.exists() { read_rows(&path)? } else { HashMap::new() };
+        folders.read.check(&path, false).map_err(|error| Failure::in_file(&path, error))?;
+        // Even --force replaces only the manifest of another batch, not any file of this name.
+        let old_rows = if path.exists() && (resume || force) { read_rows(&path)? } else { HashMap::new() };
+        let old_rows = if resume { old_rows } else { HashMap::new() };
         if !resume && !force {
             let outputs = rows.iter().flat_map(|row| folders.files_of_row(row));
             refuse_existing(std::iter::once(path.clone()).chain(outputs))?;
@@ -249,7 +255,7 @@ impl Manifest {
         let mut writer = csv::Writer::from_writer(Vec::new());
         locked.rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|error| problem(&error))?;
         let bytes = writer.into_inner().map_err(|error| problem(&error))?;
-        files::place_files(vec![files::prepare_file(&self.path, &bytes, true)?])?;
+        files::place_files(vec![files::prepare_file(&self.path, &bytes, true)?], &self.folders.read)?;
         locked.written = Instant::now();
         Ok(())
     }
@@ -262,7 +268,12 @@ impl Manifest {
 fn read_rows(path: &Path) -> Result<HashMap<String, ManifestRow>, Failure> {
     let problem =
         |error| Failure::in_file(path, format!("is not the manifest of a batch: {error}: choose another folder"));
-    let rows = csv::Reader::from_path(path).map_err(problem)?.into_deserialize();
+    let mut reader = csv::Reader::from_path(path).map_err(problem)?;
+    // A file without rows would pass as a manifest, whatever its first line is.
+    if reader.headers().map_err(problem)?.get(0) != Some("name") {
+        return Err(Failure::in_file(path, "is not the manifest of a batch: choose another folder"));
+    }
+    let rows = reader.into_deserialize();
     rows.map(|row: Result<ManifestRow, csv::Error>| row.map(|row| (row.name.clone(), row)).map_err(problem)).collect()
 }
 

@@ -9,7 +9,7 @@ mod path_text;
 mod schedule;
 mod unfinished;
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -22,9 +22,9 @@ use crate::args::{PurposeArg, SimplifyArgs};
 use crate::bar::Bar;
 use crate::failure::Failure;
 use crate::messages::MessageStream;
-use crate::names::{check_writable, is_stream, level_paths, parse_format};
+use crate::names::{check_writable, is_stream, parse_format};
 use crate::progress::Progress;
-use crate::request::{self, Request, Source, is_strict};
+use crate::request::{self, Request, Source, is_strict, to_usage_failure};
 use crate::{files, interrupt, memory, read, simplify};
 use extra_files::ExtraFiles;
 use inputs::Input;
@@ -53,8 +53,10 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let names = outputs::choose_names(&inputs, format);
     let names = if args.lods.is_empty() { names } else { outputs::with_level_placeholders(&inputs, names, format) };
     let rows = ManifestRow::create_all(&inputs, &names, &spell_options(&args));
-    let folders =
-        BatchFolders { folder: folder.clone(), n_levels: args.lods.len(), side_folders: open_side_folders(&args)? };
+    let read = files::list_files_read(None, args.list.as_deref().into_iter().chain(args.weights.as_deref()));
+    inputs.iter().for_each(|input| read.add(&input.path));
+    let side_folders = open_side_folders(&args)?;
+    let folders = BatchFolders { folder: folder.clone(), n_levels: args.lods.len(), side_folders, read };
     // Every mesh has a row from the start, so that a killed batch can be resumed.
     let mut manifest = Manifest::open(folders, rows, [args.resume, args.force])?;
     interrupt::handle_signals(Failure::Stopped("interrupted: continue with --resume".into()));
@@ -62,11 +64,18 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let weights = read::read_weights(args.weights.as_deref(), &job.options.assembly)?;
     let extra_files = ExtraFiles::new(folder.clone(), &manifest.outputs(), args.force);
     let progress = Mutex::new(BatchProgress { bar: Bar::new(args.quiet), n_meshes: 0, cost: 0.0 });
-    let batch = Batch { progress, args, job, folder, format, inputs, manifest, extra_files, run_alone, weights };
+    let input_folders = list_folders(&inputs);
+    let batch =
+        Batch { progress, input_folders, args, job, folder, format, inputs, manifest, extra_files, run_alone, weights };
     let began = Instant::now();
     let written = batch.simplify_all().and_then(|()| batch.manifest.save());
     written?;
     batch.report_end(began.elapsed().as_secs_f64())
+}
+
+fn list_folders(inputs: &[Input]) -> BTreeSet<PathBuf> {
+    let folder = |input: &Input| files::resolve_folder(&input.path).parent().map(Path::to_path_buf);
+    inputs.iter().filter_map(folder).collect()
 }
 
 fn open_side_folders(args: &SimplifyArgs) -> Result<Vec<(PathBuf, &'static str)>, Failure> {
@@ -178,6 +187,8 @@ struct Batch {
     folder: PathBuf,
     format: Option<Format>,
     inputs: Vec<Input>,
+    /// Folders of the meshes, without links.
+    input_folders: BTreeSet<PathBuf>,
     manifest: Manifest,
     extra_files: ExtraFiles,
     /// Indices of meshes that run alone, since an earlier run ran out of memory with them.
@@ -222,12 +233,13 @@ impl Batch {
     fn simplify_one(&self, i: usize) -> Result<JobReport, Failure> {
         let below = self.manifest.output(i);
         let output = outputs::prepare_path(&self.folder, &below)?;
-        // An existing file may be the result of an earlier run, so only other obstacles count here.
-        level_paths(&output, self.args.lods.len()).iter().try_for_each(|path| files::check_output_path(path, true))?;
         let mut request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
+        // An existing file may be the result of an earlier run, so only other obstacles count here.
+        simplify::check_outputs(&request, true)?;
         let run = simplify::simplify_file(&mut request, self.weights.as_ref(), &mut Progress::silent())?;
-        let (report, _) =
-            run.place_results_with(&|_, files| self.extra_files.write(&below, files), files::place_missing_files)?;
+        let read = run.read.clone();
+        let (report, _) = run
+            .place_results_with(&|_, files| self.extra_files.write(&below, files, &read), files::place_missing_files)?;
         Ok(report)
     }
 
@@ -235,7 +247,7 @@ impl Batch {
         let format = self.format.unwrap_or_else(|| outputs::default_format(input));
         let mut job = self.job.clone();
         job.format = format;
-        job.check_format().map_err(|error| Failure::Usage(error.to_string()))?;
+        job.check_format().map_err(|error| to_usage_failure(&error))?;
         let mut request = Request {
             source: Source::new(input.path.clone(), None, !self.args.no_weld)
                 .with_joined_scene(self.args.bake.is_some()),
@@ -255,10 +267,19 @@ impl Batch {
             quiet: true,
             strict: false,
             force,
+            read: self.manifest.folders().read.with_mesh_path(&input.path),
         };
+        request.job.names.keeps_all = self.holds_inputs(request.output.as_deref().and_then(Path::parent));
         request.job.shapes = request.report.is_some();
         request.name_files();
         Ok(request)
+    }
+
+    /// Returns whether a mesh of the batch is in the folder or below, so that its companion files may be there, too.
+    fn holds_inputs(&self, folder: Option<&Path>) -> bool {
+        let Some(folder) = folder.and_then(|folder| folder.canonicalize().ok()) else { return false };
+        // Folders below come right after a folder in this order.
+        self.input_folders.range(folder.clone()..).next().is_some_and(|input| input.starts_with(&folder))
     }
 
     fn side_file(&self, input: &Input, ending: &str) -> Result<Option<PathBuf>, Failure> {

@@ -6,17 +6,17 @@ mod report;
 mod request;
 
 use std::borrow::Cow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use neural_mesh::clusters::{Clusters, build_clusters};
-use neural_mesh::io;
+use neural_mesh::io::{self, FilesRead};
 use neural_mesh::job::{Document, Job, JobStage, Watch};
 use neural_mesh::simplify::ClosedOptions;
 
 use crate::args::ClustersArgs;
 use crate::failure::{Failure, display_path};
-use crate::files;
+use crate::files::{self, OutputPaths};
 use crate::interrupt;
 use crate::names::{check_stdout, is_stream};
 use crate::plan::Plan;
@@ -35,27 +35,30 @@ pub fn run(args: &ClustersArgs) -> Result<(), Failure> {
     if args.html.as_deref().is_some_and(is_stream) {
         return Err(Failure::Usage("--html needs the name of a file".into()));
     }
+    // A hierarchy is no mesh, so it never replaces its input.
     let outputs = [Some(&args.output), args.report.as_ref(), args.html.as_ref()].into_iter().flatten();
-    files::check_output_paths(outputs.map(PathBuf::as_path).filter(|path| !is_stream(path)), args.force)?;
+    let read = files::list_files_read(None, [args.input.as_path()]);
+    files::check_output_paths(&OutputPaths::new([], outputs), &read, args.force)?;
     check_stdout(is_stream(&args.output), args.report.as_deref().is_some_and(is_stream))?;
     interrupt::handle_signals(Failure::Interrupted);
-    in_pool(args.threads, || run_in_pool(args))
+    in_pool(args.threads, || run_in_pool(args, &read))
 }
 
-fn run_in_pool(args: &ClustersArgs) -> Result<(), Failure> {
+fn run_in_pool(args: &ClustersArgs, read: &FilesRead) -> Result<(), Failure> {
     let began = Instant::now();
     let request = create_request(args)?;
     let mut progress = Progress::new(args.quiet, Plan::new(&COSTS));
     progress.begin(JobStage::Read);
     let mut written = match open_in_pieces(&args.input, request.memory, None) {
         Some((pieces, n_bytes)) => write_in_blocks(args, &request, (&pieces, n_bytes), &mut progress)?,
-        None => write_from_memory(args, &request, &mut progress)?,
+        None => write_from_memory(args, &request, read, &mut progress)?,
     };
     let report = create_report(args, &written, began);
     let json = files::prepare_json(args.report.as_deref(), &report, args.force, &mut written.pending)?;
     drop(progress);
+    files::check_pending(&written.pending, read)?;
     written.for_stdout.or(json).iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
-    files::place_files(written.pending)?;
+    files::place_files(written.pending, read)?;
     print_report(args, &report);
     Ok(())
 }
@@ -63,10 +66,12 @@ fn run_in_pool(args: &ClustersArgs) -> Result<(), Failure> {
 fn write_from_memory(
     args: &ClustersArgs,
     request: &Request,
+    files_read: &FilesRead,
     progress: &mut Progress,
 ) -> Result<WrittenClusters, Failure> {
     let read = parse_source(&request.source, io::read_attributed, io::read_attributed_path)?;
     let document = Document::from_mesh(read, &request.job).map_err(|error| request.failure(error))?;
+    files_read.join(&document.files_read());
     progress.begin(JobStage::Simplify);
     let clusters = build(args, &request.job, &document, progress)?;
     progress.begin(JobStage::Write);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use neural_mesh::io::{self, ReadMesh};
+use neural_mesh::io::{self, FilesRead, ReadMesh};
 use neural_mesh::mesh::cleanup::Cleaned;
 use neural_mesh::mesh::{Looks, RawMesh, TriMesh, move_to_common_frame};
 use neural_mesh::picture::{CornerNormals, ShadedMesh};
@@ -38,15 +38,15 @@ pub struct ComparedMeshes {
     pub unread: Vec<Failure>,
 }
 
-/// Reads the original and the simplified meshes from their files, except those in `given`.
+/// Reads the original and the simplified meshes from their files, except those in `given`; adds the files to `read`.
 ///
 /// # Errors
 /// If the original cannot be read.
-pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<ComparedMeshes, Failure> {
+pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>, read: &FilesRead) -> Result<ComparedMeshes, Failure> {
     let (mut paths, mut meshes, mut unread) = (Vec::new(), Vec::new(), Vec::new());
     let mut given = given.into_iter();
     for path in args.inputs() {
-        match read_mesh_with_looks(path, given.next().flatten(), args) {
+        match read_mesh_with_looks(path, given.next().flatten(), args, read) {
             Ok(mesh) => {
                 paths.push(path);
                 meshes.push(mesh);
@@ -79,30 +79,37 @@ struct MeshWithLooks {
     notes: Vec<String>,
 }
 
-fn read_mesh_with_looks(path: &Path, given: Option<ReadMesh>, args: &CompareArgs) -> Result<MeshWithLooks, Failure> {
+fn read_mesh_with_looks(
+    path: &Path,
+    given: Option<ReadMesh>,
+    args: &CompareArgs,
+    read: &FilesRead,
+) -> Result<MeshWithLooks, Failure> {
     let source = Source::new(PathBuf::from(path), None, !args.no_weld);
     let (raw, looks, notes) = match given {
-        Some(given) => with_looks(given),
-        None => read_with_looks(&source)?,
+        Some(given) => with_looks(given, read),
+        None => read_with_looks(&source, read)?,
     };
     Ok(MeshWithLooks { cleaned: clean_mesh(raw, &source)?, looks, notes })
 }
 
 /// Reads a mesh and its groups' appearance; joins the meshes of a glTF scene.
-fn read_with_looks(source: &Source) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
+fn read_with_looks(source: &Source, read: &FilesRead) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
     if source.is_gltf() {
         let asset = read_asset(source)?;
+        read.join(asset.files_read());
         let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
         let scene = asset.scene_mesh(&meshes).map_err(|error| Failure::in_file(&source.path, error))?;
         let (looks, missing) = asset.scene_looks();
         return Ok((scene, looks, missing));
     }
-    Ok(with_looks(parse_source(source, io::read_attributed, io::read_attributed_path)?))
+    Ok(with_looks(parse_source(source, io::read_attributed, io::read_attributed_path)?, read))
 }
 
-fn with_looks(read: ReadMesh) -> (RawMesh, Looks, Vec<String>) {
-    let (looks, missing) = io::read_looks(&read.extra, false);
-    (read.mesh, looks, missing)
+fn with_looks(given: ReadMesh, read: &FilesRead) -> (RawMesh, Looks, Vec<String>) {
+    let (looks, missing) = io::read_looks(&given.extra, false);
+    given.extra.folder.iter().for_each(|folder| drop(read.join(&folder.files_read())));
+    (given.mesh, looks, missing)
 }
 
 fn short_names(paths: &[&Path]) -> Vec<String> {

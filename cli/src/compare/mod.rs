@@ -8,16 +8,14 @@ mod meshes;
 mod page;
 mod table;
 
-use std::path::Path;
-
 use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
-use neural_mesh::io::ReadMesh;
+use neural_mesh::io::{FilesRead, ReadMesh};
 use neural_mesh::job::{JobStage, Watch};
 use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
 
 use crate::args::CompareArgs;
 use crate::failure::Failure;
-use crate::files::{self, PendingFile};
+use crate::files::{self, OutputPaths, PendingFile};
 use crate::interrupt;
 use crate::messages::{MessageStream, print_error};
 use crate::names::{check_stdin, is_stream};
@@ -54,15 +52,24 @@ fn plan(args: &CompareArgs) -> Plan {
 
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     check_args(args)?;
-    files::check_output_paths(output_paths(args), args.force)?;
+    let read = list_inputs(args);
+    files::check_output_paths(
+        &OutputPaths::new([], [&args.json, &args.html].into_iter().flatten()),
+        &read,
+        args.force,
+    )?;
     interrupt::handle_signals(Failure::Interrupted);
-    in_pool(args.threads, || run_in_pool(args))
+    in_pool(args.threads, || run_in_pool(args, &read))
 }
 
-fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
+pub fn list_inputs(args: &CompareArgs) -> FilesRead {
+    files::list_files_read(None, args.inputs())
+}
+
+fn run_in_pool(args: &CompareArgs, read: &FilesRead) -> Result<(), Failure> {
     let mut progress = Progress::new(args.quiet, plan(args));
     progress.begin(JobStage::Read);
-    let ComparedMeshes { original, simplified, unread } = read_all(args, Vec::new())?;
+    let ComparedMeshes { original, simplified, unread } = read_all(args, Vec::new(), read)?;
     let left_out = if unread.is_empty() { Ok(()) } else { Err(Failure::Reported) };
     progress.suspend(|| unread.iter().for_each(print_error));
     if simplified.is_empty() {
@@ -78,15 +85,20 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
         Some(_) => MessageStream::Err,
         None => MessageStream::Out,
     };
+    files::check_pending(&pending, read)?;
     json.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
-    files::place_files(pending)?;
+    files::place_files(pending, read)?;
     table::format_table(&comparison, args.all).iter().for_each(|line| voice.print_line(line));
     notes.iter().for_each(|note| voice.print_line(&format!("note      {note}")));
     left_out
 }
 
-pub fn compare_in_memory(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<ComparisonOutput, Failure> {
-    let ComparedMeshes { original, simplified, unread } = read_all(args, given)?;
+pub fn compare_in_memory(
+    args: &CompareArgs,
+    given: Vec<Option<ReadMesh>>,
+    read: &FilesRead,
+) -> Result<ComparisonOutput, Failure> {
+    let ComparedMeshes { original, simplified, unread } = read_all(args, given, read)?;
     if let Some(failure) = unread.into_iter().next() {
         return Err(failure);
     }
@@ -134,10 +146,6 @@ fn prepare_outputs(args: &CompareArgs, comparison: &Comparison) -> Result<Prepar
         notes = page.notes;
     }
     Ok(PreparedOutputs { pending, json, notes })
-}
-
-fn output_paths(args: &CompareArgs) -> impl Iterator<Item = &Path> {
-    [&args.json, &args.html].into_iter().flatten().map(|path| path.as_path()).filter(|path| !is_stream(path))
 }
 
 pub fn check_args(args: &CompareArgs) -> Result<(), Failure> {

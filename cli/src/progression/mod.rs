@@ -3,17 +3,17 @@
 mod page;
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::{Parser, ValueEnum};
-use neural_mesh::io::Format;
+use neural_mesh::io::{FilesRead, Format};
 use neural_mesh::job::{Document, Job, JobStage, Watch, make_progression};
 use neural_mesh::simplify::{Options, Progression, Target};
 
 use crate::args::{ProgressionArgs, SimplifyArgs};
 use crate::document::{self, is_progression_name};
 use crate::failure::Failure;
-use crate::files;
+use crate::files::{self, OutputPaths};
 use crate::interrupt;
 use crate::messages::{MessageStream, group_digits};
 use crate::names::is_stream;
@@ -38,13 +38,15 @@ pub fn run(args: &ProgressionArgs) -> Result<(), Failure> {
     if args.html.as_deref().is_some_and(is_stream) {
         return Err(Failure::Usage("--html needs the name of a file".into()));
     }
+    // A progression is no mesh, so it never replaces its input.
+    let read = files::list_files_read(None, [args.input.as_path()]);
     let outputs = [Some(&args.output), args.html.as_ref()].into_iter().flatten();
-    files::check_output_paths(outputs.map(PathBuf::as_path), args.force)?;
+    files::check_output_paths(&OutputPaths::new([], outputs), &read, args.force)?;
     interrupt::handle_signals(Failure::Interrupted);
-    in_pool(args.threads, || write_progression(args))
+    in_pool(args.threads, || write_progression(args, &read))
 }
 
-fn write_progression(args: &ProgressionArgs) -> Result<(), Failure> {
+fn write_progression(args: &ProgressionArgs, read: &FilesRead) -> Result<(), Failure> {
     let mut request = create_request(args)?;
     let mut progress = Progress::new(args.quiet, Plan::estimate(&request, None));
     progress.begin(JobStage::Read);
@@ -53,7 +55,8 @@ fn write_progression(args: &ProgressionArgs) -> Result<(), Failure> {
     let made = make_progression(&document, &request.job, None, args.prove, &mut progress);
     let mut progression = made.map_err(to_failure)?;
     progress.begin(JobStage::Write);
-    progression.files = read_files(&args.input)?;
+    progression.files = read_files(&args.input, read)?;
+    read.join(&document.files_read());
     let bytes = progression.to_bytes();
     check_reopens(&bytes, &request)?;
     let mut pending = vec![files::prepare_file(&args.output, &bytes, args.force)?];
@@ -63,10 +66,13 @@ fn write_progression(args: &ProgressionArgs) -> Result<(), Failure> {
     }
     let seconds = progress.seconds();
     drop(progress);
-    files::place_files(pending)?;
+    files::place_files(pending, read)?;
     let voice = if args.quiet { MessageStream::Quiet } else { MessageStream::Out };
     let n_faces = group_digits(progression.n_faces());
     voice.print_line(&format!("{n_faces} faces, all levels; {} bytes", group_digits(bytes.len())));
+    if args.prove && progression.proved_levels().is_empty() {
+        voice.print_line("no distance could be proved: --error will not work with it, but sizes will");
+    }
     if let (Some(first), Some(last)) = (progression.proved_levels().first(), progression.proved_levels().last()) {
         let distances = format!("{:.3e} to {:.3e}", first.distance, last.distance);
         voice.print_line(&format!("proved distances of {} levels: {distances}", progression.proved_levels().len()));
@@ -83,8 +89,8 @@ fn check_reopens(bytes: &[u8], request: &Request) -> Result<(), Failure> {
     Document::from_progression(reopened, &job).map(drop).map_err(|error| request.failure(error))
 }
 
-/// Reads the mesh file and the files of its folder that it names.
-pub fn read_files(path: &Path) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+/// Reads the mesh file and the files of its folder that it names, and adds them to `read`.
+pub fn read_files(path: &Path, read: &FilesRead) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let name = path.file_name().unwrap_or("mesh".as_ref()).to_string_lossy().into_owned();
     let bytes = files::read(path)?;
     let mut files = vec![(name, bytes)];
@@ -102,7 +108,9 @@ pub fn read_files(path: &Path) -> Result<Vec<(String, Vec<u8>)>, Failure> {
         let is_named = |name: &String| text.contains(name.as_str()) || text.contains(&name.replace(' ', "%20"));
         let (named, rest): (Vec<String>, Vec<String>) = others.into_iter().partition(is_named);
         for name in named {
-            let bytes = files::read(&folder.join(&name))?;
+            let path = folder.join(&name);
+            read.add(&path);
+            let bytes = files::read(&path)?;
             files.push((name, bytes));
         }
         (others, next) = (rest, next + 1);

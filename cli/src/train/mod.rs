@@ -4,10 +4,11 @@ mod args;
 mod curves;
 mod progress;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use neural_mesh::train::{
-    Ending, OBJECTIVES, OwnNetwork, StepFunction, TrainError, TrainRequest, TrainingRun, open, step_function, train,
+    Ending, OBJECTIVES, OUTPUT_FILES, OwnNetwork, StepFunction, TrainError, TrainRequest, TrainingRun, open,
+    step_function, train,
 };
 
 use crate::failure::{Failure, display_path};
@@ -50,6 +51,10 @@ pub fn run_for(args: &TrainArgs, other: Option<&OtherNetwork>) -> Result<(), Fai
 fn train_and_plot((args, other): (&TrainArgs, Option<&OtherNetwork>), data: &Path, out: &Path) -> Result<(), Failure> {
     let settings = args.config.as_deref().map(read_text).transpose()?;
     let init = args.init.as_deref().map(files::read).transpose()?;
+    let read = files::list_files_read(None, [&args.config, &args.init].into_iter().flatten().map(PathBuf::as_path));
+    for path in OUTPUT_FILES.map(|name| out.join(name)) {
+        read.check(&path, false).map_err(|error| Failure::in_file(&path, error))?;
+    }
     let mut request = TrainRequest::new(data, out);
     request.settings = settings.as_deref();
     request.objective = other.map(|other| other.objective).or(args.objective.as_deref());
@@ -135,7 +140,8 @@ fn plot(folder: &Path, voice: MessageStream) -> Result<(), Failure> {
     let text = read_text(&table)?;
     let path = folder.join("curves.svg");
     let picture = curves::draw_curves(&text).map_err(|what| Failure::in_file(&table, what))?;
-    files::place_files(vec![files::prepare_file(&path, picture.as_bytes(), true)?])?;
+    let read = files::list_files_read(None, [table.as_path()]);
+    files::place_files(vec![files::prepare_file(&path, picture.as_bytes(), true)?], &read)?;
     voice.print_line(&format!("curves    {}", path.display()));
     Ok(())
 }

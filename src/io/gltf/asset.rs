@@ -14,7 +14,9 @@ use super::placements::placements;
 use super::schema::Root;
 use crate::io::memory::read_file;
 use crate::io::uri::{fetch, path_inside};
-use crate::io::{FileFetcher, Folder, Format, OutputFile, ReadError, gzip, refuse_external_file};
+use crate::io::{
+    FileFetcher, FilesRead, Folder, Format, OutputFile, ReadError, gzip, refuse_external_file, shorten_name,
+};
 
 /// glTF or GLB file with its companion files.
 pub struct Asset {
@@ -29,6 +31,7 @@ pub struct Asset {
     pub(super) meshes: Vec<usize>,
     parts: Vec<AssetPart>,
     notes: Vec<String>,
+    read: FilesRead,
 }
 
 impl Asset {
@@ -73,7 +76,8 @@ impl Asset {
     /// # Errors
     /// As [`from_bytes`](Self::from_bytes).
     pub fn from_bytes_in(bytes: &[u8], folder: &Folder) -> Result<Self, ReadError> {
-        Self::from_bytes(bytes, &|uri| fetch(folder, uri))
+        let asset = Self::from_bytes(bytes, &|uri| fetch(folder, uri))?;
+        Ok(Self { read: folder.files_read(), ..asset })
     }
 
     /// Opens the bytes of a glTF or GLB file without companion files.
@@ -104,7 +108,8 @@ impl Asset {
         }
         let images = fetch_images(&container.root, fetch, &mut notes);
         let n_bytes = bytes.len() + container.buffers.n_bytes();
-        Ok(Self { document, container, n_bytes, is_embedded, images, meshes, parts, notes })
+        let read = FilesRead::default();
+        Ok(Self { document, container, n_bytes, is_embedded, images, meshes, parts, notes, read })
     }
 
     /// Returns the parts: the asset's meshes that have triangles, in file order.
@@ -121,6 +126,11 @@ impl Asset {
     /// ```
     pub fn has_extension(&self, name: &str) -> bool {
         self.document.get("extensions").is_some_and(|extensions| extensions.get(name).is_some())
+    }
+
+    /// Returns the files on disk that were read: the asset, its buffers and its images.
+    pub fn files_read(&self) -> &FilesRead {
+        &self.read
     }
 
     /// Returns notes on repairs and missing files.
@@ -221,9 +231,10 @@ fn largest_scale(data: &Data, accessor: usize, limit: usize) -> Result<f64, Read
 fn fetch_images(root: &Root, fetch: &FileFetcher, notes: &mut Vec<String>) -> Vec<OutputFile> {
     let mut images: Vec<OutputFile> = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()).filter(|uri| !uri.starts_with("data:")) {
+        let short = shorten_name(uri);
         let Some(path) = path_inside(uri) else {
             notes.push(format!(
-                "the image {uri:?} is outside the folder of the asset: it is not copied, but the result refers to it"
+                "the image {short:?} is outside the folder of the asset: it is not copied, but the result refers to it"
             ));
             continue;
         };
@@ -234,7 +245,7 @@ fn fetch_images(root: &Root, fetch: &FileFetcher, notes: &mut Vec<String>) -> Ve
         match load_uri(uri, fetch) {
             Ok(bytes) => images.push(OutputFile { path, bytes }),
             Err(_) => {
-                notes.push(format!("the image {uri:?} is missing: it is not copied, but the result refers to it"))
+                notes.push(format!("the image {short:?} is missing: it is not copied, but the result refers to it"))
             }
         }
     }

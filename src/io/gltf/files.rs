@@ -1,11 +1,11 @@
 //! Files of a document and its buffer.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use serde_json::Value;
 
-use crate::io::{Format, OutputFile, WriteError};
+use crate::io::{Format, OutputFile, OutputFolder, WriteError};
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum BufferPlace {
@@ -19,7 +19,7 @@ pub(super) fn files(
     mut document: Value,
     buffer: Vec<u8>,
     layout: BufferPlace,
-    name: &str,
+    (name, folder): (&str, Option<&OutputFolder>),
     images: &[OutputFile],
 ) -> Result<Vec<OutputFile>, WriteError> {
     let path = Path::new(name);
@@ -31,9 +31,12 @@ pub(super) fn files(
     // An empty buffer needs no file.
     if layout == BufferPlace::Beside && !buffer.is_empty() {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let name = free_name(&stem, images);
-        document["buffers"][0]["uri"] = encode_percent(&name).into();
-        beside.push(OutputFile { path: name.into(), bytes: buffer.clone() });
+        let mut name = PathBuf::from(free_name(&stem, images));
+        if let Some(folder) = folder {
+            name = folder.free_path(&name, &buffer, None, images);
+        }
+        document["buffers"][0]["uri"] = encode_percent(&name.to_string_lossy()).into();
+        beside.push(OutputFile { path: name, bytes: buffer.clone() });
     }
     let bytes = match layout {
         BufferPlace::Glb => write_glb(&document, &buffer)?,
@@ -117,12 +120,12 @@ mod tests {
     fn names_are_no_paths_and_do_not_clash() {
         let images = [OutputFile { path: "A b.BIN".into(), bytes: vec![] }];
         let document = json!({"buffers": [{"byteLength": 1}]});
-        let written = files(document.clone(), vec![7], BufferPlace::Beside, "a b.gltf", &images).unwrap();
+        let written = files(document.clone(), vec![7], BufferPlace::Beside, ("a b.gltf", None), &images).unwrap();
         let names: Vec<&Path> = written.iter().map(|file| file.path.as_path()).collect();
         assert_eq!(names, [Path::new("a b.gltf"), Path::new("_a b.bin"), Path::new("A b.BIN")]);
         assert!(String::from_utf8_lossy(&written[0].bytes).contains("_a%20b.bin"));
         for name in ["", "..", "a/b.glb", "/b.glb"] {
-            assert!(files(document.clone(), vec![7], BufferPlace::Glb, name, &images).is_err(), "{name}");
+            assert!(files(document.clone(), vec![7], BufferPlace::Glb, (name, None), &images).is_err(), "{name}");
         }
     }
 }

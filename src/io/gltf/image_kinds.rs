@@ -1,14 +1,14 @@
 //! Image types in a document.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
 use super::files::encode_percent;
 use super::references::index;
-use crate::io::OutputFile;
 use crate::io::material_writer::extension;
 use crate::io::uri::path_inside;
+use crate::io::{OutputFile, OutputFolder};
 
 pub(super) const KTX2_TEXTURE: &str = "KHR_texture_basisu";
 
@@ -43,24 +43,41 @@ pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: 
     if let Some((_, data)) = uri.strip_prefix("data:").and_then(|data| data.split_once(";base64,")) {
         image["uri"] = format!("data:{kind};base64,{data}").into();
     } else if let Some(path) = path_inside(&uri) {
-        rename(document, &path, ending, files);
+        let is_named_so = |other: &std::ffi::OsStr| other.eq_ignore_ascii_case(ending);
+        // A second image of this file finds it renamed already.
+        let at = files.iter().position(|file| file.path == path);
+        if let Some(at) = at.filter(|_| !path.extension().is_some_and(is_named_so)) {
+            let new = free_path(path.with_extension(ending), files);
+            rename(document, at, new, files);
+        }
     }
     for texture in document.get_mut("textures").and_then(Value::as_array_mut).into_iter().flatten() {
         take_extension(texture, at);
     }
 }
 
-fn rename(document: &mut Value, path: &Path, ending: &str, files: &mut [OutputFile]) {
-    let is_named_so = |path: &Path| path.extension().is_some_and(|other| other.eq_ignore_ascii_case(ending));
-    // A second image of this file finds it renamed already.
-    let Some(at) = files.iter().position(|file| file.path == path).filter(|_| !is_named_so(path)) else { return };
-    let new = free_path(path.with_extension(ending), files);
+/// Gives new names to images that would change files of the output folder that may not change.
+pub(super) fn rename_images(
+    document: &mut Value,
+    files: &mut [OutputFile],
+    output: Option<&OutputFolder>,
+    suffix: Option<&str>,
+) {
+    for at in 0..files.len() {
+        let OutputFile { path, bytes } = &files[at];
+        let new = output.map(|output| output.free_path(path, bytes, suffix, files)).filter(|new| new != path);
+        new.into_iter().for_each(|new| rename(document, at, new, files));
+    }
+}
+
+fn rename(document: &mut Value, at: usize, new: PathBuf, files: &mut [OutputFile]) {
+    let path = &files[at].path;
     let names = new.components().map(|name| encode_percent(&name.as_os_str().to_string_lossy()));
     let new_uri = names.collect::<Vec<_>>().join("/");
     let images = document.get_mut("images").and_then(Value::as_array_mut).into_iter().flatten();
     for image in images {
         let uri = image.get("uri").and_then(Value::as_str).filter(|uri| !uri.starts_with("data:"));
-        if uri.and_then(path_inside).is_some_and(|named| named == path) {
+        if uri.and_then(path_inside).is_some_and(|named| named == *path) {
             image["uri"] = new_uri.as_str().into();
         }
     }
@@ -96,6 +113,7 @@ fn take_extension(texture: &mut Value, image: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
 
     const PNG: &[u8] = b"\x89PNG\r\n";
 

@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 use super::asset::Asset;
 use super::draft::Draft;
 use super::files::encode_percent;
-use super::image_kinds::{change_kind, free_path};
+use super::image_kinds::{change_kind, free_path, rename_images};
 use super::load_uri::load_uri;
 use super::references::index;
 use super::scene_writer::SceneOptions;
 use super::vrm;
 use crate::io::material_writer::extension;
 use crate::io::uri::path_inside;
-use crate::io::{Format, ImageUse, OutputFile, ReadError};
+use crate::io::{Format, ImageConverter, ImageUse, OutputFile, ReadError};
 
 impl Asset {
     pub(super) fn put_images(&self, draft: &mut Draft, options: &SceneOptions) -> Vec<OutputFile> {
@@ -41,6 +41,8 @@ impl Asset {
         if let Some(name) = options.shared_images.filter(|_| options.format != Format::Glb) {
             files.extend(move_to_files(draft, name, &files));
         }
+        let suffix = options.images.and_then(ImageConverter::suffix);
+        rename_images(&mut draft.document, &mut files, options.folder, suffix.as_deref());
         files
     }
 

@@ -7,7 +7,7 @@ use super::extensions::name_extension;
 use super::image_kinds::{media_type, texture_extension};
 use super::images::texture_use;
 use crate::io::material_writer::extension;
-use crate::io::{ImageConverter, ImageUse};
+use crate::io::{ImageConverter, ImageUse, shorten_name};
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
 #[derive(Default)]
@@ -55,7 +55,8 @@ impl<'a> MaterialWriter<'a> {
             self.put(draft, base, "metallicRoughnessTexture", rough.as_ref(), name);
         } else {
             self.notes.push(format!(
-                "gltf stores roughness and metal in one texture: the two textures of {name} are left out"
+                "gltf stores roughness and metal in one texture: the two textures of {} are left out",
+                shorten_name(name)
             ));
         }
         if *emission != [0.0; 3] {

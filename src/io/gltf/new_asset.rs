@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::draft::{Draft, NumberStorage, vector_shape};
 use super::extensions::{drop_unused_names, name_extension};
 use super::files::one_file;
+use super::image_kinds::rename_images;
 use super::images::move_to_files;
 use super::materials::MaterialWriter;
 use super::packed::{PrimitivePacking, QUANTIZATION, UvGrids, pack_as};
@@ -138,7 +139,8 @@ fn move_images(draft: &mut Draft, options: &WriteOptions) -> Vec<OutputFile> {
     if !options.shares_images || options.format != Format::Gltf {
         return Vec::new();
     }
-    let moved = move_to_files(draft, &options.name, &[]);
+    let mut moved = move_to_files(draft, &options.name, &[]);
+    rename_images(&mut draft.document, &mut moved, options.folder.as_ref(), None);
     // Only the views of the moved images are unused.
     if !moved.is_empty() {
         drop_unused(draft);

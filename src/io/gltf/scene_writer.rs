@@ -19,7 +19,7 @@ use super::repack::drop_unused;
 use super::schema::{GltfMesh, Primitive, Root};
 use super::semantics::{role, target_role};
 use super::simplified_part::SimplifiedPart;
-use crate::io::{Format, ImageConverter, OutputFile, Packing, WriteError};
+use crate::io::{Format, ImageConverter, OutputFile, OutputFolder, Packing, WriteError};
 use crate::mesh::{Attributes, Channel, PositionGrid, Role};
 
 /// Largest number of bytes in unchanged views: the first times the bytes read, plus the second.
@@ -41,12 +41,14 @@ pub struct SceneOptions<'a> {
     pub images: Option<&'a dyn ImageConverter>,
     /// Prefix of files for the embedded images of a `.gltf` (`NAME_0.png`).
     pub shared_images: Option<&'a str>,
+    /// Folder of the results, if they are written to disk.
+    pub folder: Option<&'a OutputFolder>,
 }
 
 impl<'a> SceneOptions<'a> {
     /// Makes options with a format and a name only.
     pub fn new(format: Format, name: &'a str) -> Self {
-        Self { format, name, coverage: &[], packing: None, images: None, shared_images: None }
+        Self { format, name, coverage: &[], packing: None, images: None, shared_images: None, folder: None }
     }
 }
 
@@ -159,7 +161,7 @@ impl Asset {
         drop_unused_names(&mut draft.document);
         let limit = levels.iter().map(|simplified| self.limit(simplified)).sum();
         let buffer = pack_as(&mut draft, limit, options.packing)?;
-        files(draft.document, buffer, layout, options.name, &images)
+        files(draft.document, buffer, layout, (options.name, options.folder), &images)
     }
 
     fn emptied_meshes(&self, simplified: &[SimplifiedPart]) -> Vec<usize> {

@@ -3,14 +3,14 @@
 use rustc_hash::FxHashMap;
 
 use super::find_channel;
-use crate::io::WriteError;
 use crate::io::attributed_writer::{WriteTask, WrittenModel};
-use crate::io::companion_files::FileFinder;
+use crate::io::companion_files::{FileFinder, to_reference};
 use crate::io::extra::{Extra, Group, encode_text};
 use crate::io::material_libraries::Libraries;
 use crate::io::material_writer::MaterialLibrary;
 use crate::io::texture_comments::{copy_comment_textures, texture_number};
 use crate::io::write::{Content, push_singles};
+use crate::io::{WriteError, shorten_name};
 use crate::mesh::{Attributes, Channel, Role};
 
 /// Writes an OBJ; its material libraries and textures are added to `finder`.
@@ -41,19 +41,17 @@ fn with_libraries(extra: &Extra, attributes: &Attributes, name: &str, finder: &m
     // Materials that came with the mesh (glTF) become a library of their own.
     let own = MaterialLibrary::from_looks(&extra, name, finder);
     if !own.text.is_empty() {
-        let library = format!("{name}.mtl");
-        finder.add_file(library.as_ref(), &own.text);
-        extra.material_libraries.push(library);
+        let library = finder.add_file(format!("{name}.mtl").as_ref(), &own.text);
+        extra.material_libraries.push(to_reference(&library));
     }
     // Textures of a PLY become a library, unless the mesh already names one.
     let textures = copy_comment_textures(&extra, finder);
     if !textures.is_empty() && extra.material_libraries.is_empty() {
-        let library = format!("{name}.mtl");
         let texts = textures.iter().enumerate();
         let text: String =
             texts.map(|(i, texture)| format!("newmtl texture_{i}\nKd 1 1 1\nmap_Kd {texture}\n")).collect();
-        finder.add_file(library.as_ref(), text.as_bytes());
-        extra.material_libraries = vec![library];
+        let library = finder.add_file(format!("{name}.mtl").as_ref(), text.as_bytes());
+        extra.material_libraries = vec![to_reference(&library)];
         if extra.groups.is_empty() && attributes.groups.is_empty() {
             extra.groups = vec![Group::default()];
         }
@@ -193,11 +191,11 @@ fn push_names(out: &mut Vec<u8>, state: &mut Group, group: Option<&Group>, latin
 
 fn describe_lost_channels(attributes: &Attributes) -> Option<String> {
     let written = [Role::Uv, Role::Normal, Role::Colour].map(|role| find_channel(attributes, role).map(|c| &c.name));
-    let names: Vec<&str> = attributes
+    let names: Vec<_> = attributes
         .channels
         .iter()
         .filter(|channel| !written.contains(&Some(&channel.name)))
-        .map(|channel| channel.name.as_str())
+        .map(|channel| shorten_name(&channel.name))
         .collect();
     (!names.is_empty()).then(|| format!("obj cannot store {}: dropped", names.join(", ")))
 }

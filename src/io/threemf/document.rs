@@ -11,7 +11,7 @@ use super::attribute;
 use super::required::refuse_unknown;
 use crate::io::memory::reserve;
 use crate::io::one_line::one_line;
-use crate::io::{ReadError, number};
+use crate::io::{ReadError, number, shorten_name};
 
 const REMEDY: &str = "export the file again";
 
@@ -40,6 +40,8 @@ pub(super) struct Object {
     // Identifier of each face's property and the entry's index at each corner; shorter if the last faces have none.
     pub of_faces: Vec<Option<(u32, [u32; 3])>>,
     pub components: Vec<Reference>,
+    // True while the object is being placed.
+    pub is_open: bool,
 }
 
 pub(super) struct Reference {
@@ -243,8 +245,9 @@ fn parse_matrix(text: &str) -> Result<DMat4, ReadError> {
 }
 
 fn parse_index(element: &BytesStart, name: &str) -> Result<Option<u32>, ReadError> {
-    let parsed =
-        |text: Cow<str>| text.trim().parse().map_err(|_| element_error(&format!("{name} {text:?} is not an index")));
+    let parsed = |text: Cow<str>| {
+        text.trim().parse().map_err(|_| element_error(&format!("{name} {:?} is not an index", shorten_name(&text))))
+    };
     attribute(element, name).map(parsed).transpose()
 }
 

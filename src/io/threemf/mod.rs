@@ -19,7 +19,7 @@ use super::extra::has_too_many_groups;
 use super::far_from_origin::is_far_from_origin;
 use super::memory::instance_limit;
 use super::units;
-use super::{Extra, ReadError, ReadMesh};
+use super::{Extra, ReadError, ReadMesh, shorten_name};
 use crate::mesh::{PlacedMesh, merge_placed_meshes};
 use document::{ModelDocument, Reference, parse};
 use faces::{IgnoredContent, ObjectMeshes};
@@ -76,7 +76,7 @@ impl<'a> Models<'a> {
             let document = parse(&self.package.text(part)?, part)?;
             self.documents.insert(part.into(), document);
         }
-        let gone = || ReadError::file(format!("there is no part {part:?}"), "export the file again");
+        let gone = || ReadError::file(format!("there is no part {:?}", shorten_name(part)), "export the file again");
         self.documents.get_mut(part).ok_or_else(gone)
     }
 
@@ -105,13 +105,18 @@ impl<'a> Models<'a> {
             let what = format!("components nest more than {DEPTH} deep");
             return Err(ReadError::file(what, "export the file again"));
         }
-        let missing =
-            || ReadError::file(format!("there is no object {} in {path:?}", named.object), "export the file again");
+        let missing = || {
+            let what = format!("there is no object {} in {:?}", named.object, shorten_name(&path));
+            ReadError::file(what, "export the file again")
+        };
         let object = self.document(&path)?.objects.get_mut(&named.object).ok_or_else(missing)?;
         let n_made = 1 + object.positions.len() + object.faces.len();
         let has_faces = !object.faces.is_empty();
-        // Components are removed during the recursion: an object that contains itself then has none, and the recursion
-        // ends.
+        let is_circle = std::mem::replace(&mut object.is_open, true);
+        if is_circle {
+            let what = format!("object {} contains itself as a component", named.object);
+            return Err(ReadError::file(what, "export the file again"));
+        }
         let components = std::mem::take(&mut object.components);
         // The budget is charged before anything is placed: nested components can double the number of objects at each
         // level.
@@ -123,7 +128,7 @@ impl<'a> Models<'a> {
             self.place(&path, component, transform, depth + 1)?;
         }
         if let Some(object) = self.document(&path)?.objects.get_mut(&named.object) {
-            object.components = components;
+            (object.components, object.is_open) = (components, false);
         }
         Ok(())
     }
@@ -177,7 +182,7 @@ impl<'a> Models<'a> {
         // Writers need a unit that 3MF knows.
         let is_known = units::is_known(&unit);
         if !is_known {
-            self.notes.push(format!("the unit {unit:?} is none of 3mf: it is dropped"));
+            self.notes.push(format!("the unit {:?} is none of 3mf: it is dropped", shorten_name(&unit)));
         }
         is_known.then_some(unit)
     }
@@ -382,6 +387,7 @@ mod tests {
         let error = read_model(&resources, r#"<item objectid="39"/>"#).unwrap_err();
         assert!(error.what.contains("repeats its objects too often"), "{error}");
         let circle = r#"<object id="1"><components><component objectid="1"/></components></object>"#;
-        assert_eq!(read_model(circle, r#"<item objectid="1"/>"#).unwrap().mesh.faces.len(), 0);
+        let error = read_model(circle, r#"<item objectid="1"/>"#).unwrap_err();
+        assert!(error.what.contains("object 1 contains itself"), "{error}");
     }
 }

@@ -9,8 +9,8 @@ use zip::ZipArchive;
 use zip::result::ZipError;
 
 use super::attribute;
-use crate::io::ReadError;
 use crate::io::one_line::one_line;
+use crate::io::{ReadError, shorten_name};
 use crate::mesh::fallible_allocation::with_fallible_allocation;
 
 /// Largest number of unpacked bytes: the first times the package's bytes, or the second if more.
@@ -60,7 +60,7 @@ impl<'a> Package<'a> {
     }
 
     fn unpack_part(&mut self, name: &str) -> Result<Vec<u8>, ReadError> {
-        let missing = || ReadError::file(format!("there is no part {name:?}"), REMEDY);
+        let missing = || ReadError::file(format!("there is no part {:?}", shorten_name(name)), REMEDY);
         // Names ignore case, as the packaging standard demands.
         let index = self.index(name).ok_or_else(missing)?;
         let damaged = |error: String| ReadError::file(format!("{name} is cut or damaged ({error})"), REMEDY);

@@ -3,7 +3,7 @@
 use quick_xml::events::BytesStart;
 
 use super::attribute;
-use crate::io::ReadError;
+use crate::io::{ReadError, shorten_name};
 
 // Parts of the namespaces of accepted extensions, without the year. Production adds parts; materials and triangle sets
 // add attributes.
@@ -15,7 +15,7 @@ pub(super) fn refuse_unknown(model: &BytesStart) -> Result<(), ReadError> {
         // The list has prefixes; namespaces declare what they mean.
         let namespace = attribute(model, &format!("xmlns:{prefix}")).unwrap_or_else(|| prefix.to_string().into());
         if !KNOWN.iter().any(|known| namespace.contains(known)) {
-            let what = format!("needs the extension {namespace:?}");
+            let what = format!("needs the extension {:?}", shorten_name(&namespace));
             return Err(ReadError::file(what, "export the file without it"));
         }
     }

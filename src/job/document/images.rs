@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::io::shorten_name;
 use crate::mesh::{BaseTexture, Look};
 use crate::picture::{decode_image, image_problem};
 
@@ -32,7 +33,8 @@ impl Document {
 
     fn material(&self, group: usize) -> String {
         let names = self.group_names();
-        let name = names.iter().find(|(_, of)| *of as usize == group).map(|(name, _)| format!(" {name:?}"));
+        let name =
+            names.iter().find(|(_, of)| *of as usize == group).map(|(name, _)| format!(" {:?}", shorten_name(name)));
         format!("an image of the material{}", name.unwrap_or_default())
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use crate::io::Group;
+use crate::io::{Group, shorten_name};
 
 use crate::job::error::JobError;
 
@@ -70,7 +70,7 @@ impl Document {
 
 /// Joins names by commas; shortens long lists.
 pub fn list_names<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let names: Vec<&str> = names.into_iter().collect();
+    let names: Vec<_> = names.into_iter().map(shorten_name).collect();
     match names.len() {
         0 => "none".into(),
         n if n > MOST_LISTED => format!("{}, and {} more", names[..MOST_LISTED].join(", "), n - MOST_LISTED),

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use crate::io::{
-    self, Asset, Extra, ImageConverter, Model, PackOptions, Packing, SceneOptions, SimplifiedPart, WriteError,
-    WriteOptions,
+    self, Asset, Extra, FilesRead, Folder, ImageConverter, Model, OutputFolder, PackOptions, Packing, SceneOptions,
+    SimplifiedPart, WriteError, WriteOptions,
 };
 use crate::mesh::cleanup::Cleaned;
 use crate::mesh::{Attributes, Frame, PositionGrid, TriMesh, UnitedMesh, longest_side};
@@ -57,6 +57,20 @@ impl Document {
         )
     }
 
+    /// Returns the files on disk that were read for this document so far.
+    pub fn files_read(&self) -> FilesRead {
+        match &self.kind {
+            Kind::Mesh { extra, .. } => extra.folder.as_ref().map(Folder::files_read).unwrap_or_default(),
+            Kind::Scene { asset, .. } => asset.files_read().clone(),
+        }
+    }
+
+    fn output_folder(&self, job: &Job) -> Option<OutputFolder> {
+        // The files inside a progression may also be in the folder, unread.
+        let keeps_all = job.names.keeps_all || self.progression.is_some();
+        Some(OutputFolder { path: job.names.folder.clone()?, read: self.files_read(), keeps_all })
+    }
+
     /// Writes results in the job's format; `file_name` is the name of the mesh file.
     pub fn to_files(
         &self,
@@ -74,6 +88,7 @@ impl Document {
                 let mut options = WriteOptions::new(job.format, library_name(job, file_name));
                 (options.allow_outside, options.packing) = (job.allow_outside, packing.cloned());
                 (options.images, options.shares_images) = (self.textures(), job.names.shared.is_some());
+                options.folder = self.output_folder(job);
                 self.mesh_files(model, *baked, &options, job)
             }
             Kind::Scene { asset, united, pieces } => {
@@ -83,6 +98,8 @@ impl Document {
                 let mut options = SceneOptions::new(job.format, file_name);
                 (options.coverage, options.packing, options.images) = (coverage, *packing, self.textures());
                 options.shared_images = job.names.shared.as_deref().filter(|_| job.names.are_several());
+                let folder = self.output_folder(job);
+                options.folder = folder.as_ref();
                 let files = scene_files(asset, &levels, &options)?;
                 Ok(Files { notes: self.textures.iter().filter_map(Textures::note).collect(), ..files })
             }

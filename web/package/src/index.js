@@ -1,5 +1,6 @@
 // Exports the program: simplification of files and arrays, comparison, and surfaces to draw. See `types/index.d.ts`.
 
+import { checkNames } from './names.js';
 import { isArrays, readArrays, readFile } from './input.js';
 import { makeProgram } from './runtime.js';
 import { packRows, unpackRows } from './strided.js';
@@ -10,8 +11,21 @@ export { NeuralMeshError } from './runtime.js';
 
 const program = makeProgram(packed, workerText);
 
+/** Names in the third argument of `simplify`. */
+const FILES = ['name', 'beside', 'out', 'arrays', 'progress', 'signal', 'worker'];
+
+/** Throws a TypeError for options that are none, or that belong to the third argument. */
+function checkOptions(options) {
+  if (typeof options !== 'object' || options === null) throw new TypeError(`options: ${options} is not an object: give { ratio: 0.1 }`);
+  const file = FILES.find((name) => name in options);
+  if (file) throw new TypeError(`${file}: give it in the third argument: simplify(mesh, { ratio: 0.1 }, { ${file}: ... })`);
+}
+
 /** Simplifies a mesh file or arrays. */
-export async function simplify(input, options = {}, { name, beside, out, arrays, progress, signal, worker } = {}) {
+export async function simplify(input, options = {}, files = {}) {
+  checkOptions(options);
+  checkNames(files, FILES);
+  const { name, beside, out, arrays, progress, signal, worker } = files;
   const fromArrays = isArrays(input);
   const source = fromArrays ? { mesh: readArrays(input) } : { file: await readFile(input, name, beside) };
   const wantsArrays = arrays ?? (fromArrays && out === undefined);

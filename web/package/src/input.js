@@ -62,6 +62,9 @@ function arrayOf(values, type, name) {
 }
 
 async function readBytes(content) {
+  if (typeof content === 'string') {
+    throw new TypeError(`${content.slice(0, 80)}: no file or address is opened: give the bytes, such as await fetch(url) or await readFile(path)`);
+  }
   if (content instanceof ArrayBuffer) return new Uint8Array(content);
   if (ArrayBuffer.isView(content)) return new Uint8Array(content.buffer, content.byteOffset, content.byteLength);
   if (typeof content?.arrayBuffer === 'function') return new Uint8Array(await content.arrayBuffer());

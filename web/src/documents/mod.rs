@@ -8,7 +8,7 @@ mod look;
 mod simplify;
 
 use neural_mesh::io::{Format, can_read, write_obstacle};
-use neural_mesh::job::JobError;
+use neural_mesh::job::{Caller, JobError, respell_options};
 use serde_json::{Value, json};
 
 use crate::answer::ProgressListener;
@@ -45,6 +45,7 @@ fn list_formats() -> Value {
 
 impl From<JobError> for Refusal {
     fn from(error: JobError) -> Self {
-        Self { is_interrupted: error == JobError::Interrupted, ..Self::new(error) }
+        let what = respell_options(&error.to_string(), Caller::JavaScript);
+        Self { is_interrupted: error == JobError::Interrupted, ..Self::new(what) }
     }
 }

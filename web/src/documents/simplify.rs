@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use neural_mesh::io::{self, Format};
-use neural_mesh::job::{Arguments, Document, Files, Job, JobStage, Seconds, Watch, run};
+use neural_mesh::job::{Arguments, Document, Files, Job, JobStage, Seconds, Watch, read_options, run};
 use neural_mesh::simplify::Event;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -22,7 +22,7 @@ const STEPS: [JobStage; 6] =
 
 #[derive(Deserialize)]
 struct SimplifyRequest {
-    #[serde(default)]
+    #[serde(skip)]
     options: Arguments,
     file: Option<File>,
     mesh: Option<Arrays>,
@@ -34,11 +34,13 @@ struct SimplifyRequest {
 
 pub fn simplify_document(
     message: &Message,
-    json: Value,
+    mut json: Value,
     answer: &mut Answer,
     listener: ProgressListener,
 ) -> Result<Value, Refusal> {
-    let request_json: SimplifyRequest = serde_json::from_value(json)?;
+    let options = json.get_mut("options").map(Value::take).filter(|options| !options.is_null());
+    let mut request_json: SimplifyRequest = serde_json::from_value(json)?;
+    request_json.options = options.map_or_else(|| Ok(Arguments::default()), read_options)?;
     let mut job = request_json.to_job()?;
     let mut watch = Watcher { listener, step: 0, is_ended: false, since: seconds(), seconds: [0.0; STEPS.len()] };
     watch.begin(JobStage::Read);

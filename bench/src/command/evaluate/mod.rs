@@ -10,6 +10,7 @@ use std::path::Path;
 
 use crate::evaluate::{Ending, EvaluateError, Request, Settings, Tool, charts, evaluate, write_report};
 
+use neural_mesh::io::FilesRead;
 use neural_mesh_cli::shared::{Failure, MessageStream, display_path, files, print_error, stopping};
 
 use super::work::worker;
@@ -98,7 +99,7 @@ fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
         let path = folder.join(chart.name).with_extension("svg");
         // A chart that cannot be drawn does not fail the evaluation.
         match draw_chart(&chart).and_then(|picture| files::prepare_file(&path, picture.as_bytes(), true)) {
-            Ok(pending) => files::place_files(vec![pending])?,
+            Ok(pending) => files::place_files(vec![pending], &FilesRead::default())?,
             Err(failure) => {
                 print_error(&Failure::Failed(format!("the chart {} was not drawn: {failure}", display_path(&path))))
             }
@@ -106,7 +107,7 @@ fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
     }
     let path = folder.join("report.html");
     let page = page::make_page(folder, &table, args.relative_to.as_deref());
-    files::place_files(vec![files::prepare_file(&path, page.as_bytes(), true)?])?;
+    files::place_files(vec![files::prepare_file(&path, page.as_bytes(), true)?], &FilesRead::default())?;
     message_stream(args).print_line(&format!("tables    {}", folder.join("tables.md").display()));
     message_stream(args).print_line(&format!("page      {}", path.display()));
     Ok(())
