@@ -1,7 +1,7 @@
 //! Attributes of whole meshes: seams stay seams, values stay in place.
 
 use crate::common::with_changes;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
 use glam::Vec3;
@@ -9,9 +9,7 @@ use neural_mesh::mesh::{
     Attributes, Channel, FeatureEdge, Role, TriMesh, edges, seams, shapes, topology, vertex_normals, with_flat_normals,
 };
 use neural_mesh::metrics::quick_distance;
-use neural_mesh::simplify::{
-    ClosedOptions, Input, Options, Outcome, SEAM_ERROR, Simplified, Target, simplify, simplify_levels_of_detail,
-};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, SEAM_ERROR, Simplified, Target, simplify};
 
 fn simplify_with_attributes(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Simplified {
     let input = with_changes(Input::bare(mesh), |input| input.attributes = attributes);
@@ -172,7 +170,6 @@ fn build_patches(n: f32) -> (TriMesh, Attributes) {
 fn held_vertices_never_spoil_the_rest() {
     let (mesh, attributes) = build_patches(12.0);
     let far = |found: &TriMesh| quick_distance(&mesh, found, 8000, 0).unwrap().mean;
-    let mut sizes = Vec::new();
     for n in [4000, 700, 500] {
         let options = Options::new(Target::Vertices(n));
         let [held, bare] =
@@ -181,26 +178,42 @@ fn held_vertices_never_spoil_the_rest() {
         // A result this close is not distorted.
         assert!(held_far < (3.3 * bare_far).max(2e-4), "{n}: {held_far} {bare_far}");
         assert!(topology(&held.mesh).is_closed_manifold());
-        let size = held.mesh.positions().len();
-        match &held.report.outcome {
-            Outcome::Reached => assert_eq!(size, n),
-            Outcome::Stopped(why) => assert!(size > n && why.contains("would damage the shape"), "{size} {why}"),
-        }
-        sizes.push((held.report.outcome == Outcome::Reached, size));
+        assert_eq!((&held.report.outcome, held.mesh.positions().len()), (&Outcome::Reached, n));
     }
-    assert!(sizes[0].0 && !sizes[2].0, "{sizes:?}");
-    // Levels of detail stop where a single result of their size stops.
-    let levels = simplify_levels_of_detail(
-        with_changes(Input::bare(&mesh), |input| input.attributes = &attributes),
-        None,
-        &ClosedOptions::default(),
-        &[Target::Vertices(4000), Target::Vertices(500)],
-        &mut |_| ControlFlow::Continue(()),
-    );
-    let levels = levels.unwrap();
-    assert_eq!(levels[0].report.outcome, Outcome::Reached);
-    assert!(matches!(&levels[1].report.outcome, Outcome::Stopped(why) if why.contains("would damage the shape")));
-    assert!(levels[1].mesh.positions().len() < 4000);
+    // With held shapes the size gives way instead.
+    let holding = ClosedOptions { hold_shape: Some(0.01), ..ClosedOptions::default() };
+    let held = simplify_with_attributes(&mesh, &attributes, &Options::with_closed(Target::Vertices(500), holding));
+    assert!(matches!(&held.report.outcome, Outcome::Stopped(why) if why.contains("would damage the shape")));
+    assert!((501..4000).contains(&held.mesh.positions().len()));
+}
+
+#[test]
+fn free_curves_keep_materials_and_charts_apart() {
+    let (mesh, patches) = build_patches(8.0);
+    // Each patch has its place on the texture; values are positions.
+    let number: BTreeMap<u32, u32> =
+        patches.groups.iter().copied().collect::<BTreeSet<u32>>().into_iter().zip(0..).collect();
+    let groups: Vec<u32> = patches.groups.iter().map(|group| number[group]).collect();
+    let corners = mesh.faces().iter().zip(&groups);
+    let uv =
+        |v: u32, group: u32| [mesh.positions()[v as usize][0] + 10.0 * group as f32, mesh.positions()[v as usize][1]];
+    let values = corners.flat_map(|(face, &group)| face.map(|v| uv(v, group))).flatten().collect();
+    let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+    let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
+    let attributes = Attributes { groups, wedges, channels };
+    for n in [400, 60, 12] {
+        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(n)));
+        assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
+        for (face, (wedges, group)) in
+            result.mesh.faces().iter().zip(result.attributes.wedges.iter().zip(&result.attributes.groups))
+        {
+            for (&v, &wedge) in face.iter().zip(wedges) {
+                let value = result.attributes.channels[0].value(wedge);
+                let off = value[0] - 10.0 * *group as f32 - result.mesh.positions()[v as usize][0];
+                assert!(off.abs() < 2.5, "{n}: {value:?} of group {group}");
+            }
+        }
+    }
 }
 
 #[test]

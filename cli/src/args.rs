@@ -157,6 +157,10 @@ pub struct SimplifyArgs {
     /// --error. Dropped components do not count for the bound
     #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, help_heading = KEEP_HEADING, hide_short_help = true)]
     pub prune: Option<Option<String>>,
+    /// Keep the shape of components, within DISTANCE in units of the mesh or with % of its diagonal [default: 1%]. Sizes that
+    /// need more are then not reached
+    #[arg(long, value_name = "DISTANCE", num_args = 0..=1, require_equals = true, help_heading = KEEP_HEADING, hide_short_help = true)]
+    pub hold_shape: Option<Option<String>>,
     /// Treatment of surfaces that are invisible from outside
     #[arg(long, value_enum, default_value = "keep", help_heading = KEEP_HEADING, hide_short_help = true)]
     pub hidden: HiddenArg,

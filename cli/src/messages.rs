@@ -83,6 +83,7 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
     if output.components_pruned > output.components_hidden {
         notes.push(dropped_line(report));
     }
+    notes.extend(describe_cost(report, output).map(|cost| format!("cost      {cost}")));
     if output.components_at_minimum > 0 {
         notes.push(match output.components_at_minimum {
             1 => "minimum   1 component is as small as its topology allows".into(),
@@ -104,6 +105,26 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
     notes
 }
 
+/// Largest distance, in percent of the diagonal, that costs nothing worth a line.
+const LEAST_COST: f64 = 1.0;
+
+/// Describes what a size costs at which shapes are lost, and the size at which they are kept.
+pub fn describe_cost(report: &JobReport, output: &OutputFigures) -> Option<String> {
+    let (vertices, faces) = output.size_with_shape.filter(|_| report.certified.is_none())?;
+    if vertices >= report.input.vertices {
+        return Some("no smaller mesh keeps all shapes".into());
+    }
+    let share = 100.0 * vertices as f64 / report.input.vertices.max(1) as f64;
+    let distance = report.distance.as_ref();
+    // A picture hardly shows less, if nothing is missing.
+    if distance.is_some_and(|it| it.max_percent < LEAST_COST) && output.components_pruned == 0 {
+        return None;
+    }
+    let largest = distance.map(|it| format!("up to {} % of the diagonal; ", format_figure(it.max_percent)));
+    let (largest, faces) = (largest.unwrap_or_default(), group_digits(faces));
+    Some(format!("{largest}about {faces} faces ({share:.0} % of the vertices) keep the shape"))
+}
+
 fn dropped_line(JobReport { input, output, .. }: &JobReport) -> String {
     // Separated sheets count as components of the output but not of the input; the input's total is then left out.
     let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
@@ -111,7 +132,8 @@ fn dropped_line(JobReport { input, output, .. }: &JobReport) -> String {
     let n = output.components_pruned - output.components_hidden;
     let names = list_names(&output.dropped, MAX_LISTED_NAMES);
     let how = "--keep-components keeps them, except those smaller than --prune=SIZE";
-    format!("dropped   {n}{all} components, too small to matter: {names}. {how}")
+    let why = if output.size_with_shape.is_some() { "missed least at this size" } else { "too small to matter" };
+    format!("dropped   {n}{all} components, {why}: {names}. {how}")
 }
 
 /// Lists the names of dropped components, each once with its count; after `most` names, only counts the rest.

@@ -233,6 +233,7 @@ pub fn to_arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
         lods_by: args.lods_by.as_ref().map(option_name),
         symmetric: optional(&args.symmetric),
         prune: optional(&args.prune),
+        hold_shape: optional(&args.hold_shape),
         fill_holes: args
             .fill_holes
             .map(|most| most.map_or(OptionValue::Flag(true), |most| OptionValue::Text(most.to_string()))),

@@ -55,14 +55,20 @@ fn run_in_pool(mut request: Request) -> Result<(), Failure> {
     check_target(&request, &report)
 }
 
-/// Returns [`Failure::Unmet`] if the result misses the target and the request is strict.
+/// Returns [`Failure::Unmet`] if the request is strict and the result misses the target or costs components their shape.
 pub fn check_target(request: &Request, report: &JobReport) -> Result<(), Failure> {
     let mut outcomes = std::iter::once(&report.outcome).chain(report.levels.iter().map(|level| &level.outcome));
-    match outcomes.find(|outcome| *outcome != REACHED) {
-        Some(outcome) if request.strict => {
+    let missed = outcomes.find(|outcome| *outcome != REACHED);
+    let missed = missed.map(|outcome| format!("the target is not reached: simplification {outcome}"));
+    let mut costs = std::iter::once(&report.output).chain(report.levels.iter().map(|level| &level.output));
+    // Who bounds a distance or a file has said what the result may cost.
+    let mut cost = || costs.find_map(|output| messages::describe_cost(report, output));
+    let cost = if request.job.goal.is_bound() { None } else { cost() };
+    match missed.or_else(|| Some(format!("the size has its price: {}", cost?))) {
+        Some(what) if request.strict => {
             let name = request.output.as_deref().map_or("standard output".into(), display_path);
             let is_written = if request.stays_in_memory { "" } else { &format!("{name}: the result is written, but ") };
-            Err(Failure::Unmet(format!("{is_written}the target is not reached: simplification {outcome}")))
+            Err(Failure::Unmet(format!("{is_written}{what}")))
         }
         _ => Ok(()),
     }

@@ -36,8 +36,12 @@ fn advised_attributes(line: &str) -> String {
 }
 
 fn vertices(folder: &Path, words: &[&str]) -> (Run, u64) {
-    let all =
-        [&["simplify"], words, &["--vertices", "60", "--seam-error", "0", "--force", "--report", "r.json"]].concat();
+    let all = [
+        &["simplify"],
+        words,
+        &["--vertices", "60", "--seam-error", "0", "--hold-shape", "--force", "--report", "r.json"],
+    ]
+    .concat();
     let run = run(folder, &all);
     assert_eq!(run.code, Some(0), "{words:?}: {}", run.stderr);
     (run, json(&folder.join("r.json"))["output"]["vertices"].as_u64().unwrap())
@@ -55,7 +59,8 @@ fn advised_options_are_accepted_and_allow_smaller_results() {
         assert!(n_limited > 100 && !lines.is_empty(), "{input} {output}: {n_limited} {lines:?}");
         let (_, n_freed) = vertices(folder.path(), &[input, "-o", output, "--ignore", &advised_attributes(&lines[0])]);
         let is_scene = output == "b.glb";
-        assert_eq!(lines.len(), if is_scene { 2 } else { 1 }, "{lines:?}");
+        assert_eq!(lines.len(), if is_scene { 3 } else { 2 }, "{lines:?}");
+        assert_eq!(lines.last().map(String::as_str), Some("without --hold-shape shapes give way to the size"));
         // The primitives of a scene stay separate, and the next line says what to do about it.
         assert!(is_scene || n_freed <= 60, "{input} {output}: {n_freed} {lines:?}");
         assert!(!is_scene || !lines[0].contains("materials") && lines[1].contains("--ignore materials"), "{lines:?}");

@@ -88,12 +88,20 @@ fn meshes_that_nodes_place_apart_all_come_back() {
 }
 
 #[test]
-fn touching_components_keep_their_shape_and_the_run_says_why_it_stops() {
+fn components_give_way_to_the_size_unless_shapes_are_held() {
     let folder = folder();
     let panes = vec![shapes::grid(2, 2); 12];
     let nodes: Vec<Value> = (0..12).map(|i| json!({"mesh": i, "translation": [1.5 * f64::from(i), 0, 0]})).collect();
     std::fs::write(folder.path().join("in.gltf"), scene_of(&panes, &nodes.into())).unwrap();
-    let done = run(folder.path(), &["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.1", "--report", "r.json"]);
+    let asked = ["simplify", "in.gltf", "-o", "reached.glb", "--faces", "6", "--report", "f.json", "--strict"];
+    let done = run(folder.path(), &asked);
+    assert!(done.code == Some(3) && done.stderr.contains("the size has its price"), "{}", done.stderr);
+    assert!(String::from_utf8_lossy(&done.stdout).contains("missed least at this size"));
+    let report = read_json(&folder.path().join("f.json"));
+    assert_eq!((&report["outcome"], &report["output"]["faces"]), (&json!("reached"), &json!(6)));
+    assert_eq!(report["output"]["size_with_shape"], json!([48, 24]));
+    let held = ["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.1", "--hold-shape", "--report", "r.json"];
+    let done = run(folder.path(), &held);
     assert!(String::from_utf8_lossy(&done.stdout).contains("change the shape of components"), "{}", done.stderr);
     let report = read_json(&folder.path().join("r.json"));
     assert!(report["distance"]["max_percent"].as_f64().unwrap() < 0.01, "{report}");
@@ -137,7 +145,7 @@ fn tiles_of_two_materials_in_one_plane_keep_their_outlines_beside_others() {
     let folder = folder();
     std::fs::write(folder.path().join("in.obj"), chequered_plane(8)).unwrap();
     std::fs::write(folder.path().join("tiles.mtl"), "newmtl black\nKd 0 0 0\nnewmtl white\nKd 1 1 1\n").unwrap();
-    let done = run(folder.path(), &["simplify", "in.obj", "-o", "out.obj", "--ratio", "0.1"]);
+    let done = run(folder.path(), &["simplify", "in.obj", "-o", "out.obj", "--ratio", "0.1", "--hold-shape"]);
     assert_eq!(done.code, Some(0), "{}", done.stderr);
     let text = std::fs::read_to_string(folder.path().join("out.obj")).unwrap();
     let on_grid = |line: &str| {
@@ -175,7 +183,7 @@ fn openings_of_components_stay_open_where_nothing_but_a_boundary_shows_them() {
         };
         let frames: Vec<TriMesh> = (0..12).map(|i| of(frame(1 + i % 3))).collect();
         std::fs::write(folder.path().join("in.gltf"), scene_of(&frames, &nodes.clone().into())).unwrap();
-        let asked = ["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.1", "--force"];
+        let asked = ["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.1", "--hold-shape", "--force"];
         assert_eq!(run(folder.path(), &asked).code, Some(0));
         let drawn = read_scene_mesh(&folder.path().join("out.glb"));
         let area: f32 = drawn.faces().iter().map(|face| flat_area(face.map(|v| drawn.positions()[v as usize]))).sum();

@@ -47,7 +47,7 @@ fn locked_and_kept_faces_limit_the_size() {
     let free = limits(folder.path(), &["scene.glb"]);
     let kept = limits(folder.path(), &["scene.glb", "--keep", "plain"]);
     let [free_size, kept_size] = [&free, &kept].map(|said| said["smallest"]["vertices"].as_u64().unwrap());
-    assert!(free_size < 200 && kept_size > 642, "{free_size} {kept_size}");
+    assert!(free_size < 200 && kept_size >= 642, "{free_size} {kept_size}");
     assert_eq!(kept["held"]["locked_vertices"], 642);
     assert!(
         kept["free"]

@@ -46,6 +46,7 @@ class Shared(TypedDict, total=False):
     seam_error: Number | None
     keep_components: bool
     prune: bool | Number | str
+    hold_shape: bool | Number | str
     hidden: Literal["keep", "cheap", "drop"] | None
     for_: Literal["shape", "poses", "spectrum"] | None
     fill_holes: bool | Whole

@@ -31,6 +31,7 @@ class Dropped(TypedDict):
 
 class _Written(TypedDict, total=False):
     vertices_written: int
+    size_with_shape: tuple[int, int]
     dropped: list[Dropped]
 
 
@@ -38,7 +39,6 @@ class Output(Size, _Written):
     """Size of the result, and counts of the components, edges and vertices that were changed or kept."""
 
     components_at_minimum: int
-    components_keep_shape: bool
     components_pruned: int
     components_hidden: int
     kept_edges: int

@@ -9,11 +9,11 @@ use super::request::{Ignored, Job};
 /// Returns one line per reason that kept the result too large, with an option that removes it.
 pub fn list_advice(job: &Job, document: &Document, output: &OutputFigures) -> Vec<String> {
     let mut lines = Vec::new();
-    if output.components_keep_shape {
-        lines.push("--prune=SIZE drops components smaller than SIZE".into());
-    }
-    if output.kept_edges > 0 && !output.components_keep_shape {
+    if output.kept_edges > 0 {
         lines.extend(of_kept_edges(job, document.input(&[], &[]).attributes, document.is_scene()));
+    }
+    if job.hold_shape.is_some() {
+        lines.push("without --hold-shape shapes give way to the size".into());
     }
     if output.locked_vertices > 0 && job.closed_options().lock_boundaries {
         lines.push("without --lock-boundaries the boundary is simplified too".into());

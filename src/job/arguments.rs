@@ -23,6 +23,9 @@ const PIECE_PERCENT: f64 = 1.0;
 const POSITION_BITS: u32 = 14;
 const FEATURE_ANGLE: f64 = 30.0;
 
+/// Default of `--hold-shape`: deformation of a component in percent of the scene's diagonal.
+const HELD_PERCENT: f64 = 1.0;
+
 /// Options of `neural-mesh simplify` by name, with `_` for `-`; unknown names are errors.
 ///
 /// Numbers may be given as text, such as `"10%"`.
@@ -69,6 +72,7 @@ pub struct Arguments {
     pub importance: Option<String>,
     pub map: bool,
     pub prune: Option<OptionValue>,
+    pub hold_shape: Option<OptionValue>,
     pub fill_holes: Option<OptionValue>,
     pub printable: Option<OptionValue>,
     pub bake: Option<usize>,
@@ -110,6 +114,7 @@ impl Arguments {
         job.shares = self.ratio_of.iter().map(named).collect::<Result<_, JobError>>()?;
         (job.weld, job.weld_near) = (!self.no_weld, distance("--weld", self.weld.as_ref())?);
         (job.seam_texels, job.prune_below) = (self.seam_error, self.prune_below()?);
+        job.hold_shape = self.hold_shape()?;
         (job.repair, job.compress) = (self.repair()?, self.packing()?);
         (job.bake, job.textures) = (self.bake, self.textures);
         let ignored = |name: &String| one_of("--ignore", Some(name), &IGNORED);
@@ -208,6 +213,11 @@ impl Arguments {
             Some(OptionValue::Flag(true)) => distance("--error", self.error.as_ref()),
             size => distance("--prune", size.as_ref()),
         }
+    }
+
+    fn hold_shape(&self) -> Result<Option<Bound>, JobError> {
+        let Some(most) = self.hold_shape.as_ref().filter(|most| most.is_given()) else { return Ok(None) };
+        Ok(distance("--hold-shape", Some(most))?.or(Some(Bound::Percent(HELD_PERCENT))))
     }
 
     fn repair(&self) -> Result<Option<Repair>, JobError> {

@@ -71,6 +71,7 @@ impl Job {
         let given = [
             ("--lock-boundaries", options.lock_boundaries),
             ("--prune", self.prune_below.is_some() && !self.is_by_error()),
+            ("--hold-shape", self.hold_shape.is_some()),
             ("--hidden", options.hidden != Hidden::Keep),
             ("--keep-components", !options.prune),
             ("--keep-features or --crease-angle", options.crease_angle.is_some()),

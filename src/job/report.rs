@@ -183,8 +183,11 @@ pub struct OutputFigures {
     pub vertices_written: Option<usize>,
     /// Number of components that cannot shrink: tetrahedra and single triangles.
     pub components_at_minimum: usize,
-    /// True if a smaller result would deform a component too far.
-    pub components_keep_shape: bool,
+    /// Numbers of vertices and faces at which shapes are kept, if the result is smaller.
+    ///
+    /// Shapes are kept within about 1 % of the diagonal; for single surfaces the size is an estimate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size_with_shape: Option<(usize, usize)>,
     /// Number of dropped components.
     pub components_pruned: usize,
     /// Number of components dropped by `--hidden drop`.
@@ -381,7 +384,7 @@ impl OutputFigures {
             size,
             vertices_written: None,
             components_at_minimum: done.components_at_minimum,
-            components_keep_shape: done.components_keep_shape,
+            size_with_shape: done.size_with_shape,
             components_pruned: done.components_pruned,
             components_hidden: done.components_hidden,
             dropped: Vec::new(),

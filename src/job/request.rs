@@ -41,6 +41,8 @@ pub struct Job {
     pub seam_texels: Option<f64>,
     /// Size below which components are dropped.
     pub prune_below: Option<Bound>,
+    /// Largest deformation of a component that no requested size may exceed.
+    pub hold_shape: Option<Bound>,
     /// Repair before simplification.
     pub repair: Option<Repair>,
     /// Texels per side of baked textures.
@@ -80,6 +82,7 @@ impl Job {
             weld_near: None,
             seam_texels: None,
             prune_below: None,
+            hold_shape: None,
             repair: None,
             bake: None,
             compress: None,

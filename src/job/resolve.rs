@@ -6,6 +6,7 @@ use super::document::Document;
 use super::error::JobError;
 use super::request::Job;
 use super::shares;
+use super::size::Bound;
 
 pub fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
     let mut options = job.options.clone();
@@ -14,6 +15,9 @@ pub fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> 
         Assembly::Closed(closed) => {
             closed.frame = document.written_frame(job);
             closed.prune_below = job.prune_below.map_or(0.0, |size| size.to_absolute(document.diagonal()));
+            let share =
+                |most: Bound| most.to_absolute(document.diagonal()) / document.diagonal().max(f64::MIN_POSITIVE);
+            closed.hold_shape = job.hold_shape.map(share);
             closed.seam_error = job.seam_texels.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
             closed.symmetric = closed.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
         }

@@ -19,15 +19,14 @@ pub(super) fn simplify_closed<'p>(
     levels: Levels<'_, 'p>,
     progress: Progress<'p>,
 ) -> Result<Vec<ClosedResult>, SimplifyError> {
-    let Levels { limits, most, .. } = levels;
-    let FinishedLevels { mut results, dropped, saved } = simplify_whole(input, task, levels, progress)?;
+    let limits = levels.limits;
+    let FinishedLevels { mut results, dropped, size_with_shape, saved } =
+        simplify_whole(input, task, levels, progress)?;
     let Some(dropped) = dropped else { return Ok(results) };
     // At a size where a component is dropped, the rest is simplified again, from a saved collapse if there is one. It
     // then loses no further component.
     let rest = SubMesh::without_components(input, [dropped.n_components, 0], |face| dropped.faces[face])?;
-    let last = results.last().map(|closed| closed.simplified.mesh.positions().len());
-    let most = last.unwrap_or(most);
-    let remaining = Levels { limits: &limits[results.len()..], n_without_dropping: 1, most, saved };
+    let remaining = Levels { limits: &limits[results.len()..], n_without_dropping: 1, size_with_shape, saved };
     for mut closed in simplify_closed(&rest.input(), task, remaining, progress)? {
         rest.lift(&mut closed.simplified, &mut closed.derivative);
         results.push(closed);

@@ -34,6 +34,8 @@ pub(crate) fn simplify_block_mesh(
         purpose,
         frame,
         prune: false,
+        // Locked vertices may leave a block larger than its share; the joined mesh is simplified again.
+        hold_shape: Some(f64::INFINITY),
         ..ClosedOptions::default()
     };
     let input = Input { locked, ..Input::bare(mesh) };

@@ -3,7 +3,8 @@
 use crate::model::Weights;
 
 use super::assemblies::{simplify_by_paper, simplify_closed, unchanged_result};
-use super::closed::{Derivative, Levels, Task, is_sound};
+use super::cards::Cards;
+use super::closed::{ClosedResult, Derivative, Levels, Task, is_sound};
 use super::components::prune;
 use super::input::Input;
 use super::limits::{Limit, resolve_levels, resolve_limit};
@@ -76,12 +77,41 @@ fn run_closed(
         (Simplified { map, ..unchanged_result(progress.pulse, &input, options.scores) }, None)
     };
     let unchanged: Vec<TracedResult> = (0..n_unchanged).map(|_| unchanged()).collect();
-    let simplified_levels = simplify_closed(&input, task, Levels::new(&limits[n_unchanged..]), progress)?;
-    let simplified_levels = simplified_levels.into_iter().map(|closed| (closed.simplified, closed.derivative));
+    let simplified_levels = simplify_with_cards(&input, task, &limits[n_unchanged..], progress)?;
     let mut levels: Vec<TracedResult> = unchanged.into_iter().chain(simplified_levels).collect();
     for (simplified, derivative) in &mut levels {
         pruned.lift(simplified, derivative);
         used.lift(simplified, derivative);
+    }
+    Ok(levels)
+}
+
+/// Simplifies to several sizes; the cards of a mesh become fewer first, for each size by itself.
+fn simplify_with_cards(
+    input: &Input,
+    task: &Task,
+    limits: &[Limit],
+    progress: Progress,
+) -> Result<Vec<TracedResult>, SimplifyError> {
+    let untie = |closed: ClosedResult| (closed.simplified, closed.derivative);
+    let options = task.options;
+    // Cards move, and go, only where a size is all that is asked for.
+    let may_thin = options.prune && options.prune_within.is_infinite() && options.hold_shape.is_none();
+    let is_free = may_thin && !(options.lock_boundaries || options.subset || options.map || task.differentiable);
+    let cards = if is_free { Cards::find(input) } else { Cards::default() };
+    if cards.is_empty() {
+        let results = simplify_closed(input, task, Levels::new(limits), progress)?;
+        return Ok(results.into_iter().map(untie).collect());
+    }
+    let mut levels = Vec::with_capacity(limits.len());
+    for &limit in limits {
+        let thinned = cards.thin(input, limit)?;
+        for (mut simplified, mut derivative) in
+            simplify_closed(&thinned.input(), task, Levels::new(&[limit]), progress)?.into_iter().map(untie)
+        {
+            thinned.lift(&mut simplified, &mut derivative);
+            levels.push((simplified, derivative));
+        }
     }
     Ok(levels)
 }

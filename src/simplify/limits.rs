@@ -28,6 +28,18 @@ impl Limit {
         Self { vertices: times(self.vertices), faces: times(self.faces), ..self }
     }
 
+    /// Returns whether a rest of a whole has fewer vertices or faces than the limit allows, and the whole has not.
+    pub fn needs_more_than(self, rest: [usize; 2], whole: [usize; 2]) -> bool {
+        let is_short = |limit: usize, i: usize| limit <= whole[i] && rest[i] < limit;
+        is_short(self.vertices, 0) || is_short(self.faces, 1)
+    }
+
+    /// Returns the share of a mesh's vertices or faces, whichever is less, in 0..=1.
+    pub fn share_of(self, mesh: &TriMesh) -> f64 {
+        let share = |limit: usize, n: usize| (limit as f64 / n.max(1) as f64).min(1.0);
+        share(self.vertices, mesh.positions().len()).min(share(self.faces, mesh.faces().len()))
+    }
+
     pub fn is_met_by(self, mesh: &TriMesh) -> bool {
         self.vertices >= mesh.positions().len() && self.faces >= mesh.faces().len()
     }

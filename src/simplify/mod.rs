@@ -3,6 +3,7 @@
 mod assemblies;
 mod bending;
 mod block_mesh;
+mod cards;
 mod closed;
 mod components;
 mod driver;

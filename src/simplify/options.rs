@@ -133,6 +133,9 @@ pub struct ClosedOptions {
     pub prune_below: f64,
     /// Treatment of surfaces that are invisible from outside.
     pub hidden: Hidden,
+    /// Largest deformation of a component, over the diagonal of the mesh or scene, that no requested size may exceed;
+    /// `None` for no such limit.
+    pub hold_shape: Option<f64>,
     /// Keeps boundary vertices and edges bit for bit.
     pub lock_boundaries: bool,
     /// Restricts output vertices to positions of input vertices.
@@ -161,6 +164,7 @@ impl Default for ClosedOptions {
             prune_within: f64::INFINITY,
             prune_below: 0.0,
             hidden: Hidden::default(),
+            hold_shape: None,
             lock_boundaries: false,
             subset: false,
             seam_error: SEAM_ERROR,
@@ -334,8 +338,11 @@ pub struct Report {
     pub scores: ScoreSource,
     /// Number of components in their smallest form: tetrahedra or single triangles.
     pub components_at_minimum: usize,
-    /// True if a smaller result would deform a component too far.
-    pub components_keep_shape: bool,
+    /// Numbers of vertices and faces at which shapes are kept, if the result is smaller.
+    ///
+    /// Shapes are kept within about 1 % of the diagonal; for single surfaces the size is estimated from the prices of
+    /// merges.
+    pub size_with_shape: Option<(usize, usize)>,
     /// Number of dropped components.
     pub components_pruned: usize,
     /// Number of dropped components that were hidden.

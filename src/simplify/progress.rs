@@ -85,11 +85,6 @@ pub(super) struct Progress<'a> {
 impl Progress<'_> {
     pub const SILENT: Self = Self { enter_stage: &|_, _| Ok(()), pulse: Pulse::NONE };
 
-    /// Returns a progress that can be interrupted but enters no stage.
-    pub fn without_stages(self) -> Self {
-        Self { enter_stage: Self::SILENT.enter_stage, pulse: self.pulse.counting_if(false) }
-    }
-
     /// Enters a stage with its number of items; does nothing if already there.
     pub fn enter(self, stage: &'static str, size: usize) -> Result<(), SimplifyError> {
         (self.enter_stage)(stage, size)

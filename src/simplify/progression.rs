@@ -359,7 +359,6 @@ impl Progression {
     fn complete_report(&self, report: &mut Report, level: &ProgressionLevel) {
         let end = self.end_of(level);
         (report.scores, report.outcome, report.kept_edges) = (self.scores, end.outcome(), self.n_kept_edges);
-        report.components_keep_shape = end == CollapseEnd::LosesShape;
         report.split_vertices = self.surface.copies.len();
     }
 

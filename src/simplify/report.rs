@@ -12,7 +12,7 @@ impl Report {
             outcome: Outcome::Reached,
             scores: ScoreSource::Network,
             components_at_minimum: count_components(pulse, mesh).1,
-            components_keep_shape: false,
+            size_with_shape: None,
             components_pruned: 0,
             components_hidden: 0,
             dropped: Vec::new(),

@@ -96,6 +96,19 @@ impl<'a> SubMesh<'a> {
         Ok(Self { mesh: Cow::Owned(mesh), importance, locked, origin, ..self })
     }
 
+    /// Moves all vertices; `positions` has a row per vertex of the whole.
+    ///
+    /// # Errors
+    /// [`SimplifyError::Overflow`] if a position is not finite.
+    pub fn with_positions(self, positions: &[[f32; 3]]) -> Result<Self, SimplifyError> {
+        let positions = match &self.origin.vertices {
+            Some(vertices) => vertices.iter().map(|&v| positions[v as usize]).collect(),
+            None => positions.to_vec(),
+        };
+        let mesh = TriMesh::new(positions, self.mesh.faces().to_vec()).map_err(|_| SimplifyError::Overflow)?;
+        Ok(Self { mesh: Cow::Owned(mesh), ..self })
+    }
+
     pub fn input(&self) -> Input<'_> {
         let Self { mesh, attributes, importance, kept, locked, .. } = self;
         Input { mesh, attributes, importance, kept, locked, ..self.whole }

@@ -12,7 +12,7 @@ pub const CLOSED_VERSION: u32 = 11;
 /// ```
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);
 /// ```
-pub const CARRIED_VERSION: u32 = 9;
+pub const CARRIED_VERSION: u32 = 10;
 
 /// Version of the paper's assembly.
 ///

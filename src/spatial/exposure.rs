@@ -27,9 +27,11 @@ pub struct Labels<'a> {
     pub n_components: usize,
 }
 
-/// The largest shares of a view's covered pixels that change if a component is removed.
+/// The largest shares of a view's covered pixels that show a component, and that change if it is removed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exposure {
+    /// Share that shows the component.
+    pub shown: f32,
     /// Share that would show the background, a back side, or a surface of another depth, material or orientation.
     pub changed: f32,
     /// Share that would show a back side instead of a front.
@@ -72,6 +74,7 @@ pub fn exposures(positions: &[[f32; 3]], faces: &[[u32; 3]], labels: Labels, tol
 
 fn merge(mut all: Vec<Exposure>, others: Vec<Exposure>) -> Vec<Exposure> {
     for (exposure, other) in all.iter_mut().zip(others) {
+        exposure.shown = exposure.shown.max(other.shown);
         exposure.changed = exposure.changed.max(other.changed);
         exposure.opened = exposure.opened.max(other.opened);
         exposure.recoloured = exposure.recoloured.max(other.recoloured);
@@ -125,7 +128,7 @@ impl PixelScene<'_> {
     }
 
     fn exposures_of(&self, pixels: &[DepthLayers], along: Vec3) -> Vec<Exposure> {
-        let mut counts = vec![[0u32; 3]; self.labels.n_components];
+        let mut counts = vec![[0u32; 4]; self.labels.n_components];
         let mut all = vec![Exposure::default(); self.labels.n_components];
         let covered = pixels.iter().filter(|pixel| pixel.faces[0] != NONE);
         let n_covered = covered.clone().count() as f32;
@@ -137,6 +140,7 @@ impl PixelScene<'_> {
             let changes = opens || !self.looks_alike(pixel, along);
             counts[component][0] += u32::from(changes);
             counts[component][1] += u32::from(opens);
+            counts[component][3] += 1;
             let material = |face: u32| self.labels.materials[face as usize];
             counts[component][2] += u32::from(second != NONE && material(first) != material(second));
             if !changes {
@@ -146,7 +150,8 @@ impl PixelScene<'_> {
             }
         }
         for (exposure, counts) in all.iter_mut().zip(counts) {
-            [exposure.changed, exposure.opened, exposure.recoloured] = counts.map(|n| n as f32 / n_covered);
+            [exposure.changed, exposure.opened, exposure.recoloured, exposure.shown] =
+                counts.map(|n| n as f32 / n_covered);
             exposure.replacements.sort_unstable();
             exposure.replacements.dedup();
         }
@@ -204,7 +209,8 @@ mod tests {
         let meshes = [of(&|face| !is_lid(face)), of(&is_lid), scale_mesh(&sphere, 0.5)];
         let found = exposures_of(&meshes, 0.01);
         assert!(found[0].changed > 0.5 && found[1].opened > 0.005, "{found:?}");
-        assert!(found[2].changed == 0.0 && found[2].opened == 0.0);
+        assert!(found[2].changed == 0.0 && found[2].opened == 0.0 && found[2].shown == 0.0);
+        assert!(found[0].shown >= found[0].changed && (0.01..0.2).contains(&found[1].shown), "{found:?}");
     }
 
     #[test]

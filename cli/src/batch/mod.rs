@@ -120,6 +120,7 @@ fn spell_options(args: &SimplifyArgs) -> String {
         args.weights.as_ref().map(|path| format!(" --weights {}", path.display())),
         args.format.as_ref().map(|format| format!(" --format {format}")),
         args.prune.as_ref().map(|size| spell_option("--prune", size.as_ref())),
+        args.hold_shape.as_ref().map(|most| spell_option("--hold-shape", most.as_ref())),
         args.keep_components.then(|| " --keep-components".into()),
         args.fill_holes.map(|most| spell_option("--fill-holes", most)),
         args.printable.as_ref().map(|size| spell_option("--printable", size.as_ref())),

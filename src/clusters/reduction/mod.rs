@@ -18,12 +18,17 @@ use vertex_clustering::cluster_vertices;
 /// Faces of a result over the wanted number at which the next, coarser method is tried.
 const FAR_FROM_TARGET: f64 = 1.3;
 
+/// Largest deformation of a component, over the diagonal of its group.
+const HELD_SHAPE: f64 = 0.01;
+
 /// Returns options for groups: all surfaces and components stay.
 pub fn options_for_groups(options: &ClosedOptions) -> ClosedOptions {
     ClosedOptions {
         hidden: Hidden::Keep,
         prune: false,
         prune_below: 0.0,
+        // Charts and materials of a group must fit those of its neighbours.
+        hold_shape: Some(HELD_SHAPE),
         symmetric: None,
         map: false,
         ..options.clone()

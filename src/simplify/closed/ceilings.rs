@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 use crate::geometry::triangle::area_normal;
 
+use super::collapse::{Ceiling, Ceilings};
 use super::dropping::vertex_components;
 use super::original::Original;
 use super::request::Requirements;
@@ -19,15 +20,15 @@ const LEAST_OF_WHOLE: f64 = 0.0025;
 // Such a component covers a thousandth of the pixels.
 const LEAST_SIZE: f64 = 0.03;
 
-/// Returns the allowed deformation at each vertex, at unit size (n_vertices); empty for no limit.
-pub fn find_ceilings(original: &Original, requirements: &Requirements) -> Vec<f32> {
+/// Finds the deformation that each component of an asset may have and still look like itself.
+pub fn find_ceilings(original: &Original, requirements: &Requirements) -> Ceilings {
     let surface = &original.surface;
     if requirements.half.is_some() || !requirements.is_asset() {
-        return Vec::new();
+        return Ceilings::default();
     }
     let (of_vertex, n) = vertex_components(surface.n_vertices(), &surface.faces);
     if n < 2 {
-        return Vec::new();
+        return Ceilings::default();
     }
     let mut sums = vec![Extent::default(); n];
     // One pass over the faces finds the bounding box of every component.
@@ -45,21 +46,20 @@ pub fn find_ceilings(original: &Original, requirements: &Requirements) -> Vec<f3
         None => f64::from(surface.length(original.mesh.diagonal() as f32)),
     };
     let allowed = requirements.allowed_distance * f64::from(surface.length(1.0));
+    let most = requirements.hold_shape.unwrap_or(MOST_DISTANCE[1]);
     let ceiling = |extent: &Extent| {
-        let size = extent.size();
+        let (size, stretch) = (extent.size(), stretch(extent).max(f64::MIN_POSITIVE));
         // Components that are too small to see may lose their shape.
-        if size * stretch(extent) < LEAST_SIZE * whole {
-            return f32::INFINITY;
+        if size * stretch < LEAST_SIZE * whole {
+            return Ceiling { allowed: f64::INFINITY, stretch };
         }
-        let stretch = stretch(extent).max(f64::MIN_POSITIVE);
         // Limits of the scene are divided by the largest scale at which the component is placed.
-        let of_whole = MOST_DISTANCE[1] * whole / stretch;
+        let of_whole = most * whole / stretch;
         // Beams and wires are much thinner than their diagonal says.
         let of_width = (MOST_OF_WIDTH * extent.width()).max(LEAST_OF_WHOLE * whole / stretch);
-        (MOST_DISTANCE[0] * size).min(of_whole).min(of_width).max(allowed / stretch) as f32
+        Ceiling { allowed: (MOST_DISTANCE[0] * size).min(of_whole).min(of_width).max(allowed / stretch), stretch }
     };
-    let ceilings: Vec<f32> = sums.iter().map(ceiling).collect();
-    of_vertex.into_iter().map(|component| ceilings[component as usize]).collect()
+    Ceilings::new(of_vertex, sums.iter().map(ceiling).collect(), whole)
 }
 
 #[derive(Clone, Copy)]
@@ -103,14 +103,14 @@ mod tests {
     fn a_single_surface_and_dust_have_no_ceiling() {
         let attributes = Attributes { groups: vec![0; 400], ..Attributes::default() };
         let requirements = Requirements { attributes: Some(&attributes), ..Requirements::default() };
-        assert!(find_ceilings(&Original::bare(&shapes::icosphere(2)), &requirements).is_empty());
+        assert!(find_ceilings(&Original::bare(&shapes::icosphere(2)), &requirements).left.is_empty());
         let (large, n) = (shapes::icosphere(2), shapes::icosphere(2).positions().len());
         for (side, has_ceiling) in [(0.2, true), (0.01, false)] {
             let small = shapes::cuboid([side; 3], 1);
             let positions = large.positions().iter().chain(small.positions()).copied().collect();
             let faces = small.faces().iter().map(|face| face.map(|v| v + n as u32));
             let mesh = TriMesh::new(positions, large.faces().iter().copied().chain(faces).collect()).unwrap();
-            let found = find_ceilings(&Original::bare(&mesh), &requirements);
+            let found = find_ceilings(&Original::bare(&mesh), &requirements).left;
             assert!(found[..n].iter().all(|ceiling| ceiling.is_finite()));
             assert!(found[n..].iter().all(|ceiling| ceiling.is_finite() == has_ceiling), "{side}");
         }
@@ -129,7 +129,7 @@ mod tests {
         let requirements = Requirements { attributes: Some(&attributes), ..Requirements::default() };
         let original = Original::bare(&mesh);
         let unit = original.surface.length(1.0);
-        let found = find_ceilings(&original, &requirements);
+        let found = find_ceilings(&original, &requirements).left;
         let of_beam = found[0] / unit;
         assert!((0.2 * 0.08..0.3 * 0.08).contains(&of_beam), "{of_beam}");
         let of_ball = f64::from(found[n] / unit) / mesh.diagonal();

@@ -110,7 +110,7 @@ pub fn vertex_components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, us
     sets.number_sets(Pulse::NONE)
 }
 
-struct PlacedComponents<'a> {
+pub struct PlacedComponents<'a> {
     original: &'a Original<'a>,
     attributes: Option<&'a Attributes>,
     faces: Vec<u32>,
@@ -121,7 +121,7 @@ struct PlacedComponents<'a> {
 }
 
 impl<'a> PlacedComponents<'a> {
-    fn new(
+    pub fn new(
         original: &'a Original,
         scene: Option<&UnitedMesh>,
         attributes: Option<&'a Attributes>,
@@ -152,7 +152,22 @@ impl<'a> PlacedComponents<'a> {
         &self.faces[start..self.ends[component]]
     }
 
-    fn is_locked(&self, component: usize) -> bool {
+    /// Counts vertices and faces of each component of the input.
+    pub fn count_input(&self) -> Vec<[usize; 2]> {
+        let surface = &self.original.surface;
+        let mut sizes = vec![[0; 2]; self.transforms.len()];
+        let mut is_counted = vec![false; surface.n_vertices()];
+        for (face, &component) in surface.faces.iter().zip(self.component_of_face) {
+            let [n_vertices, n_faces] = &mut sizes[component as usize];
+            *n_faces += 1;
+            for &v in face {
+                *n_vertices += usize::from(!std::mem::replace(&mut is_counted[v as usize], true));
+            }
+        }
+        sizes
+    }
+
+    pub fn is_locked(&self, component: usize) -> bool {
         let Original { surface, pins, .. } = self.original;
         self.faces(component).iter().any(|&face| surface.faces[face as usize].iter().any(|&v| pins.is_locked(v)))
     }
@@ -171,7 +186,7 @@ impl<'a> PlacedComponents<'a> {
     }
 
     /// Measures in rendered views what a viewer would miss of each component; surfaces within `tolerance` look alike.
-    fn exposures(&self, tolerance: f64) -> Vec<Exposure> {
+    pub fn exposures(&self, tolerance: f64) -> Vec<Exposure> {
         let surface = &self.original.surface;
         let (mut positions, mut components, mut materials) = (Vec::new(), Vec::new(), Vec::new());
         for (component, transforms) in self.transforms.iter().enumerate() {
@@ -191,7 +206,7 @@ impl<'a> PlacedComponents<'a> {
     }
 }
 
-struct PlacedOutput {
+pub struct PlacedOutput {
     positions: Vec<[f32; 3]>,
     faces: Vec<[u32; 3]>,
     components: Vec<u32>,
@@ -199,7 +214,7 @@ struct PlacedOutput {
 }
 
 impl PlacedOutput {
-    fn new(placed: &PlacedComponents, output: &Output, component_of_vertex: &[u32]) -> Self {
+    pub fn new(placed: &PlacedComponents, output: &Output, component_of_vertex: &[u32]) -> Self {
         let (mut positions, mut components) = (Vec::new(), Vec::new());
         let mut n_faces = vec![0; placed.transforms.len()];
         for face in output.faces() {
@@ -220,6 +235,8 @@ impl PlacedOutput {
 struct Component {
     n_vertices: usize,
     n_faces: usize,
+    /// Numbers of vertices and faces in the input.
+    n_input: [usize; 2],
     /// Area weighted by importance, including the components that this one replaces.
     area: f64,
     size2: f64,
@@ -229,7 +246,7 @@ struct Component {
     replacement: usize,
 }
 
-struct Components<'a> {
+pub struct Components<'a> {
     all: Vec<Component>,
     rank: Vec<usize>,
     placed: &'a PlacedComponents<'a>,
@@ -252,7 +269,7 @@ impl Component {
 }
 
 impl<'a> Components<'a> {
-    fn new(placed: &'a PlacedComponents<'a>, seen: &'a PlacedOutput, visual: &VisualProperties) -> Self {
+    pub fn new(placed: &'a PlacedComponents<'a>, seen: &'a PlacedOutput, visual: &VisualProperties) -> Self {
         let mut all = measure_components(placed, visual);
         all.iter_mut().zip(&seen.n_faces).for_each(|(component, n_faces)| component.n_faces = *n_faces);
         // Only larger components replace smaller ones, so replacements form no cycle.
@@ -373,7 +390,11 @@ impl<'a> Components<'a> {
         if areas > 0.0 { sum / areas } else { 0.0 }
     }
 
-    fn is_within(&self, component: usize, within: f64) -> bool {
+    pub fn groups(&self, component: usize) -> &[u32] {
+        &self.all[component].groups
+    }
+
+    pub fn is_within(&self, component: usize, within: f64) -> bool {
         // On flat faces the corners are farthest.
         let corners = || self.placed.faces(component).iter().filter_map(|&face| self.placed.corners(face)).flatten();
         let mut near = None;
@@ -391,6 +412,7 @@ impl<'a> Components<'a> {
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
         let (mut n_vertices, mut n_faces) = (n_whole, self.n_output_faces());
         let asked = self.n_target_vertices(cost.limit);
+        let mut rest = self.all.iter().fold([0; 2], |sum, it| [sum[0] + it.n_input[0], sum[1] + it.n_input[1]]);
         let mut guard: Option<DropGuard> = None;
         // A heap by price: the bits of a positive number are in its order.
         let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
@@ -411,11 +433,17 @@ impl<'a> Components<'a> {
             if is_worth_its_vertices && (size <= 1.0 || !cost.must_fit) {
                 break;
             }
+            // The vertices of dropped components go to the rest, which must have as many to give.
+            let rest_without = [rest[0] - it.n_input[0], rest[1] - it.n_input[1]];
+            if cost.limit.needs_more_than(rest_without, rest) {
+                continue;
+            }
             // Views are rendered at most once, and only if some component is cheap enough.
             if !guard.get_or_insert_with(|| DropGuard::new(&self, within)).try_drop(&self, i) {
                 continue;
             }
             is_dropped[i] = true;
+            rest = rest_without;
             (n_vertices, n_faces) = (n_vertices - it.n_vertices, n_faces - it.n_faces);
             // The loss of the replacement grows by the area that it takes over, so that chains of similar components
             // end.
@@ -465,7 +493,7 @@ impl DropGuard {
         }
         // Views are rendered last, since they take longest.
         let exposures = self.exposures.get_or_insert_with(|| components.placed.exposures(self.within));
-        let Exposure { changed, opened, recoloured, replacements } = &mut exposures[i];
+        let Exposure { changed, opened, recoloured, replacements, .. } = &mut exposures[i];
         // Many small losses add up, so their sum is bounded as well.
         let all = [self.changed[0] + *changed, self.changed[1] + *recoloured];
         let is_missed =
@@ -491,7 +519,9 @@ fn measure_components(placed: &PlacedComponents, visual: &VisualProperties) -> V
     let factor = |v: &u32| surface.importance.get(*v as usize).copied().unwrap_or(1.0);
     let face_weight =
         |face: &[u32; 3]| if visual.is_weighed { face.iter().map(factor).sum::<f32>() / 3.0 } else { 1.0 };
+    let n_input = placed.count_input();
     let of_component = |component: usize| {
+        let n_input = n_input[component];
         let (mut area, mut low, mut high) = (0.0, DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut groups = Vec::new();
         for &face in placed.faces(component) {
@@ -506,7 +536,7 @@ fn measure_components(placed: &PlacedComponents, visual: &VisualProperties) -> V
         groups.sort_unstable();
         groups.dedup();
         let size2 = low.distance_squared(high);
-        Component { n_vertices: 0, n_faces: 0, area, size2, groups, loss: 0.0, replacement: component }
+        Component { n_vertices: 0, n_faces: 0, n_input, area, size2, groups, loss: 0.0, replacement: component }
     };
     (0..placed.transforms.len()).map(of_component).collect()
 }
@@ -563,7 +593,7 @@ mod tests {
         let output = Output::new(Pulse::NONE, positions, surface.faces.to_vec(), Pins::default(), vertex_of);
         let n = mesh.positions().len();
         let pass_prices = [(n + 50, pass_prices as f32)];
-        let cost = VertexCost { pass_prices: &pass_prices, limit: Limit::from_vertices(n), must_fit: false };
+        let cost = VertexCost { pass_prices: &pass_prices, limit: Limit::from_vertices(n_large), must_fit: false };
         let alike = Attributes { groups: vec![0; surface.faces.len()], ..Attributes::default() };
         let attributes = Some(attributes.unwrap_or(&alike));
         choose_dropped(

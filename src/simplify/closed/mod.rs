@@ -2,6 +2,7 @@
 
 mod attributes;
 mod ceilings;
+mod coarsening;
 mod collapse;
 mod derivative;
 mod deviation_check;
@@ -18,10 +19,10 @@ mod refine;
 mod request;
 mod result;
 mod saved_collapse;
-mod smallest_size;
 mod split_sequence;
 mod stage_settings;
 mod trace;
+mod visible_drops;
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Frame, TriMesh, topology};
@@ -29,6 +30,8 @@ use crate::mesh::{Attributes, Frame, TriMesh, topology};
 use super::limits::Limit;
 use super::options::{Report, SimplifyError};
 use super::progress::Progress;
+use ceilings::find_ceilings;
+use coarsening::coarsen;
 use collapse::{Collapse, Constraints, Poses, merges_to, sum_attribute_quadrics};
 use deviation_check::DeviationCheck;
 use original::Original;
@@ -50,7 +53,6 @@ use request::Requirements;
 pub(super) use request::{ClosedRequest, Task};
 pub(super) use result::ClosedResult;
 use saved_collapse::SavedCollapse;
-use smallest_size::{is_lossy_end, repeat_above_smallest};
 
 /// Least number of input vertices per output vertex at which flips run.
 // Below, the collapse finds good diagonals. Nineteen meshes, ratios 0.01 to 0.05: the mean distance is 0.7 % larger at
@@ -62,20 +64,22 @@ pub(super) struct Levels<'a, 'p> {
     pub limits: &'a [Limit],
     /// Number of sizes, from the first, at which no further component is dropped.
     pub n_without_dropping: usize,
-    /// Number of vertices that no result may exceed because its limit cannot be reached.
-    pub most: usize,
+    /// Size at which every component keeps its shape, if a level before went below it.
+    pub size_with_shape: Option<(usize, usize)>,
     pub saved: Option<SavedCollapse<'p>>,
 }
 
 impl<'a> Levels<'a, '_> {
     pub fn new(limits: &'a [Limit]) -> Self {
-        Self { limits, n_without_dropping: 0, most: usize::MAX, saved: None }
+        Self { limits, n_without_dropping: 0, size_with_shape: None, saved: None }
     }
 }
 
+#[derive(Default)]
 pub(super) struct FinishedLevels<'a> {
     pub results: Vec<ClosedResult>,
     pub dropped: Option<DroppedFaces>,
+    pub size_with_shape: Option<(usize, usize)>,
     pub saved: Option<SavedCollapse<'a>>,
 }
 
@@ -83,17 +87,16 @@ pub(super) struct FinishedLevels<'a> {
 pub(super) fn simplify_levels<'a>(
     mesh: &TriMesh,
     request: &ClosedRequest,
-    Levels { limits, n_without_dropping, mut most, saved }: Levels<'_, 'a>,
+    Levels { limits, n_without_dropping, mut size_with_shape, saved }: Levels<'_, 'a>,
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
-    let mut levels = FinishedLevels { results: Vec::with_capacity(limits.len()), dropped: None, saved: None };
+    let mut levels = FinishedLevels { size_with_shape, ..FinishedLevels::default() };
     let Some(&first) = limits.first() else { return Ok(levels) };
-    let (mut base, collapse) = start_or_continue(mesh, request, first, saved, progress)?;
+    let (base, collapse) = start_or_continue(mesh, request, first, saved, progress)?;
     let deviation_check = deviation_check(request, &collapse, limits);
-    // The copy continues after components are dropped, or if the limit cannot be reached.
-    let may_drop = request.requirements.drops_within.is_some() && n_without_dropping < limits.len();
-    let needs_copy = (may_drop || collapse.has_ceilings()) && !request.differentiable;
-    let mut collapse = Some(if needs_copy { collapse.with_copy() } else { collapse });
+    // The copy continues after components are dropped.
+    let may_drop = request.requirements.drops_within.is_some();
+    let mut collapse = Some(if may_drop && !request.differentiable { collapse.with_copy() } else { collapse });
     for &limit in limits {
         // The last level takes the collapse itself, not a copy, to save memory.
         let Some(running) = collapse.take() else { break };
@@ -101,30 +104,69 @@ pub(super) fn simplify_levels<'a>(
         if !levels.results.is_empty() {
             progress.enter("collapse", running.merges_to(limit))?;
         }
-        let (mut running, end) = run(&base, running, deviation_check.as_ref(), request, limit);
-        let mut output = base.output(&running);
-        // A level is checked for components to drop before it is refined. If some go, the caller repeats the level
-        // without them.
-        if levels.results.len() >= n_without_dropping
-            && let Some(dropped) = choose_dropped(&base, request, (&running, end), &output, limit)
-        {
-            levels.saved = running.take_copy().and_then(|copy| SavedCollapse::from_copy(&dropped, &base, copy, limit));
-            return Ok(FinishedLevels { dropped: Some(dropped), ..levels });
+        let may_drop_now = levels.results.len() >= n_without_dropping;
+        let mut ended = run_and_choose(&base, running, deviation_check.as_ref(), request, limit, may_drop_now);
+        if ended.dropped.is_none() && ended.end != CollapseEnd::Reached && request.requirements.hold_shape.is_none() {
+            // Shapes of components and curves give way before the size does.
+            size_with_shape = size_with_shape.or(Some(ended.collapse.size()));
+            ended = coarsen_and_choose(&base, request, ended, limit);
         }
-        let is_smallest = is_lossy_end(request, end, &base.original, &output);
-        if is_smallest {
-            (base, running) = repeat_above_smallest(mesh, request, (base, running), most, progress)?;
-            output = base.output(&running);
+        let EndedCollapse { collapse: mut running, end, output, dropped } = ended;
+        if let Some(dropped) = dropped {
+            levels.saved = running.take_copy().and_then(|copy| SavedCollapse::from_copy(&dropped, &base, copy, limit));
+            return Ok(FinishedLevels { dropped: Some(dropped), size_with_shape, ..levels });
         }
         // Only the first level has a history: later ones find it taken.
         let trace = start_trace(running.history.take());
         let pass_prices = base.pass_prices(&running);
-        most = running.size().0;
-        let is_last = levels.results.len() + 1 == limits.len();
-        collapse = keep_for_next(running, is_smallest, is_last);
-        levels.results.push(refine(&base, request, output, end, trace, progress)?.with_prices(pass_prices));
+        let size_by_prices = running.size_with_shape(base.original.surface.area());
+        collapse = keep_for_next(running, levels.results.len() + 1 == limits.len());
+        let mut result = refine(&base, request, output, end, trace, progress)?.with_prices(pass_prices);
+        result.simplified.report.size_with_shape = size_with_shape.or(size_by_prices);
+        levels.results.push(result);
     }
     Ok(levels)
+}
+
+struct EndedCollapse<'a> {
+    collapse: Collapse<'a>,
+    end: CollapseEnd,
+    output: Output,
+    /// Components to go before the level is made.
+    dropped: Option<DroppedFaces>,
+}
+
+/// Runs a collapse to a limit, and chooses components whose vertices are better spent elsewhere.
+fn run_and_choose<'a>(
+    base: &CollapseBase,
+    collapse: Collapse<'a>,
+    deviation_check: Option<&DeviationCheck<'a>>,
+    request: &ClosedRequest,
+    limit: Limit,
+    may_drop: bool,
+) -> EndedCollapse<'a> {
+    let (collapse, end) = run(base, collapse, deviation_check, request, limit);
+    let output = base.output(&collapse);
+    // Where the size is out of reach, views decide for assets.
+    let is_by_price = may_drop && (end == CollapseEnd::Reached || !request.drops_by_views());
+    let choose = || choose_dropped(base, request, (&collapse, end), &output, limit);
+    let dropped = if is_by_price { choose() } else { None };
+    EndedCollapse { collapse, end, output, dropped }
+}
+
+/// Continues a collapse that ended above its limit, and chooses components that go instead.
+fn coarsen_and_choose<'a>(
+    base: &CollapseBase,
+    request: &ClosedRequest,
+    ended: EndedCollapse<'a>,
+    limit: Limit,
+) -> EndedCollapse<'a> {
+    let mut collapse = ended.collapse.with_copy_if_wanted();
+    let may_drop = request.requirements.drops_within.is_some();
+    let coarse = coarsen(base, &mut collapse, ended.end, limit, may_drop);
+    let output = base.output(&collapse);
+    let dropped = coarse.choose_dropped(base, request, &output, limit);
+    EndedCollapse { end: coarse.end, collapse, output, dropped }
 }
 
 fn deviation_check<'a>(
@@ -150,13 +192,12 @@ fn choose_dropped(
 }
 
 /// Returns the collapse for the next level; after the last level frees it.
-fn keep_for_next<'a>(collapse: Collapse<'a>, is_smallest: bool, is_last: bool) -> Option<Collapse<'a>> {
+fn keep_for_next(collapse: Collapse, is_last: bool) -> Option<Collapse> {
     if is_last {
         collapse.free_memory();
         return None;
     }
-    // All further levels have the smallest size.
-    Some(if is_smallest { collapse.with_copy_now() } else { collapse })
+    Some(collapse)
 }
 
 fn start_or_continue<'a, 'p: 'a>(
@@ -212,7 +253,6 @@ impl CollapseBase<'_> {
         let Requirements { edges, locked, .. } = &request.requirements;
         report.scores = request.scores;
         report.outcome = end.outcome();
-        report.components_keep_shape = end == CollapseEnd::LosesShape;
         report.split_vertices = self.original.surface.n_split();
         report.kept_edges = edges.len();
         report.locked_vertices = locked.iter().filter(|&&locked| locked).count();
@@ -256,8 +296,8 @@ fn start<'a, 'p: 'a>(
     // Everything that adds to prices is set before the first pass.
     let attributes = sum_attribute_quadrics(&original);
     let poses = Poses::new(&original, requirements);
-    let collapse = Collapse::new(progress.pulse, &original.surface)
-        .with_ceilings(ceilings::find_ceilings(&original, requirements));
+    let collapse = Collapse::new(progress.pulse, &original.surface);
+    let collapse = collapse.with_ceilings(find_ceilings(&original, requirements));
     let collapse = collapse.with_constraints(constraints, attributes, poses, request.differentiable.then(Vec::new));
     // Only the collapse reads the quadrics.
     original.surface.quadrics = Vec::new();

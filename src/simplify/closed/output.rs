@@ -22,6 +22,8 @@ pub struct Output {
     around: FacesAround,
     pub pins: Pins,
     pub vertex_of: Vec<u32>,
+    /// True if merges may have left the curves that held them.
+    has_free_curves: bool,
     corners: Option<ResultCorners>,
 }
 
@@ -29,12 +31,18 @@ impl Output {
     pub fn new(pulse: Pulse, positions: Vec<Vec3>, faces: Vec<[u32; 3]>, pins: Pins, vertex_of: Vec<u32>) -> Self {
         let intended_normals = pulse.map(&faces, |face| unit_normal(face.map(|v| positions[v as usize])));
         let around = FacesAround::new(pulse, positions.len(), &faces);
-        Self { positions, faces, intended_normals, around, pins, vertex_of, corners: None }
+        Self { positions, faces, intended_normals, around, pins, vertex_of, has_free_curves: false, corners: None }
+    }
+
+    pub fn with_free_curves(self, has_free_curves: bool) -> Self {
+        Self { has_free_curves, ..self }
     }
 
     /// Records the attributes of the corners; must precede the first flip.
     pub fn record_attributes(&mut self, original: &Original, attributes: &Attributes) {
-        self.corners = Some(ResultCorners::new(original, attributes, &self.vertex_of, &self.faces, &self.around));
+        let mesh = (&self.faces[..], &self.around);
+        let corners = ResultCorners::new(original, attributes, &self.vertex_of, mesh, self.has_free_curves);
+        self.corners = Some(corners);
     }
 
     /// Computes the final attributes and the original point at each corner, if attributes were recorded.

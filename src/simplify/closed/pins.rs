@@ -41,7 +41,7 @@ impl Pins {
     }
 
     pub fn has_more_than_plane(&self) -> bool {
-        self.subset || self.plane.is_none() || self.locked.contains(&true)
+        self.subset || self.locked.contains(&true)
     }
 
     pub fn with_surface_origins(&self, n_vertices: usize) -> Self {

@@ -10,6 +10,7 @@ use crate::simplify::limits::Limit;
 use crate::simplify::options::SimplifyError;
 use crate::simplify::progress::Progress;
 
+use super::coarsening::coarsen;
 use super::collapse::{CollapseEnd, RecordedMerge};
 use super::dropping::{self, VertexCost};
 use super::importance;
@@ -46,7 +47,10 @@ pub fn record_collapse(
     let (limit, n_faces) = (Limit::from_vertices(1), mesh.faces().len());
     let (base, collapse) = start(mesh, request, limit, progress)?;
     let mut collapse = collapse.with_recording();
-    let end = collapse.run(limit);
+    let mut end = collapse.run(limit);
+    if end != CollapseEnd::Reached && request.requirements.hold_shape.is_none() {
+        end = coarsen(&base, &mut collapse, end, limit, false).end;
+    }
     let mut merges = collapse.take_recording();
     collapse.free_memory();
     // Merges that depend on each other have rising keys, so a stable sort keeps their order.

@@ -102,6 +102,11 @@ impl<'a> ClosedRequest<'a> {
         }
     }
 
+    /// Returns whether components go by what viewers see of them where a size is out of reach.
+    pub fn drops_by_views(&self) -> bool {
+        self.requirements.hold_shape.is_none() && self.visual_properties().is_guarded
+    }
+
     pub fn runs_flips(&self) -> bool {
         self.refinements.flips && self.settings.steps > 0
     }
@@ -140,6 +145,8 @@ pub struct Requirements<'a> {
     pub map: bool,
     pub scene: Option<&'a UnitedMesh>,
     pub allowed_distance: f64,
+    /// Deformation of a component, over the scene's diagonal, that no size may exceed; `None` for no such limit.
+    pub hold_shape: Option<f64>,
     /// Largest distance from the rest at which components may be dropped; `None` if all must stay.
     pub drops_within: Option<f64>,
     pub half: Option<Half<'a>>,
@@ -147,7 +154,7 @@ pub struct Requirements<'a> {
 
 impl<'a> Requirements<'a> {
     fn new(input: &Input<'a>, options: &ClosedOptions) -> Self {
-        let ClosedOptions { subset, purpose, map, prune_within, .. } = *options;
+        let ClosedOptions { subset, purpose, map, prune_within, hold_shape, .. } = *options;
         // Constraints of the caller name vertices or faces that must remain.
         let is_constrained = subset || options.lock_boundaries || !input.locked.is_empty() || input.half.is_some();
         Self {
@@ -161,6 +168,7 @@ impl<'a> Requirements<'a> {
             scene: input.scene,
             // An infinite limit allows components to be dropped, but deformed only within the usual limits.
             allowed_distance: if prune_within.is_finite() { prune_within } else { 0.0 },
+            hold_shape,
             drops_within: (options.prune && !is_constrained).then_some(prune_within),
             half: input.half,
         }

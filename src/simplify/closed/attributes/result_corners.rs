@@ -29,12 +29,14 @@ pub struct ResultCorners {
 
 impl ResultCorners {
     /// Builds the corners of the collapse's output; `vertex_of` maps surface vertices to output vertices.
+    ///
+    /// With `has_free_curves`, merges may have left the curves, which then no longer separate all charts.
     pub fn new(
         original: &Original,
         attributes: &Attributes,
         vertex_of: &[u32],
-        faces: &[[u32; 3]],
-        around: &FacesAround,
+        (faces, around): (&[[u32; 3]], &FacesAround),
+        has_free_curves: bool,
     ) -> Self {
         // Groups and wedges follow from the input face of each output face.
         let source_faces = find_source_faces(original, vertex_of, faces);
@@ -46,16 +48,22 @@ impl ResultCorners {
             NONE => NONE,
             face => attributes.group(face),
         };
+        let charts = has_free_curves.then(|| number_charts(original, original.features.edges.iter().copied()));
+        let smooth_charts = has_free_curves.then(|| number_charts(original, original.features.hard_edges()));
+        let are_in_one = |charts: &Option<Vec<u32>>, faces: [u32; 2]| {
+            let chart = |charts: &Vec<u32>, f: u32| charts.get(source_faces[f as usize] as usize).copied();
+            charts.as_ref().is_none_or(|charts| chart(charts, faces[0]) == chart(charts, faces[1]))
+        };
         for (f, &[a, b, c]) in (0u32..).zip(faces) {
             for (a, b) in [(a, b), (b, c), (c, a)] {
                 // Each edge is visited once, from its face of smaller number.
                 let Some(g) = around.face_along(b, a).filter(|&g| g > f) else { continue };
                 let (edge, corners) = ([a.min(b), a.max(b)], [a, b].map(|v| [corner(f, v), corner(g, v)]));
-                if !seams.contains(&edge) && group(f) == group(g) {
+                if !seams.contains(&edge) && group(f) == group(g) && are_in_one(&charts, [f, g]) {
                     corners.iter().for_each(|[x, y]| _ = sets.union(*x, *y));
                 }
                 // Normals continue across texture seams and material borders.
-                if !hard.contains(&edge) {
+                if !hard.contains(&edge) && are_in_one(&smooth_charts, [f, g]) {
                     corners.iter().for_each(|[x, y]| _ = smooth.union(*x, *y));
                 }
             }
@@ -220,6 +228,22 @@ fn find_source_faces(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]])
         }
     }
     source_faces
+}
+
+/// Numbers the charts into which edges divide the original, by face.
+fn number_charts(original: &Original, edges: impl Iterator<Item = [u32; 2]>) -> Vec<u32> {
+    let surface = &original.surface;
+    let edges: FxHashSet<[u32; 2]> = edges.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    let around = FacesAround::new(surface.pulse, surface.n_vertices(), &surface.faces);
+    let mut sets = UnionFind::new(surface.faces.len());
+    for (f, &[a, b, c]) in (0u32..).zip(surface.faces.iter()) {
+        for (a, b) in [(a, b), (b, c), (c, a)] {
+            if let Some(g) = around.face_along(b, a).filter(|_| !edges.contains(&[a.min(b), a.max(b)])) {
+                sets.union(f, g);
+            }
+        }
+    }
+    sets.number_sets(surface.pulse).0
 }
 
 /// Finds the point of the original closest to each wedge's vertex, on the wedge's side of the seams.

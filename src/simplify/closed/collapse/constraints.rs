@@ -18,6 +18,8 @@ const SEAM_PRICE: f64 = 0.1;
 pub struct Constraints {
     curves: FxHashMap<u32, Curve>,
     pub(super) pins: Pins,
+    /// True if curves no longer forbid merges, and only their planes add to prices.
+    are_curves_soft: bool,
 }
 
 #[derive(Clone, Default)]
@@ -57,7 +59,8 @@ impl Constraints {
                 curve.slack *= 2.0;
             });
         }
-        Self { curves, pins: original.pins.with_surface_origins(original.surface.n_vertices()) }
+        let pins = original.pins.with_surface_origins(original.surface.n_vertices());
+        Self { curves, pins, are_curves_soft: false }
     }
 
     pub(super) fn affects(&self, v: u32) -> bool {
@@ -65,12 +68,26 @@ impl Constraints {
     }
 
     pub fn has_more_than_plane(&self) -> bool {
-        !self.curves.is_empty() || self.pins.has_more_than_plane()
+        !self.curves.is_empty() && !self.are_curves_soft || self.pins.has_more_than_plane()
     }
 
     pub fn without_curves(self) -> Option<Self> {
         let pins = self.pins.without_locks();
-        (pins.is_subset() || pins.plane().is_some()).then(|| Self { curves: FxHashMap::default(), pins })
+        (pins.is_subset() || pins.plane().is_some()).then(|| Self {
+            curves: FxHashMap::default(),
+            pins,
+            are_curves_soft: false,
+        })
+    }
+
+    /// Lets merges leave held curves at the price of their planes; returns false if none forbids a merge.
+    pub fn soften_curves(&mut self) -> bool {
+        let has_held = self.curves.values().any(|curve| curve.is_held);
+        has_held && !std::mem::replace(&mut self.are_curves_soft, true)
+    }
+
+    pub fn are_curves_soft(&self) -> bool {
+        self.are_curves_soft
     }
 
     pub fn is_held(&self, v: u32) -> bool {
@@ -78,7 +95,7 @@ impl Constraints {
     }
 
     pub fn held_neighbours(&self, v: u32) -> &[u32] {
-        curve_neighbours(self.curves.get(&v).filter(|curve| curve.is_held))
+        curve_neighbours(self.curves.get(&v).filter(|curve| curve.is_held && !self.are_curves_soft))
     }
 
     pub fn planes_on_held_curves(&self, vertices: [u32; 2], origin: DVec3) -> Quadric {
@@ -90,7 +107,7 @@ impl Constraints {
     pub fn placement(&self, vertices: [u32; 2], origin: DVec3, pair: &Pair) -> Option<MergedVertex> {
         // Curves with slack never forbid a merge: they only raise its price.
         let curves = self.curves_at(vertices);
-        if are_held(curves) {
+        if are_held(curves) && !self.are_curves_soft {
             return self.held_placement(vertices, curves, pair);
         }
         let merged = self.place_merged(vertices, vertices.map(|v| self.pins.is_locked(v)), pair)?;
@@ -136,6 +153,9 @@ impl Constraints {
 
     /// Returns whether held curves survive a merge that removes the faces with corners `opposite`.
     pub fn survives_merge(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
+        if self.are_curves_soft {
+            return true;
+        }
         let curves = self.curves_at([u, v]);
         let [of_u, of_v] = curves.map(curve_neighbours);
         // A face with its other two edges on held curves would take both curves with it.

@@ -14,11 +14,11 @@ impl Collapse<'_> {
     /// Returns the deformation still allowed after both ends moved to `x`; negative if exceeded.
     #[inline(always)]
     pub(super) fn ceiling_after(&self, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3) -> f32 {
-        if self.ceilings.is_empty() {
+        if !self.has_ceilings() {
             return f32::INFINITY;
         }
         // The stricter end decides; infinite ceilings skip the measurement.
-        let ceiling = self.ids(ends).into_iter().map(|v| self.ceilings[v as usize]).fold(f32::INFINITY, f32::min);
+        let ceiling = self.ids(ends).into_iter().map(|v| self.ceilings.left[v as usize]).fold(f32::INFINITY, f32::min);
         if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, end_rings, x, ceiling) }
     }
 

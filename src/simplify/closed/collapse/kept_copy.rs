@@ -14,10 +14,17 @@ impl<'a> Collapse<'a> {
         Self { copy: CopyState::Wanted, ..self }
     }
 
-    /// Makes the copy at the present size.
-    pub fn with_copy_now(mut self) -> Self {
+    /// Makes the copy at the present size, if one is wanted and not there yet.
+    pub fn with_copy_if_wanted(mut self) -> Self {
+        if matches!(self.copy, CopyState::Wanted) {
+            self.make_copy();
+        }
+        self
+    }
+
+    fn make_copy(&mut self) {
         self.copy = CopyState::Unwanted;
-        Self { copy: CopyState::Kept(Box::new(self.clone())), ..self }
+        self.copy = CopyState::Kept(Box::new(self.clone()));
     }
 
     pub(super) fn make_copy_if_due(&mut self, limit: Limit) {
@@ -25,7 +32,7 @@ impl<'a> Collapse<'a> {
         if matches!(self.copy, CopyState::Wanted) && self.has_reached(limit.scale(COPY_RATIO)) {
             self.copy = CopyState::Unwanted;
             if !self.is_one_component() {
-                self.copy = CopyState::Kept(Box::new(self.clone()));
+                self.make_copy();
             }
         }
     }

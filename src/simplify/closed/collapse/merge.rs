@@ -9,9 +9,6 @@ use super::history::{CollapseEvent, Merge};
 use super::pair::{CollapseVertex, LastChange, MergedVertex, Pair};
 use super::state::{Collapse, REMOVED};
 
-/// Least cosine between a face's normals before and after a merge.
-// Nineteen meshes, ratios 0.01 to 0.05: at 0 and at 0.4 the largest distance is 2 to 3 % larger.
-const LEAST_COSINE: f32 = 0.2;
 // Largest number of neighbours of both ends together, around which each test walks. Benchmark meshes stay below a
 // hundredth of this.
 const MOST_NEIGHBORS: u32 = 4096;
@@ -128,7 +125,7 @@ impl Collapse<'_> {
         }
         let node = &mut self.nodes[u as usize];
         (node.position, node.importance) = (x, mean_importance([&kept, &removed]));
-        self.ceilings.get_mut(kept.id as usize).into_iter().for_each(|of_u| *of_u = ceiling);
+        self.ceilings.left.get_mut(kept.id as usize).into_iter().for_each(|of_u| *of_u = ceiling);
     }
 
     #[inline(always)]
@@ -158,8 +155,9 @@ impl Collapse<'_> {
     #[inline(always)]
     fn would_turn_face(&self, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3) -> bool {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
-        would_turn_face_at(ends[0], &end_rings[0].ring[1..], x, place)
-            || would_turn_face_at(ends[1], &end_rings[1].ring[1..], x, place)
+        let least = self.least_cosine;
+        would_turn_face_at(ends[0], &end_rings[0].ring[1..], x, least, place)
+            || would_turn_face_at(ends[1], &end_rings[1].ring[1..], x, least, place)
     }
 
     /// Returns whether a face would turn in another pose if both ends merged at `offset` in the present one.
@@ -169,7 +167,9 @@ impl Collapse<'_> {
             let x = self.poses.merge_in_pose(k, self.ids(ends), pair.other(), offset).position;
             let place =
                 |w: u32| (!self.is_ghost(w)).then(|| self.poses.vertex_poses(self.nodes[w as usize].id)[k].position);
-            ends.into_iter().zip(end_rings).any(|(v, star)| would_turn_face_at(v, &star.ring[1..], x, place))
+            ends.into_iter()
+                .zip(end_rings)
+                .any(|(v, star)| would_turn_face_at(v, &star.ring[1..], x, self.least_cosine, place))
         })
     }
 
@@ -203,7 +203,13 @@ impl Collapse<'_> {
 
 /// Returns whether a face at `v` would turn or lose its area if `v` moved to `x`; `place` returns positions.
 #[inline(always)]
-fn would_turn_face_at(v: u32, neighbors: &[u32], x: Vec3, place: impl Fn(u32) -> Option<Vec3>) -> bool {
+fn would_turn_face_at(
+    v: u32,
+    neighbors: &[u32],
+    x: Vec3,
+    least_cosine: f32,
+    place: impl Fn(u32) -> Option<Vec3>,
+) -> bool {
     let Some(p) = place(v) else { return false };
     let mut before: Option<Vec3> = None;
     for &w in neighbors {
@@ -212,8 +218,9 @@ fn would_turn_face_at(v: u32, neighbors: &[u32], x: Vec3, place: impl Fn(u32) ->
             // A degenerate face may turn freely; others keep their direction and an area.
             let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
             let along = old.dot(new);
-            let least = LEAST_COSINE * LEAST_COSINE * old.length_squared() * new.length_squared();
-            let stays = along > 0.0 && along * along > least && has_area(new, [x, q, r]);
+            // Squares carry the signs of both cosines, which saves the root of the lengths.
+            let least = least_cosine * least_cosine.abs() * old.length_squared() * new.length_squared();
+            let stays = along * along.abs() > least && has_area(new, [x, q, r]);
             if !stays && has_area(old, [p, q, r]) {
                 return true;
             }

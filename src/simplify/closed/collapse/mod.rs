@@ -6,6 +6,7 @@
 mod attribute_quadrics;
 mod cheapest_edge;
 mod compaction;
+mod component_ceilings;
 mod constraints;
 mod corner_table;
 mod deformation;
@@ -20,10 +21,12 @@ mod passes;
 mod poses;
 mod record_merges;
 mod recording;
+mod relaxation;
 mod state;
 mod stretch;
 
 pub use attribute_quadrics::sum_attribute_quadrics;
+pub use component_ceilings::{Ceiling, Ceilings};
 pub use constraints::Constraints;
 pub use history::{CollapseEvent, Renewal};
 pub use pair::{PULL, Placement};

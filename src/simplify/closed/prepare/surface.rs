@@ -141,6 +141,12 @@ impl<'a> PreparedSurface<'a> {
         self.importance = importance;
     }
 
+    /// Returns the area of all faces, at unit size.
+    pub fn area(&self) -> f64 {
+        let area = |face: &[u32; 3]| 0.5 * f64::from(area_normal(face.map(|v| self.positions[v as usize])).length());
+        self.faces.iter().map(area).sum()
+    }
+
     pub fn n_split(&self) -> usize {
         self.copies.len()
     }
