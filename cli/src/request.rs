@@ -41,7 +41,7 @@ pub struct Request {
     pub quiet: bool,
     pub force: bool,
     pub strict: bool,
-    /// Files that the run reads, as far as the arguments name them.
+    /// Files that the run reads, if the arguments name them.
     pub read: FilesRead,
 }
 

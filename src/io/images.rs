@@ -18,7 +18,7 @@ pub trait ImageConverter: Debug + Sync {
     /// Returns the converted bytes of an image file, or `None` to keep the image.
     fn convert(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>>;
 
-    /// Returns a word that distinguishes the names of converted images, where the original files stay beside them.
+    /// Returns a word that distinguishes the names of converted images, where the original files stay.
     fn suffix(&self) -> Option<String> {
         None
     }

@@ -45,12 +45,13 @@ pub enum Caller {
 /// assert_eq!(read(r#"{"keep": "wheel"}"#).unwrap_err(), "--keep wheel: give a list");
 /// ```
 pub fn read_options<T: DeserializeOwned>(options: Value) -> Result<T, JobError> {
+    let by_name = || JobError::Options("options: give values by name".into());
     // Each option is tried alone, since an error of the whole does not say which one is wrong.
-    for (name, value) in options.as_object().into_iter().flatten() {
+    for (name, value) in options.as_object().ok_or_else(by_name)? {
         let alone = Value::Object(Map::from_iter([(name.clone(), value.clone())]));
         serde_json::from_value::<T>(alone).map_err(|error| describe(name, value, &error.to_string()))?;
     }
-    serde_json::from_value(options).map_err(|_| JobError::Options("options: give values by name".into()))
+    serde_json::from_value(options).map_err(|_| by_name())
 }
 
 /// Describes a rejected option by the words of serde.

@@ -1,7 +1,7 @@
 //! Fewer and larger cards: stochastic simplification of aggregate detail (Cook, Halstead, Planck, Ryu 2007).
 //!
 //! Leaves, grass and fences are many small open components of one material. None can be merged further, so some are
-//! left out, and the others grow until all together have their area again. A smaller size keeps a subset of the cards of
+//! left out, and the others grow until all together cover as much again. A smaller size keeps a subset of the cards of
 //! a larger one.
 
 use std::collections::BTreeMap;
@@ -25,6 +25,10 @@ const MOST_FACES: usize = 8;
 const LEAST_CARDS: usize = 100;
 /// Least share of a material's faces that are cards.
 const LEAST_SHARE: f64 = 0.5;
+/// Power of the quotient of the areas of all and of the kept cards by which cards grow.
+// Larger cards overlap less and reach farther out: at 1, a crown of 400 leaves covers 1.03, 1.08 and 1.37 times its pixels
+// with 50, 25 and 5 % of them.
+const AREA_POWER: f64 = 0.93;
 /// Largest diagonal of a card, over that of all cards of its material.
 const LARGEST: f64 = 0.25;
 
@@ -79,7 +83,7 @@ impl Cards {
             n_dropped += dropped.len();
             dropped.iter().flat_map(|card| &card.faces).for_each(|&face| is_dropped[face as usize] = true);
             let area = |cards: &[Card]| cards.iter().map(|card| card.area).sum::<f64>();
-            let scale = (area(cards) / area(kept).max(f64::MIN_POSITIVE)).sqrt();
+            let scale = (area(cards) / area(kept).max(f64::MIN_POSITIVE)).powf(0.5 * AREA_POWER);
             kept.iter().for_each(|card| scale_card(card, scale, input.mesh, &mut positions));
         }
         SubMesh::without_components(input, [n_dropped, 0], |face| is_dropped[face])?.with_positions(&positions)
@@ -176,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn fewer_cards_have_the_same_area_and_are_a_subset_of_more() {
+    fn fewer_cards_cover_as_much_and_are_a_subset_of_more() {
         let mesh = leaves(400);
         let input = Input::bare(&mesh);
         let cards = Cards::find(&input);
@@ -185,7 +189,7 @@ mod tests {
             let thin = cards.thin(&input, limit).unwrap();
             assert!(thin.origin.n_dropped == 400 - (share * 400.0) as usize);
             let mesh = thin.input().mesh.clone();
-            assert!((area(&mesh) / area(&leaves(400)) - 1.0).abs() < 1e-4);
+            assert!((area(&mesh) / area(&leaves(400)) / share.powf(1.0 - AREA_POWER) - 1.0).abs() < 1e-4);
             mesh
         });
         for pair in thinned.windows(2) {

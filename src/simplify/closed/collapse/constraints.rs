@@ -68,7 +68,7 @@ impl Constraints {
     }
 
     pub fn has_more_than_plane(&self) -> bool {
-        !self.curves.is_empty() && !self.are_curves_soft || self.pins.has_more_than_plane()
+        self.pins.has_more_than_plane() || !self.are_curves_soft && self.curves.values().any(|curve| curve.is_held)
     }
 
     pub fn without_curves(self) -> Option<Self> {
