@@ -46,7 +46,7 @@ fn distances_are_proved_on_request() {
     assert!(report["output"]["faces"].as_u64().unwrap() < 3000);
     make(folder.path(), spot.to_str().unwrap(), &["--force"]);
     let refused = error_line(&run(folder.path(), &["simplify", "a.nmp", "-o", "d.ply", "--error", "2%"]));
-    assert!(refused.contains("no proved distances"), "{refused}");
+    assert!(refused.contains("no level has a proved distance"), "{refused}");
 }
 
 #[test]
