@@ -184,7 +184,7 @@ mod tests {
         let mesh = leaves(400);
         let input = Input::bare(&mesh);
         let cards = Cards::find(&input);
-        let thinned = [0.5, 0.25, 0.05].map(|share| {
+        let thinned = [0.5, 0.25, 0.05].map(|share: f64| {
             let limit = Limit::from_vertices((share * 1600.0) as usize);
             let thin = cards.thin(&input, limit).unwrap();
             assert!(thin.origin.n_dropped == 400 - (share * 400.0) as usize);
