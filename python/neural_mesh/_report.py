@@ -31,7 +31,7 @@ class Dropped(TypedDict):
 
 class _Written(TypedDict, total=False):
     vertices_written: int
-    size_with_shape: tuple[int, int]
+    size_with_shape: list[int]
     dropped: list[Dropped]
 
 

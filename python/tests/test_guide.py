@@ -19,7 +19,7 @@ def run_page(page: str) -> None:
     assert len(blocks) >= 2
     names: dict[str, object] = {}
     for block in blocks:
-        if "import torch" in block and importlib.util.find_spec("torch") is None:
+        if "torch" in block and importlib.util.find_spec("torch") is None:
             continue
         exec(compile(block, page, "exec"), names)
 

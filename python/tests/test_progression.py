@@ -61,7 +61,7 @@ def test_distances_are_proved_on_request() -> None:
     distances = [distance for _, distance in made.proved]
     assert len(distances) > 4 and distances == sorted(distances)
     assert len(made.at_error(distances[2] * 1.001).vertices) <= made.proved[2][0]
-    with pytest.raises(nm.NeuralMeshError, match="no proved distances"):
+    with pytest.raises(nm.NeuralMeshError, match="no level has a proved distance"):
         nm.progression(mesh).at_error(0.1)
 
 

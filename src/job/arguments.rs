@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use serde::Deserialize;
 
-use crate::io::{Format, PackOptions};
+use crate::io::{Format, PackOptions, shorten_name};
 use crate::simplify::{
     Assembly, ClosedOptions, Effort, Hidden, Optimize, Options, PaperOptions, Purpose, ScoreSource, Target,
 };
@@ -350,7 +350,7 @@ fn one_of<T: Copy>(option: &str, given: Option<&String>, names: &[(&str, T)]) ->
 
 fn parse_value<T>(option: &str, value: &OptionValue, read: fn(&str) -> Result<T, String>) -> Result<T, JobError> {
     let text = value.text().unwrap_or_default();
-    read(&text).map_err(|why| options_error(format!("{option} {text}: {why}")))
+    read(&text).map_err(|why| options_error(format!("{option} {}: {why}", shorten_name(&text))))
 }
 
 fn distance(option: &str, value: Option<&OptionValue>) -> Result<Option<Bound>, JobError> {

@@ -100,15 +100,15 @@ fn respell(name: &str, rest: &str, caller: Caller) -> String {
     if let ("ratio", Some(rest)) = (name, rest.strip_prefix(" NAME=R")) {
         return format!("ratio_of{rest}");
     }
-    match (caller, name.strip_prefix("no_")) {
-        (Caller::Python, Some(positive)) => return format!("{positive}=False{rest}"),
-        (Caller::Python, None) if FLAGS.contains(&name) => return format!("{name}=True{rest}"),
-        (Caller::Python, None) if name == "for" => return format!("for_{rest}"),
-        _ => {}
-    }
     // Where a colon follows, the next word is the value.
     let value = rest.strip_prefix(' ').filter(|_| caller == Caller::Python);
     let value = value.filter(|value| value.split_once(':').is_some_and(|(value, _)| !value.contains(' ')));
+    match (caller, name.strip_prefix("no_")) {
+        (Caller::Python, Some(positive)) => return format!("{positive}=False{rest}"),
+        (Caller::Python, None) if FLAGS.contains(&name) && value.is_none() => return format!("{name}=True{rest}"),
+        (Caller::Python, None) if name == "for" => return format!("for_{rest}"),
+        _ => {}
+    }
     value.map_or_else(|| format!("{name}{rest}"), |value| format!("{name}={value}"))
 }
 
@@ -122,6 +122,7 @@ mod tests {
         for (text, python) in [
             ("a.ply: exists already: choose another name, or replace it with --force", "or replace it with force=True"),
             ("--keep-features: not available", "keep_features=True: not available"),
+            ("--keep-features yes: give true or false", "keep_features=yes: give true or false"),
             (
                 "--ratio NAME=R cannot be used with --for: leave one out",
                 "ratio_of cannot be used with for_: leave one out",
