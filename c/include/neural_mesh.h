@@ -338,7 +338,7 @@ const void *nm_result_bytes(const nm_result *result, size_t level, size_t *byte_
 
 // Writes a level's file and the files that belong to it. Returns 1, or 0 on failure.
 //
-// Existing files are replaced if `force` is not 0.
+// Existing files are replaced if `force` is not 0, but of the files that were read only the mesh itself.
 //
 // # Safety
 // Result and text are valid.
