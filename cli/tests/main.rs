@@ -36,6 +36,7 @@ mod sizes;
 mod streams;
 mod terminal;
 mod textures;
+#[cfg(feature = "train")]
 mod train;
 mod usage;
 

@@ -90,15 +90,6 @@ impl Attributes {
         self
     }
 
-    /// Finds the place of the channel called `name`; at once if it is `near`, which a loop over names in order knows.
-    pub(crate) fn find_channel(&self, name: &str, near: usize) -> Option<usize> {
-        let is_named = |channel: &Channel| channel.name == name;
-        if self.channels.get(near).is_some_and(is_named) {
-            return Some(near);
-        }
-        self.channels.iter().position(is_named)
-    }
-
     /// Returns the number of wedges.
     pub fn n_wedges(&self) -> usize {
         self.channels.first().map_or(0, |channel| channel.values.len() / channel.width.max(1))

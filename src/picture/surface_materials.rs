@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::image_file::{decode_image, decode_numbers, image_problem};
+use super::Image;
+use super::image_file::{decode_image, image_problem};
 use super::raster::weights_at;
 use super::texture::Texture;
 use crate::mesh::{Attributes, Channel, Look, Looks, Role, Wrap, linear_light};
@@ -120,7 +121,7 @@ impl DecodedMaterials {
     /// assert!(DecodedMaterials::new(&Attributes::default(), &Looks::default()).0.is_none());
     /// ```
     pub fn new(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
-        Self::decode(attributes, looks, |image| Some(Texture::new(decode_image(image)?)))
+        Self::decode(attributes, looks, Texture::new)
     }
 
     /// Makes materials whose textures are numbers from 0 to 1, such as directions or roughness.
@@ -134,16 +135,17 @@ impl DecodedMaterials {
     /// assert_eq!(decoded.value(0, [1.0, 0.0, 0.0], [[0.0; 3]; 2]), [0.5; 3]);
     /// ```
     pub fn of_numbers(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
-        Self::decode(attributes, looks, |image| Some(Texture::of_numbers(decode_numbers(image)?)))
+        Self::decode(attributes, looks, Texture::of_numbers)
     }
 
     fn decode(
         attributes: &Attributes,
         looks: &Looks,
-        decode: impl Fn(&[u8]) -> Option<Texture>,
+        texture: impl Fn(&Image) -> Texture,
     ) -> (Option<Self>, Vec<String>) {
         let Some(materials) = SurfaceMaterials::new(attributes, looks) else { return (None, Vec::new()) };
-        let textures: Vec<Option<Texture>> = materials.images.iter().map(|image| decode(image)).collect();
+        let decoded = |image: &Arc<[u8]>| Some(texture(&decode_image(image)?));
+        let textures: Vec<Option<Texture>> = materials.images.iter().map(decoded).collect();
         // One note is enough for any number of broken textures.
         let missing = materials.images.iter().zip(&textures).find(|(_, texture)| texture.is_none());
         let notes = missing.map(|(image, _)| format!("a texture is left out: it {}", image_problem(image)));
