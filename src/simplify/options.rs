@@ -468,6 +468,9 @@ pub enum SimplifyError {
     Interrupted,
 }
 
+const NOT_PROVED: &str =
+    "no level has a proved distance: make it again with --prove or, if that proved none, give a size";
+
 impl std::fmt::Display for SimplifyError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -490,9 +493,7 @@ impl std::fmt::Display for SimplifyError {
             Self::InMirrorPlane(n) => write!(f, "{n} faces lie in the mirror plane: remove them, or turn symmetry off"),
             Self::NotWithSymmetry(what) => write!(f, "{what} and symmetry cannot be combined: leave one out"),
             Self::BadProgression(why) => write!(f, "not a progression that this version reads: {why}: make it again"),
-            Self::NotProved => {
-                write!(f, "no level has a proved distance: make the progression again with --prove, or give a size")
-            }
+            Self::NotProved => f.write_str(NOT_PROVED),
             Self::BadImportance => write!(
                 f,
                 "invalid importance: must be one positive number per vertex, and every vertex must be on a face"
