@@ -29,12 +29,12 @@ export async function simplify(input, options = {}, files = {}) {
   const fromArrays = isArrays(input);
   const source = fromArrays ? { mesh: readArrays(input) } : { file: await readFile(input, name, beside) };
   const wantsArrays = arrays ?? (fromArrays && out === undefined);
-  const written = out ?? (wantsArrays ? undefined : defaultName(source.file?.name ?? 'mesh', options.format));
-  const request = { call: 'simplify', options, ...source, out: written, arrays: wantsArrays };
+  const writtenAs = out ?? (wantsArrays ? undefined : defaultName(source.file?.name ?? 'mesh', options.format));
+  const request = { call: 'simplify', options, ...source, out: writtenAs, arrays: wantsArrays };
   const answer = await program.call(request, { progress, signal, worker });
-  const files = answer.json.files.map((file) => writtenFile(file, answer));
+  const written = answer.json.files.map((file) => writtenFile(file, answer));
   const results = answer.json.results.map((result) => meshArrays(result, answer));
-  return { bytes: files[0]?.bytes, report: answer.json.report, files, results, notes: answer.json.notes };
+  return { bytes: written[0]?.bytes, report: answer.json.report, files: written, results, notes: answer.json.notes };
 }
 
 /** Returns the name of a result: the input's, with the extension of the chosen format. */
