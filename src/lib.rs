@@ -63,7 +63,7 @@
 //! | `weights` | yes | reading and writing of weights; those that ship need no feature but `paper` |
 //! | `job` | yes | [`job`]: documents with attributes, requests, reports |
 //! | `bake` | no | textures and a normal map of the original; needs a C++ compiler |
-//! | `meshopt` | no | glTF that meshoptimizer has compressed; needs a C++ compiler |
+//! | `meshopt` | no | writing of glTF that meshoptimizer compresses; needs a C++ compiler |
 //! | `3mf`, `fbx`, `draco`, `ktx2` | no | more formats; `fbx` needs a C compiler |
 //! | `loss`, `train` | no | the terms that training minimises; training |
 //!

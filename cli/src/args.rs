@@ -11,14 +11,38 @@ use crate::numbers::{
     whole_number_parser,
 };
 
-const SHORT_NOTES: &str = "\
-Formats: OBJ, PLY, STL, OFF, glTF, GLB, VRM, 3MF, each also as .gz; FBX is read only. Texture coordinates, normals, \
-colours and materials are carried over. --help-all explains all options and the exit codes.";
+// The help lists what this build has.
+const FBX_NOTE: &str = if cfg!(feature = "fbx") { "; FBX is read only" } else { "" };
+const COMPRESS_NOTES: [&str; 2] = if cfg!(feature = "meshopt") {
+    [
+        "Write a compressed glTF, as gltfpack does; =quantize only quantises it",
+        "Write a glTF as gltfpack does: quantised (KHR_mesh_quantization) and compressed (EXT_meshopt_compression); =quantize only \
+        quantises it",
+    ]
+} else {
+    [
+        "Write a quantised glTF: --compress=quantize",
+        "Write a quantised glTF (KHR_mesh_quantization): --compress=quantize",
+    ]
+};
+
+fn short_notes() -> String {
+    format!(
+        "Formats: OBJ, PLY, STL, OFF, glTF, GLB, VRM, 3MF, each also as .gz{FBX_NOTE}. Texture coordinates, normals, colours and \
+        materials are carried over. --help-all explains all options and the exit codes."
+    )
+}
+
+fn simplify_notes() -> String {
+    format!(
+        "Formats: reads and writes OBJ, PLY, STL, OFF, glTF, GLB, VRM and 3MF, each also compressed (.gz){FBX_NOTE}. \
+        Reads glTF whose geometry or textures are compressed (Draco, meshopt, KTX2). {SIMPLIFY_NOTES}"
+    )
+}
 
 const SIMPLIFY_NOTES: &str = "\
-Formats: reads and writes OBJ, PLY, STL, OFF, glTF, GLB, VRM and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX, \
-Draco geometry and KTX2 textures need the features 3mf, fbx, draco and ktx2. Texture coordinates, normals, colours, \
-materials and other attributes are carried over. A glTF written as glTF keeps its scene, and its meshes share the target size.
+Texture coordinates, normals, colours, materials and other attributes are carried over. A glTF written as glTF keeps its scene, and \
+its meshes share the target size.
 
 Sizes: vertices at equal positions count as one vertex, and vertices without a face do not count.
 
@@ -44,7 +68,7 @@ const RUNNING_HEADING: &str = "Batches, threads and memory";
 
 /// Arguments of `simplify`: `--help` shows those that most people need, `--help-all` all of them.
 #[derive(Debug, Parser)]
-#[command(after_help = SHORT_NOTES, after_long_help = SIMPLIFY_NOTES, disable_help_flag = true,
+#[command(after_help = short_notes(), after_long_help = simplify_notes(), disable_help_flag = true,
     override_usage = "neural-mesh simplify IN... -o OUT TARGET [OPTIONS]
 
 TARGET is one of --ratio, --faces, --vertices, --error, --size and --lods.",
@@ -184,15 +208,14 @@ pub struct SimplifyArgs {
 
     /// Bake the look of the original into new textures of SIZE x SIZE texels; for glb, gltf, obj
     #[arg(long, value_name = "SIZE", value_parser = parse_texels, allow_negative_numbers = true, help_heading = TEXTURES_HEADING,
-        conflicts_with_all = ["size", "lods", "ignore"],
+        conflicts_with_all = ["size", "lods", "ignore"], hide = cfg!(not(feature = "bake")),
         long_help = "Simplify the shape alone, unwrap the result, and bake the look of the original into textures of SIZE x SIZE \
         texels, with a normal map; writes glb, gltf or obj")]
     pub bake: Option<usize>,
-    /// Write a compressed glTF, as gltfpack does; =quantize only quantises it
+    /// Compression of a written glTF
     #[arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "meshopt",
         conflicts_with_all = ["symmetric", "lock_boundaries", "subset"], help_heading = TEXTURES_HEADING, hide_possible_values = true,
-        long_help = "Write a glTF as gltfpack does: quantised (KHR_mesh_quantization) and compressed (EXT_meshopt_compression); \
-        =quantize only quantises it")]
+        help = COMPRESS_NOTES[0], long_help = COMPRESS_NOTES[1])]
     pub compress: Option<CompressArg>,
     /// Shrink textures whose longer side exceeds SIZE texels; others stay unchanged
     #[arg(long, value_name = "SIZE", value_parser = parse_texels, allow_negative_numbers = true, conflicts_with = "bake", help_heading = TEXTURES_HEADING)]
@@ -593,7 +616,7 @@ pub struct LimitsArgs {
 }
 
 const COMPARE_NOTES: &str = "\
-Reads OBJ, PLY, STL, OFF, glTF, GLB, 3MF and FBX. --html writes one file that needs no network: the meshes side by side in \
+Reads the formats of simplify. --html writes one file that needs no network: the meshes side by side in \
 3-D under one camera, coloured by distance, with all measures. The JSON and the page explain the measures. A result that cannot be \
 read gets a line on standard error, and the others are still compared. Exit codes: 0 success, 1 problem with the input, the disk or \
 standard output, 2 wrong usage, 130 interrupted.";

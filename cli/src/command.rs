@@ -31,6 +31,5 @@ pub enum Command {
     Limits(LimitsArgs),
     /// Measure and show how simplified meshes differ from the original
     Compare(CompareArgs),
-    // The help of `train` comes from its arguments, which differ in builds without the feature.
     Train(TrainArgs),
 }

@@ -45,8 +45,10 @@ pub fn prepare_picture<'a>(
     notes.extend(new_notes);
     let (attributes, looks_after) =
         baked.map_or((&*after.attributes, &looks), |baked| (&baked.attributes, &baked.looks));
-    let (materials_after, normals_after) =
-        (DecodedMaterials::new(attributes, looks_after).0, CornerNormals::new(attributes));
+    let (materials_after, normals_after) = (
+        DecodedMaterials::with_textures_of(materials.as_ref(), attributes, looks_after).0,
+        CornerNormals::new(attributes),
+    );
     let normals = CornerNormals::new(&before.attributes);
     let after = PicturedMesh { surface: after, materials: materials_after, normals: normals_after };
     Ok(Some([PicturedMesh { surface: before, materials, normals }, after]))

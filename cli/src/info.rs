@@ -132,13 +132,9 @@ fn list_attributes(attributes: &Attributes) -> Vec<String> {
     };
     let groups: BTreeSet<u32> = attributes.groups.iter().copied().collect();
     let groups = (groups.len() > 1).then(|| format!("{} materials or groups", group_digits(groups.len())));
-    let mut all: Vec<String> = Vec::new();
-    for name in attributes.channels.iter().map(named).chain(groups) {
-        if !all.contains(&name) {
-            all.push(name);
-        }
-    }
-    all
+    let mut known = BTreeSet::new();
+    let all = attributes.channels.iter().map(named).chain(groups);
+    all.filter(|name| known.insert(name.clone())).collect()
 }
 
 fn collect_info(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Frame), counts: &CleanCounts) -> Info {

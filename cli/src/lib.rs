@@ -24,8 +24,6 @@ mod levels_info;
 mod memory;
 mod mesh_points;
 mod messages;
-#[cfg(not(feature = "train"))]
-mod missing_feature;
 mod names;
 mod numbers;
 mod out_of_core;
@@ -42,10 +40,6 @@ pub mod shared;
 mod simplify;
 mod size_limits;
 mod stopping;
-#[cfg(feature = "train")]
-mod train;
-#[cfg(not(feature = "train"))]
-#[path = "no_train.rs"]
 mod train;
 mod usage;
 

@@ -29,7 +29,6 @@ pub mod files {
 }
 
 /// The command `train` for networks other than the paper's.
-#[cfg(feature = "train")]
 pub mod train {
     pub use crate::train::{OtherNetwork, TrainArgs, run_for};
 }

@@ -90,9 +90,7 @@ fn each_pair_of_formats_carries_what_its_table_says() {
     let table = table();
     assert_eq!(table.len(), 6);
     for source in ["obj", "ply", "glb", "gltf"] {
-        for target in
-            ["obj", "ply", "glb", "gltf", "stl", "off"].into_iter().chain(cfg!(feature = "3mf").then_some("3mf"))
-        {
+        for target in ["obj", "ply", "glb", "gltf", "stl", "off", "3mf"] {
             let to = format!("{source}_{target}/c.{target}");
             convert(&format!("from_{source}/b.{source}"), &to);
             let read = read_attributed_path(&folder.path().join(&to), None).unwrap();
@@ -104,7 +102,6 @@ fn each_pair_of_formats_carries_what_its_table_says() {
     }
 }
 
-#[cfg(feature = "3mf")]
 #[test]
 fn a_3mf_keeps_its_unit_and_its_objects_and_stays_closed() {
     use neural_mesh::io::{Extra, Format, Group, Model, WriteOptions, write_attributed};

@@ -57,7 +57,6 @@ fn for_people_with_a_scan_or_something_to_print() {
     assert!(fs::metadata(work.path().join("small.ply")).unwrap().len() <= 200_000);
 }
 
-#[cfg(feature = "train")]
 #[test]
 fn for_researchers() {
     check_files(&run_guide("researcher.md"), &["mine.ply"]);

@@ -36,7 +36,6 @@ mod sizes;
 mod streams;
 mod terminal;
 mod textures;
-#[cfg(feature = "train")]
 mod train;
 mod usage;
 

@@ -171,10 +171,8 @@ fn unreadable_images_stay_with_a_note_and_formats_without_textures_are_refused()
     }
 }
 
-#[cfg(feature = "ktx2")]
 const KTX2: &[u8] = include_bytes!("../../tests/images/etc1s.ktx2");
 
-#[cfg(feature = "ktx2")]
 #[test]
 fn a_ktx2_stays_such_where_it_fits_and_becomes_a_png_where_not() {
     let folder = folder();

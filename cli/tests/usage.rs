@@ -140,7 +140,7 @@ fn help_fits_on_two_screens_and_help_all_shows_every_option() {
     };
     let (short, all) = (help("--help"), help("--help-all"));
     assert!(short.lines().count() <= 100 && short.lines().all(|line| line.chars().count() <= 100), "{short}");
-    for option in ["--ratio", "--faces", "--error", "--keep-features", "--bake", "--report", "--help-all"] {
+    for option in ["--ratio", "--faces", "--error", "--keep-features", "--textures", "--report", "--help-all"] {
         assert!(short.contains(option) && all.contains(option), "{option}");
     }
     for option in ["--crease-angle", "--assembly", "--no-check", "--map", "--hidden"] {

@@ -60,18 +60,25 @@ impl OverlaySurface {
         }
     }
 
-    /// Covers a triangle by halving it until bounds are sharp, or at most `enough`.
-    pub fn cover_by_halving(&self, triangle: [DVec3; 3], enough: f64, mut visit: impl FnMut(u32, f64)) {
+    /// Covers a triangle by halving it until bounds are sharp, at most `enough`, or no halvings are left.
+    pub fn cover_by_halving(
+        &self,
+        triangle: [DVec3; 3],
+        enough: f64,
+        halvings_left: &mut usize,
+        mut visit: impl FnMut(u32, f64),
+    ) {
         let mut pending = vec![(triangle, 0)];
         while let Some((triangle, n_cuts)) = pending.pop() {
             let hits = self.nearest_samples(&triangle);
             let least = largest_distance(&hits);
             let bounds = hits.iter().map(|&(face, _)| (self.distance(&triangle, face), face));
             let Some((bound, face)) = bounds.min_by(|x, y| x.0.total_cmp(&y.0)) else { return };
-            if bound <= enough.max(SHARP * least) || n_cuts == MOST_HALVINGS {
+            if bound <= enough.max(SHARP * least) || n_cuts == MOST_HALVINGS || *halvings_left == 0 {
                 visit(face, bound);
                 continue;
             }
+            *halvings_left -= 1;
             let [a, b, c] = rotate_longest_first(triangle);
             let middle = 0.5 * (a + b);
             pending.extend([([a, middle, c], n_cuts + 1), ([middle, b, c], n_cuts + 1)]);

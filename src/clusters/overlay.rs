@@ -20,6 +20,9 @@ const LEAST_COSINE: f64 = 0.2;
 /// Most faces between the hint and the face over a centroid.
 const MOST_STEPS: usize = 8;
 
+/// Most halvings of a surface's triangles, over their number. Each of a fan of needles would take 255.
+const MOST_HALVINGS: usize = 4;
+
 /// Part of a face of one surface near a face of another.
 pub struct CoveredPiece {
     pub face: u32,
@@ -50,6 +53,7 @@ struct Covering<'a> {
     enough: f64,
     /// Bound above which a triangle is covered again by a sharper method.
     usual: f64,
+    halvings_left: usize,
     queue: FaceQueue,
     pending: Vec<Piece>,
     parts: Vec<(u32, f64)>,
@@ -72,6 +76,7 @@ impl OverlaySurface {
             other,
             enough: (ENOUGH * least).max(floor),
             usual: (OUTLIER * least).max(floor),
+            halvings_left: MOST_HALVINGS * self.triangles.len(),
             queue: FaceQueue { pending: Vec::new(), found: vec![0; other.triangles.len()], round: 0 },
             pending: Vec::new(),
             parts: Vec::new(),
@@ -202,7 +207,8 @@ impl Covering<'_> {
         other.cover_by_cutting((triangle, start.face), self.enough, &mut self.pending, visit);
         if largest_distance(parts) > self.usual {
             parts.clear();
-            other.cover_by_halving(triangle, self.usual, |over, distance| parts.push((over, distance)));
+            let visit = |over, distance| parts.push((over, distance));
+            other.cover_by_halving(triangle, self.usual, &mut self.halvings_left, visit);
         }
     }
 }

@@ -1,8 +1,9 @@
 //! A surface to be overlaid: its triangles, their neighbours, and what is made of them when it is first needed.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
@@ -21,6 +22,8 @@ pub struct OverlaySurface {
     // Both are made when they are first needed.
     planes: OnceCell<Vec<EdgePlane>>,
     tree: OnceCell<NearestOnTriangles>,
+    // Results at corners, which many triangles share: at the middle of a fan, all faces are equally close, and tested.
+    at_corners: RefCell<FxHashMap<[u64; 3], (u32, f64)>>,
 }
 
 /// Plane through an edge, which parts what lies over its two faces.
@@ -38,7 +41,14 @@ impl OverlaySurface {
         let triangles: Vec<[DVec3; 3]> = mesh.faces().iter().map(|face| face.map(point)).collect();
         let normals = triangles.iter().map(|&corners| area_normal_f64(corners).normalize_or_zero()).collect();
         let twins = twins(mesh.positions().len(), mesh.faces());
-        Self { triangles, normals, twins, planes: OnceCell::new(), tree: OnceCell::new() }
+        Self {
+            triangles,
+            normals,
+            twins,
+            planes: OnceCell::new(),
+            tree: OnceCell::new(),
+            at_corners: RefCell::default(),
+        }
     }
 
     /// Returns the cutting plane of each half-edge, n_faces x 3.
@@ -64,8 +74,12 @@ impl OverlaySurface {
 
     /// Returns the closest face and its distance, of a triangle's corners and of its centroid.
     pub fn nearest_samples(&self, triangle: &[DVec3; 3]) -> [(u32, f64); 4] {
-        let [a, b, c] = *triangle;
-        [a, b, c, centroid(triangle)].map(|p| self.nearest(p))
+        let [a, b, c] = triangle.map(|p| self.nearest_at_corner(p));
+        [a, b, c, self.nearest(centroid(triangle))]
+    }
+
+    fn nearest_at_corner(&self, p: DVec3) -> (u32, f64) {
+        *self.at_corners.borrow_mut().entry(p.to_array().map(f64::to_bits)).or_insert_with(|| self.nearest(p))
     }
 
     /// Returns the largest coordinate.

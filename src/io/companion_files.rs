@@ -31,6 +31,8 @@ pub(super) struct FileFinder<'a> {
     folder: Option<&'a Folder>,
     allow_outside: bool,
     pub files: Vec<OutputFile>,
+    // Paths of the files.
+    paths: FxHashSet<PathBuf>,
     images: FxHashMap<PathBuf, ImageUse>,
     pub converter: Option<&'a dyn ImageConverter>,
     pub output: Option<&'a OutputFolder>,
@@ -48,6 +50,7 @@ impl<'a> FileFinder<'a> {
             folder: extra.folder.as_ref(),
             allow_outside,
             files: Vec::new(),
+            paths: FxHashSet::default(),
             images: FxHashMap::default(),
             converter: None,
             output: None,
@@ -103,7 +106,7 @@ impl<'a> FileFinder<'a> {
     }
 
     fn push(&mut self, path: PathBuf, bytes: &[u8]) {
-        if self.files.iter().all(|file| file.path != path) {
+        if self.paths.insert(path.clone()) {
             self.files.push(OutputFile { path, bytes: bytes.to_vec() });
         }
     }

@@ -128,7 +128,7 @@ static TABLE: [FormatRow; 10] = [
         #[cfg(feature = "fbx")]
         read: Some(|bytes, _| fbx::read(bytes)),
         no_reader: ["this build reads no FBX", "build with the feature fbx or convert the file"],
-        no_writer: "fbx can be read but not written: choose glb, which stores the same content",
+        no_writer: "fbx is not written: choose glb, which stores the same content",
         ..BASE
     },
 ];

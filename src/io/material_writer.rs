@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
+use rustc_hash::FxHashSet;
+
 use super::ImageUse;
 use super::companion_files::{FileFinder, to_reference};
+use super::distinct_images::DistinctImages;
 use super::extra::Extra;
 use super::material_libraries::texture_use;
 use super::write::push_singles;
@@ -20,8 +23,8 @@ impl MaterialLibrary {
     pub fn from_looks(extra: &Extra, name: &str, finder: &mut FileFinder) -> Self {
         let mut library = Self::default();
         // Materials that no group uses are left out.
-        let used = extra.materials();
-        let mut paths = TexturePaths { name, finder, known: Vec::new() };
+        let used: FxHashSet<&str> = extra.materials().into_iter().collect();
+        let mut paths = TexturePaths { name, finder, distinct: DistinctImages::default(), paths: Vec::new() };
         for (material, look) in extra.looks.iter().filter(|(material, _)| used.contains(&material.as_str())) {
             library.push_material(material, look);
             if let Some(texture) = &look.texture {
@@ -79,14 +82,16 @@ impl MaterialLibrary {
 struct TexturePaths<'a, 'b, 'c> {
     name: &'b str,
     finder: &'b mut FileFinder<'c>,
-    known: Vec<(&'a BaseTexture, String)>,
+    distinct: DistinctImages<'a>,
+    // Paths of the distinct images.
+    paths: Vec<String>,
 }
 
 impl<'a> TexturePaths<'a, '_, '_> {
     fn add(&mut self, texture: &'a BaseTexture, used: ImageUse) -> String {
         // Textures with one image share a file, whatever their wrap modes.
-        let known = self.known.iter().find(|(other, _)| other.image == texture.image).map(|(_, path)| path.clone());
-        known.unwrap_or_else(|| {
+        let number = self.distinct.number(&texture.image);
+        if number == self.paths.len() {
             let ending = match (extension(&texture.image), self.finder.converter) {
                 // A converter turns KTX2 into another type, which decides the extension.
                 ("ktx2", Some(converter)) => {
@@ -94,11 +99,10 @@ impl<'a> TexturePaths<'a, '_, '_> {
                 }
                 (ending, _) => ending,
             };
-            let path = PathBuf::from(format!("{}_{}.{ending}", self.name, self.known.len()));
-            let path = self.finder.add_image(&path, &texture.image, used);
-            self.known.push((texture, to_reference(&path)));
-            to_reference(&path)
-        })
+            let path = PathBuf::from(format!("{}_{number}.{ending}", self.name));
+            self.paths.push(to_reference(&self.finder.add_image(&path, &texture.image, used)));
+        }
+        self.paths[number].clone()
     }
 }
 

@@ -4,6 +4,7 @@
 
 mod attributed_writer;
 mod companion_files;
+mod distinct_images;
 mod error;
 mod extra;
 #[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]

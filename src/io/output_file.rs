@@ -1,5 +1,6 @@
 //! Files to be written into one folder.
 
+use std::collections::HashSet;
 use std::path::{Component, Path, PathBuf};
 
 use super::{WriteError, write_path};
@@ -36,8 +37,9 @@ pub fn write_files(folder: &Path, files: &[OutputFile], force: bool) -> Result<(
             return Err(outside_error(&file.path));
         }
     }
-    for (number, file) in files.iter().enumerate() {
-        if files[..number].iter().any(|other| other.path == file.path) {
+    let mut known = HashSet::new();
+    for file in files {
+        if !known.insert(&file.path) {
             let what = format!("two files would have the name {}: choose another name", file.path.display());
             return Err(WriteError { what });
         }

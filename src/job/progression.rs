@@ -150,8 +150,12 @@ pub(super) fn levels_for_goal(
 /// Discards attributes that the format of the result does not hold.
 fn keep_wanted(result: &mut Simplified, wanted: &Attributes) {
     let attributes = &mut result.attributes;
-    let is_wanted = |name: &str, role| wanted.channels.iter().any(|other| other.name == name && other.role == role);
-    attributes.channels.retain(|channel| is_wanted(&channel.name, channel.role));
+    let mut near = 0;
+    attributes.channels.retain(|channel| {
+        let found = wanted.find_channel(&channel.name, near).filter(|&at| wanted.channels[at].role == channel.role);
+        near = found.map_or(near, |at| at + 1);
+        found.is_some()
+    });
     if attributes.channels.is_empty() {
         attributes.wedges.clear();
     }

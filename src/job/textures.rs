@@ -7,7 +7,8 @@ use std::sync::Mutex;
 use crate::io::{ImageConverter, ImageUse};
 use crate::mesh::{linear_light, srgb};
 use crate::picture::{
-    Image, ImageFormat, decode_image, encode_png, encode_png_opaque, encode_webp, image_problem, image_size,
+    Image, ImageFormat, decode_image, decode_numbers, encode_png, encode_png_opaque, encode_webp, image_problem,
+    image_size,
 };
 use jpeg_encoder::{ColorType, Encoder};
 use resize::px::PixelFormat;
@@ -72,8 +73,10 @@ impl ImageConverter for Textures {
 
 /// Resizes an image file in its format (PNG for KTX2); `None` if unreadable.
 fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
-    let image = decode_image(file)?;
+    let image = if used == ImageUse::Colours { decode_image(file)? } else { decode_numbers(file)? };
     let longer = image.width.max(image.height);
+    // A very large image may be halved below the requested side already.
+    let side = side.min(longer);
     let scaled = |length: usize| ((length * side + longer / 2) / longer).max(1);
     let size = [scaled(image.width), scaled(image.height)];
     let smaller = resize_image(&image, size, used).ok()?;

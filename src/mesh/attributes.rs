@@ -7,7 +7,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 /// The meaning of a channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Role {
     /// Unit normals, width 3.
@@ -88,6 +88,15 @@ impl Attributes {
             self.groups.clear();
         }
         self
+    }
+
+    /// Finds the place of the channel called `name`; at once if it is `near`, which a loop over names in order knows.
+    pub(crate) fn find_channel(&self, name: &str, near: usize) -> Option<usize> {
+        let is_named = |channel: &Channel| channel.name == name;
+        if self.channels.get(near).is_some_and(is_named) {
+            return Some(near);
+        }
+        self.channels.iter().position(is_named)
     }
 
     /// Returns the number of wedges.

@@ -44,9 +44,9 @@ fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMe
     let at = |w: u32| if w as usize >= n_wedges { u32::MAX } else { first_wedge + w };
     let wedge = |face: u32| own.wedges.get(face as usize).map_or([first_wedge; 3], |row| row.map(at));
     attributes.wedges.extend((0..n_faces).map(|face| turn(wedge(face))));
-    for channel in &mut attributes.channels {
+    for (near, channel) in attributes.channels.iter_mut().enumerate() {
         let from = channel.values.len();
-        extend(channel, own, n_wedges, 1.0);
+        extend(channel, near, own, n_wedges, 1.0);
         turn_directions(channel, from, *transform);
     }
 }

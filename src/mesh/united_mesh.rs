@@ -79,7 +79,8 @@ impl UnitedMesh {
             if !attributes.channels.is_empty() {
                 attributes.wedges.extend((0..n_faces as usize).map(wedge));
             }
-            attributes.channels.iter_mut().for_each(|channel| extend(channel, own, n_wedges, scale));
+            let channels = attributes.channels.iter_mut().enumerate();
+            channels.for_each(|(near, channel)| extend(channel, near, own, n_wedges, scale));
         }
         if positions.len().max(attributes.n_wedges()) > (u32::MAX / 4) as usize {
             return None;
@@ -291,7 +292,12 @@ fn with_own_wedges(
     mut wedges: Vec<[u32; 3]>,
     groups: Vec<u32>,
 ) -> Attributes {
-    let channels = names.iter().filter_map(|name| attributes.channels.iter().find(|channel| channel.name == *name));
+    let mut next = 0;
+    let channels = names.iter().filter_map(|name| {
+        let found = attributes.find_channel(name, next)?;
+        next = found + 1;
+        Some(&attributes.channels[found])
+    });
     let channels: Vec<&Channel> = channels.collect();
     if channels.is_empty() {
         return Attributes { groups, ..Attributes::default() };
@@ -317,9 +323,10 @@ fn rescale(role: Role, value: &mut [f32], scale: f32) {
 
 /// Lists the channels of all meshes, one per name, without values.
 pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> Vec<Channel> {
-    let mut channels: Vec<Channel> = Vec::new();
+    let (mut channels, mut places): (Vec<Channel>, FxHashMap<&str, usize>) = Default::default();
     for channel in pieces.flat_map(|piece| &piece.channels) {
-        match channels.iter_mut().find(|other| other.name == channel.name) {
+        let place = *places.entry(&channel.name).or_insert(channels.len());
+        match channels.get_mut(place) {
             Some(other) => other.width = other.width.max(channel.width),
             None => channels.push(Channel { values: Vec::new(), name: channel.name.clone(), ..*channel }),
         }
@@ -327,12 +334,12 @@ pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> 
     channels
 }
 
-/// Appends a mesh's values to a channel, or zeros (white for colours) if it has none.
-pub(super) fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: usize, scale: f32) {
+/// Appends a mesh's values to a channel, or zeros (white for colours) if it has none; they are likely at `near`.
+pub(super) fn extend(channel: &mut Channel, near: usize, attributes: &Attributes, n_wedges: usize, scale: f32) {
     let (first, width) = (channel.values.len(), channel.width.max(1));
     let missing = if channel.role == Role::Colour { 1.0 } else { 0.0 };
     channel.values.resize(first + n_wedges * width, missing);
-    let Some(own) = attributes.channels.iter().find(|other| other.name == channel.name) else { return };
+    let Some(own) = attributes.find_channel(&channel.name, near).map(|at| &attributes.channels[at]) else { return };
     let n_front = if channel.role == Role::Skin { own.width / 2 } else { own.width };
     let rows = channel.values[first..].chunks_exact_mut(width);
     for (row, values) in rows.zip(own.values.chunks_exact(own.width.max(1))) {
@@ -400,7 +407,7 @@ mod tests {
             let channel = |width, values| Channel { name: "a".into(), role, width, values };
             let own = Attributes { channels: vec![channel(values.len(), values.to_vec())], ..Attributes::default() };
             let mut all = channel(width, vec![7.0; width]);
-            extend(&mut all, &own, 1, 1.0);
+            extend(&mut all, 0, &own, 1, 1.0);
             all.values.split_off(width)
         };
         assert_eq!(widened(Role::Colour, &[0.1, 0.2, 0.3], 4), [0.1, 0.2, 0.3, 1.0]);

@@ -8,7 +8,8 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::pixels::{add_opacity, check_size};
+use super::halving::{Halving, PixelMeaning};
+use super::pixels::{MOST_PIXELS, add_opacity, check_size};
 use super::{Image, ktx2};
 
 const WEBP_BYTES: usize = 16;
@@ -62,7 +63,8 @@ impl ImageFormat {
 
 /// Decodes a PNG, JPEG, WebP or (feature `ktx2`) KTX2 file by its content.
 ///
-/// Returns `None` for other or damaged files and beyond 67 million pixels. An animated WebP gives its first frame.
+/// An image above 67 million pixels (8192 x 8192) is halved, averaging light, until it has no more. Returns `None` for
+/// other, damaged and still larger files. An animated WebP gives its first frame.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, decode_image, encode_png};
@@ -71,10 +73,25 @@ impl ImageFormat {
 /// assert_eq!(decode_image(b"GIF89a"), None);
 /// ```
 pub fn decode_image(bytes: &[u8]) -> Option<Image> {
+    decode(bytes, PixelMeaning::Colours)
+}
+
+/// Decodes an image file like [`decode_image`]; halving averages numbers, such as directions or roughness, not light.
+///
+/// ```
+/// use neural_mesh::picture::{Image, decode_numbers, encode_png};
+/// let image = Image { width: 2, height: 1, rgba: vec![9, 8, 7, 255, 1, 2, 3, 4] };
+/// assert_eq!(decode_numbers(&encode_png(&image)), Some(image));
+/// ```
+pub fn decode_numbers(bytes: &[u8]) -> Option<Image> {
+    decode(bytes, PixelMeaning::Numbers)
+}
+
+fn decode(bytes: &[u8], meaning: PixelMeaning) -> Option<Image> {
     match ImageFormat::from_signature(bytes)? {
-        ImageFormat::Png => decode_png(bytes),
-        ImageFormat::Jpeg => decode_jpeg(bytes),
-        ImageFormat::WebP => decode_webp(bytes),
+        ImageFormat::Png => decode_png(bytes, meaning),
+        ImageFormat::Jpeg => decode_jpeg(bytes, meaning),
+        ImageFormat::WebP => decode_webp(bytes, meaning),
         ImageFormat::Ktx2 => ktx2::decode(bytes),
     }
 }
@@ -87,10 +104,15 @@ pub fn decode_image(bytes: &[u8]) -> Option<Image> {
 /// assert_eq!(image_problem(b"\xff\xd8\xff\xe0"), "is not a complete JPEG: save it again");
 /// ```
 pub fn image_problem(bytes: &[u8]) -> String {
-    match ImageFormat::from_signature(bytes) {
-        Some(ImageFormat::Ktx2) => ktx2::PROBLEM.into(),
-        Some(format) => format!("is not a complete {}: save it again", format.name()),
-        None => "is not PNG, JPEG or WebP: convert it to one of these".into(),
+    let too_large = image_size(bytes).filter(|[width, height]| width * height > 0);
+    let too_large = too_large.filter(|&[width, height]| check_size(width, height, bytes.len()).is_none());
+    match (ImageFormat::from_signature(bytes), too_large) {
+        (Some(ImageFormat::Ktx2), _) => ktx2::PROBLEM.into(),
+        (Some(_), Some([width, height])) => {
+            format!("has {width} x {height} pixels, too many for its {} bytes: save it smaller", bytes.len())
+        }
+        (Some(format), _) => format!("is not a complete {}: save it again", format.name()),
+        (None, _) => "is not PNG, JPEG or WebP: convert it to one of these".into(),
     }
 }
 
@@ -109,7 +131,7 @@ pub fn image_size(bytes: &[u8]) -> Option<[usize; 2]> {
             Some([reader.info().width, reader.info().height].map(|side| side as usize))
         }
         ImageFormat::Jpeg => {
-            let mut decoder = JpegDecoder::new(ZCursor::new(bytes));
+            let mut decoder = jpeg_decoder(bytes, ColorSpace::RGB);
             decoder.decode_headers().ok()?;
             decoder.dimensions().map(<[usize; 2]>::from)
         }
@@ -139,16 +161,27 @@ pub fn encode_webp(image: &Image) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-fn decode_png(bytes: &[u8]) -> Option<Image> {
+fn decode_png(bytes: &[u8], meaning: PixelMeaning) -> Option<Image> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().ok()?;
     // The check precedes the allocation of pixels: the header may claim any size.
     let [width, height] = [reader.info().width, reader.info().height].map(|side| side as usize);
-    check_size(width, height)?;
+    let n = check_size(width, height, bytes.len())?;
+    let (kind, _) = reader.output_color_type();
+    if n > MOST_PIXELS && !reader.info().interlaced {
+        let mut halving = Halving::new(width, height, meaning);
+        while let Some(row) = reader.next_row().ok()? {
+            add_row(&mut halving, row.data(), kind);
+        }
+        return halving.finish();
+    }
     let mut pixels = vec![0; reader.output_buffer_size()?];
     let frame = reader.next_frame(&mut pixels).ok()?;
     let pixels = &pixels[..frame.buffer_size()];
+    if n > MOST_PIXELS {
+        return halve(pixels, [width, height], kind, meaning);
+    }
     let rgba: Vec<u8> = match frame.color_type {
         png::ColorType::Rgba => pixels.to_vec(),
         png::ColorType::Rgb => add_opacity(pixels),
@@ -160,27 +193,53 @@ fn decode_png(bytes: &[u8]) -> Option<Image> {
     (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
 }
 
-fn decode_jpeg(bytes: &[u8]) -> Option<Image> {
-    let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGBA);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    decoder.decode_headers().ok()?;
-    let (width, height) = decoder.dimensions()?;
-    check_size(width, height)?;
-    let rgba = decoder.decode().ok()?;
-    (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
+fn jpeg_decoder(bytes: &[u8], kind: ColorSpace) -> JpegDecoder<ZCursor<&[u8]>> {
+    let most = usize::from(u16::MAX);
+    let options = DecoderOptions::default().jpeg_set_out_colorspace(kind).set_max_width(most).set_max_height(most);
+    JpegDecoder::new_with_options(ZCursor::new(bytes), options)
 }
 
-fn decode_webp(bytes: &[u8]) -> Option<Image> {
+fn decode_jpeg(bytes: &[u8], meaning: PixelMeaning) -> Option<Image> {
+    let size = image_size(bytes)?;
+    let n = check_size(size[0], size[1], bytes.len())?;
+    if n > MOST_PIXELS {
+        // The decoder needs room for the whole image; three bytes a pixel are the least.
+        return halve(&jpeg_decoder(bytes, ColorSpace::RGB).decode().ok()?, size, png::ColorType::Rgb, meaning);
+    }
+    let rgba = jpeg_decoder(bytes, ColorSpace::RGBA).decode().ok()?;
+    (rgba.len() == 4 * n).then_some(Image { width: size[0], height: size[1], rgba })
+}
+
+fn decode_webp(bytes: &[u8], meaning: PixelMeaning) -> Option<Image> {
     let mut decoder = WebPDecoder::new(Cursor::new(bytes)).ok()?;
     let (width, height) = decoder.dimensions();
     let [width, height] = [width, height].map(|side| side as usize);
-    let n = check_size(width, height)?;
+    let n = check_size(width, height, bytes.len())?;
     // A damaged file may otherwise ask for any amount.
     decoder.set_memory_limit(WEBP_BYTES * n + bytes.len());
     let mut pixels = vec![0; decoder.output_buffer_size()?];
     decoder.read_image(&mut pixels).ok()?;
+    if n > MOST_PIXELS {
+        let kind = if decoder.has_alpha() { png::ColorType::Rgba } else { png::ColorType::Rgb };
+        return halve(&pixels, [width, height], kind, meaning);
+    }
     let rgba = if decoder.has_alpha() { pixels } else { add_opacity(&pixels) };
     (rgba.len() == 4 * n).then_some(Image { width, height, rgba })
+}
+
+fn halve(pixels: &[u8], [width, height]: [usize; 2], kind: png::ColorType, meaning: PixelMeaning) -> Option<Image> {
+    let mut halving = Halving::new(width, height, meaning);
+    pixels.chunks_exact(kind.samples() * width).for_each(|row| add_row(&mut halving, row, kind));
+    halving.finish()
+}
+
+fn add_row(halving: &mut Halving, row: &[u8], kind: png::ColorType) {
+    match kind.samples() {
+        1 => halving.add_row::<1>(row),
+        2 => halving.add_row::<2>(row),
+        3 => halving.add_row::<3>(row),
+        _ => halving.add_row::<4>(row),
+    }
 }
 
 #[cfg(test)]

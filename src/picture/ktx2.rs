@@ -11,7 +11,8 @@ use ruzstd::decoding::StreamingDecoder;
 use super::Image;
 use super::pixels::{add_opacity, check_size};
 
-pub(super) const PROBLEM: &str = "is not a complete KTX2 of ETC1S, UASTC or RGBA8: give it as PNG, JPEG or WebP";
+pub(super) const PROBLEM: &str =
+    "is not a complete KTX2 of ETC1S, UASTC or RGBA8 within 67 million pixels: give it as PNG, JPEG or WebP";
 
 const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 // Header and first entry of the level index.
@@ -45,7 +46,7 @@ const IMAGE: usize = 20;
 pub(super) fn decode(bytes: &[u8]) -> Option<Image> {
     let file = Ktx2::read(bytes)?;
     let [width, height] = file.size;
-    let n = check_size(width, height)?;
+    let n = check_size(width, height, 0)?;
     // Format 0 means Basis Universal; its variant is in the descriptor.
     let rgba = match (file.vk_format, file.model) {
         (format, _) if RGBA8.contains(&format) => file.inflate(4 * n)?.into_owned(),

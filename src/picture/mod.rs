@@ -5,6 +5,7 @@
 mod camera;
 mod caption;
 mod corner_normals;
+mod halving;
 mod image_file;
 #[cfg(feature = "ktx2")]
 mod ktx2;
@@ -31,7 +32,7 @@ use crate::mesh::TriMesh;
 use shade::Shading;
 
 pub use corner_normals::CornerNormals;
-pub use image_file::{ImageFormat, decode_image, encode_webp, image_problem, image_size};
+pub use image_file::{ImageFormat, decode_image, decode_numbers, encode_webp, image_problem, image_size};
 pub use png_file::{encode_png, encode_png_opaque};
 pub use shaded_mesh::ShadedMesh;
 pub use surface_materials::{DecodedMaterials, PaintedCorner, SurfaceMaterials};

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
+use rustc_hash::FxHashMap;
 
-use super::Image;
-use super::image_file::{decode_image, image_problem};
+use super::image_file::{decode_image, decode_numbers, image_problem};
 use super::raster::weights_at;
 use super::texture::Texture;
 use crate::mesh::{Attributes, Channel, Look, Looks, Role, Wrap, linear_light};
@@ -55,10 +55,16 @@ impl SurfaceMaterials {
     /// assert_eq!((materials.corners(0)[1].colour, materials.texture(0)), ([0.0, 1.0, 0.0], None));
     /// ```
     pub fn new(attributes: &Attributes, looks: &Looks) -> Option<Self> {
-        let mut images = Vec::new();
+        let (mut images, mut known) = (Vec::new(), FxHashMap::default());
+        let mut number = |image: &Arc<[u8]>| {
+            *known.entry(Arc::as_ptr(image)).or_insert_with(|| {
+                images.push(image.clone());
+                images.len() - 1
+            })
+        };
         let paint = |look: &Look| GroupPaint {
             colour: Vec3::from(look.colour),
-            texture: look.texture.as_ref().map(|texture| (image_index(&mut images, &texture.image), texture.wrap)),
+            texture: look.texture.as_ref().map(|texture| (number(&texture.image), texture.wrap)),
             uses_corner_colours: look.uses_corner_colours,
         };
         let mut paints: Vec<GroupPaint> = looks.of_groups.iter().map(paint).collect();
@@ -94,18 +100,12 @@ impl SurfaceMaterials {
     }
 }
 
-fn image_index(images: &mut Vec<Arc<[u8]>>, image: &Arc<[u8]>) -> usize {
-    images.iter().position(|known| Arc::ptr_eq(known, image)).unwrap_or_else(|| {
-        images.push(image.clone());
-        images.len() - 1
-    })
-}
-
 /// Materials with decoded textures.
 #[derive(Clone, Debug)]
 pub struct DecodedMaterials {
     materials: SurfaceMaterials,
-    textures: Vec<Option<Texture>>,
+    // Shared by meshes with the same images.
+    textures: Vec<Option<Arc<Texture>>>,
 }
 
 impl DecodedMaterials {
@@ -121,7 +121,33 @@ impl DecodedMaterials {
     /// assert!(DecodedMaterials::new(&Attributes::default(), &Looks::default()).0.is_none());
     /// ```
     pub fn new(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
-        Self::decode(attributes, looks, Texture::new)
+        Self::with_textures_of(None, attributes, looks)
+    }
+
+    /// Makes the materials of another mesh as [`new`](Self::new) does; images of `other` are not decoded again.
+    ///
+    /// ```
+    /// use neural_mesh::mesh::{Attributes, Look, Looks};
+    /// use neural_mesh::picture::DecodedMaterials;
+    /// let mut grey = Look::default();
+    /// grey.colour = [0.5; 3];
+    /// let looks = Looks::new(vec![grey]);
+    /// let (before, _) = DecodedMaterials::new(Attributes::NONE, &looks);
+    /// let (after, _) = DecodedMaterials::with_textures_of(before.as_ref(), Attributes::NONE, &looks);
+    /// assert_eq!(after.unwrap().surface(), before.unwrap().surface());
+    /// ```
+    pub fn with_textures_of(
+        other: Option<&Self>,
+        attributes: &Attributes,
+        looks: &Looks,
+    ) -> (Option<Self>, Vec<String>) {
+        let known = other.into_iter().flat_map(|other| other.materials.images.iter().zip(&other.textures));
+        let known: FxHashMap<*const [u8], _> = known.map(|(image, texture)| (Arc::as_ptr(image), texture)).collect();
+        let decode = |image: &Arc<[u8]>| Some(Arc::new(Texture::new(decode_image(image)?)));
+        Self::decode(attributes, looks, |image| match known.get(&Arc::as_ptr(image)) {
+            Some(texture) => (*texture).clone(),
+            None => decode(image),
+        })
     }
 
     /// Makes materials whose textures are numbers from 0 to 1, such as directions or roughness.
@@ -135,17 +161,16 @@ impl DecodedMaterials {
     /// assert_eq!(decoded.value(0, [1.0, 0.0, 0.0], [[0.0; 3]; 2]), [0.5; 3]);
     /// ```
     pub fn of_numbers(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
-        Self::decode(attributes, looks, Texture::of_numbers)
+        Self::decode(attributes, looks, |image| Some(Arc::new(Texture::of_numbers(decode_numbers(image)?))))
     }
 
     fn decode(
         attributes: &Attributes,
         looks: &Looks,
-        texture: impl Fn(&Image) -> Texture,
+        decode: impl Fn(&Arc<[u8]>) -> Option<Arc<Texture>>,
     ) -> (Option<Self>, Vec<String>) {
         let Some(materials) = SurfaceMaterials::new(attributes, looks) else { return (None, Vec::new()) };
-        let decoded = |image: &Arc<[u8]>| Some(texture(&decode_image(image)?));
-        let textures: Vec<Option<Texture>> = materials.images.iter().map(decoded).collect();
+        let textures: Vec<Option<Arc<Texture>>> = materials.images.iter().map(decode).collect();
         // One note is enough for any number of broken textures.
         let missing = materials.images.iter().zip(&textures).find(|(_, texture)| texture.is_none());
         let notes = missing.map(|(image, _)| format!("a texture is left out: it {}", image_problem(image)));

@@ -82,6 +82,7 @@ fn total_bytes(images: &[Option<FittedImage>]) -> usize {
 fn fit_image(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     let image = decode_image(bytes)?;
     let smaller = || encode_jpeg(&shrink(&image, side));
+    // Images that decoding halves are larger than any side of a page.
     if image.width.max(image.height) > side {
         return smaller();
     }

@@ -21,7 +21,7 @@ Exit codes: 0 success, 1 problem with the input or the disk, or a loss that is n
 #[command(after_help = TRAIN_NOTES, override_usage = "neural-mesh train --data DIR --out RUN [OPTIONS]
        neural-mesh train --plot RUN")]
 pub struct TrainArgs {
-    /// Folder of meshes to learn from: OBJ, PLY, STL, OFF, glTF, GLB, 3MF, FBX
+    /// Folder of meshes to learn from, in the formats of simplify
     #[arg(long, value_name = "DIR", required_unless_present = "plot")]
     pub data: Option<PathBuf>,
     /// Folder for the results

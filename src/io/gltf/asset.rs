@@ -1,5 +1,6 @@
 //! Whole glTF assets.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::path::Path;
 
@@ -229,7 +230,7 @@ fn largest_scale(data: &Data, accessor: usize, limit: usize) -> Result<f64, Read
 }
 
 fn fetch_images(root: &Root, fetch: &FileFetcher, notes: &mut Vec<String>) -> Vec<OutputFile> {
-    let mut images: Vec<OutputFile> = Vec::new();
+    let (mut images, mut known) = (Vec::new(), HashSet::new());
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()).filter(|uri| !uri.starts_with("data:")) {
         let short = shorten_name(uri);
         let Some(path) = path_inside(uri) else {
@@ -239,11 +240,14 @@ fn fetch_images(root: &Root, fetch: &FileFetcher, notes: &mut Vec<String>) -> Ve
             continue;
         };
         // Several images may name one file.
-        if images.iter().any(|image| image.path == path) {
+        if known.contains(&path) {
             continue;
         }
         match load_uri(uri, fetch) {
-            Ok(bytes) => images.push(OutputFile { path, bytes }),
+            Ok(bytes) => {
+                known.insert(path.clone());
+                images.push(OutputFile { path, bytes });
+            }
             Err(_) => {
                 notes.push(format!("the image {short:?} is missing: it is not copied, but the result refers to it"))
             }

@@ -35,7 +35,7 @@ impl<'a> Container<'a> {
         let buffers = AssetBuffers::load(named, embedded, fetch)?;
         let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compression()).collect();
         // Views are decompressed before Draco: both add to the root, but only Draco changes accessors.
-        let decompressed = compressed::decompress(&views, &buffers, &root.extensions_required)?;
+        let decompressed = compressed::decompress(&views, &buffers)?;
         draco::decompress(&mut root, &buffers)?;
         Ok(Self { root, buffers, decompressed })
     }

@@ -21,8 +21,8 @@ pub struct AssetContents {
     pub n_cameras: usize,
     /// Names of the nodes that show each of [`Asset::parts`].
     pub nodes_of_parts: Vec<Vec<String>>,
-    /// Name of each node, with the indices of the [`Asset::parts`] that the node and its descendants show.
-    pub parts_of_nodes: Vec<(String, Vec<usize>)>,
+    /// Name of each node, and whether it or a descendant shows one of the [`Asset::parts`].
+    pub nodes: Vec<(String, bool)>,
     /// Names of materials.
     pub materials: Vec<String>,
     /// Names of images.
@@ -52,11 +52,10 @@ impl Asset {
         let texts = |name: &str| list(name).iter().filter_map(Value::as_str).map(String::from).collect();
         // The raw document has all items, unlike the parsed one.
         let nodes = item_names(list("nodes"), "node");
-        let holders = |mesh: &usize| {
-            let all = list("nodes").iter().zip(&nodes);
-            let holds = |node: &Value| node.get("mesh").and_then(index) == Some(*mesh);
-            all.filter(|(node, _)| holds(node)).map(|(_, name)| name.clone()).collect()
-        };
+        let mut nodes_of_parts = vec![Vec::new(); self.meshes.len()];
+        for (part, name) in list("nodes").iter().map(|node| self.part_of_node(node)).zip(&nodes) {
+            part.into_iter().for_each(|part| nodes_of_parts[part].push(name.clone()));
+        }
         let joints = list("skins").iter().map(|skin| skin["joints"].as_array().map_or(0, Vec::len));
         let seconds = list("animations").iter().map(|animation| self.duration(animation));
         AssetContents {
@@ -64,8 +63,8 @@ impl Asset {
             n_scenes: list("scenes").len(),
             n_nodes: nodes.len(),
             n_cameras: list("cameras").len(),
-            nodes_of_parts: self.meshes.iter().map(holders).collect(),
-            parts_of_nodes: nodes.into_iter().zip(self.parts_below(list("nodes"))).collect(),
+            nodes_of_parts,
+            nodes: nodes.into_iter().zip(self.nodes_with_parts(list("nodes"))).collect(),
             materials: item_names(list("materials"), "material"),
             images: item_names(list("images"), "image"),
             skins: item_names(list("skins"), "skin").into_iter().zip(joints).collect(),
@@ -86,22 +85,51 @@ impl Asset {
         self.bytes_of_image(at)
     }
 
-    fn parts_below(&self, nodes: &[Value]) -> Vec<Vec<usize>> {
-        let part = |node: &Value| {
-            let mesh = node.get("mesh").and_then(index)?;
-            self.meshes.iter().position(|&of_part| of_part == mesh)
-        };
-        let below = |node: usize| {
-            let (mut open, mut visited, mut parts) = (vec![node], BTreeSet::new(), BTreeSet::new());
-            while let Some(node) = open.pop() {
-                // A broken file may contain cycles.
-                let Some(value) = nodes.get(node).filter(|_| visited.insert(node)) else { continue };
-                parts.extend(part(value));
-                open.extend(value["children"].as_array().into_iter().flatten().filter_map(index));
+    /// Returns the indices of the [`Asset::parts`] that the nodes called `name` and their descendants show.
+    ///
+    /// ```
+    /// use neural_mesh::io::Asset;
+    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let (name, has_parts) = &asset.contents().nodes[0];
+    /// assert_eq!((*has_parts, asset.parts_below(name)), (true, vec![0]));
+    /// ```
+    pub fn parts_below(&self, name: &str) -> Vec<usize> {
+        let nodes = self.document.get("nodes").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+        let names = item_names(nodes, "node");
+        let mut open: Vec<usize> = (0..nodes.len()).filter(|&node| names[node] == name).collect();
+        let (mut visited, mut parts) = (vec![false; nodes.len()], BTreeSet::new());
+        while let Some(node) = open.pop() {
+            // A broken file may contain cycles and nodes that do not exist.
+            if visited.get(node) == Some(&false) {
+                visited[node] = true;
+                parts.extend(self.part_of_node(&nodes[node]));
+                open.extend(children(&nodes[node]));
             }
-            parts.into_iter().collect()
-        };
-        (0..nodes.len()).map(below).collect()
+        }
+        parts.into_iter().collect()
+    }
+
+    /// Returns whether each node or a descendant shows a part.
+    fn nodes_with_parts(&self, nodes: &[Value]) -> Vec<bool> {
+        let mut parents = vec![Vec::new(); nodes.len()];
+        for (at, node) in nodes.iter().enumerate() {
+            for child in children(node) {
+                parents.get_mut(child).into_iter().for_each(|parents: &mut Vec<usize>| parents.push(at));
+            }
+        }
+        let mut has_parts = vec![false; nodes.len()];
+        let mut open: Vec<usize> = (0..nodes.len()).filter(|&at| self.part_of_node(&nodes[at]).is_some()).collect();
+        while let Some(node) = open.pop() {
+            if !std::mem::replace(&mut has_parts[node], true) {
+                open.extend(&parents[node]);
+            }
+        }
+        has_parts
+    }
+
+    fn part_of_node(&self, node: &Value) -> Option<usize> {
+        // Mesh indices of the parts are ascending.
+        self.meshes.binary_search(&node.get("mesh").and_then(index)?).ok()
     }
 
     fn duration(&self, animation: &Value) -> f64 {
@@ -112,6 +140,10 @@ impl Asset {
         });
         ends.fold(0.0, f64::max)
     }
+}
+
+fn children(node: &Value) -> impl Iterator<Item = usize> {
+    node["children"].as_array().into_iter().flatten().filter_map(index)
 }
 
 fn item_names(list: &[Value], kind: &str) -> Vec<String> {

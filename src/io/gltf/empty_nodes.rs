@@ -1,5 +1,7 @@
 //! Removal of meshes without faces from their nodes.
 
+use std::collections::BTreeSet;
+
 use serde_json::Value;
 
 use super::references::index;
@@ -9,7 +11,8 @@ const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
 pub(super) fn remove_meshes(document: &mut Value, meshes: &[usize]) {
     let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten().enumerate();
-    let mut emptied = Vec::new();
+    let meshes: BTreeSet<usize> = meshes.iter().copied().collect();
+    let mut emptied = BTreeSet::new();
     for (at, node) in nodes {
         // Only the mesh goes: children, cameras and names may be needed.
         let is_emptied = node.get("mesh").and_then(index).is_some_and(|mesh| meshes.contains(&mesh));
@@ -21,12 +24,12 @@ pub(super) fn remove_meshes(document: &mut Value, meshes: &[usize]) {
                 members.shift_remove("extensions");
             }
         }
-        emptied.push(at);
+        emptied.insert(at);
     }
     drop_weight_channels(document, &emptied);
 }
 
-fn drop_weight_channels(document: &mut Value, nodes: &[usize]) {
+fn drop_weight_channels(document: &mut Value, nodes: &BTreeSet<usize>) {
     let is_of_emptied = |channel: &Value| {
         let target = &channel["target"];
         target["path"] == "weights" && index(&target["node"]).is_some_and(|node| nodes.contains(&node))

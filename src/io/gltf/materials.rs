@@ -1,11 +1,15 @@
 //! Materials written to a new asset.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use serde_json::{Value, json};
 
 use super::draft::Draft;
 use super::extensions::name_extension;
 use super::image_kinds::{media_type, texture_extension};
 use super::images::texture_use;
+use crate::io::distinct_images::DistinctImages;
 use crate::io::material_writer::extension;
 use crate::io::{ImageConverter, ImageUse, shorten_name};
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
@@ -13,8 +17,11 @@ use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 #[derive(Default)]
 pub(super) struct MaterialWriter<'a> {
     converter: Option<&'a dyn ImageConverter>,
-    textures: Vec<(&'a BaseTexture, Value)>,
-    images: Vec<(&'a [u8], Value, &'static str)>,
+    // Textures by their image in `images` and by how they wrap, which a texture's sampler stores.
+    textures: BTreeMap<(usize, [u32; 2]), Value>,
+    // Index and media type of each image; none for formats that glTF does not store.
+    images: Vec<Option<(Value, &'static str)>>,
+    distinct: DistinctImages<'a>,
     pub notes: Vec<String>,
 }
 
@@ -82,41 +89,43 @@ impl<'a> MaterialWriter<'a> {
         used: ImageUse,
         material: &str,
     ) -> Option<Value> {
-        // Textures are equal only if their wrap modes are, since these are stored in the texture's sampler.
-        if let Some((_, index)) = self.textures.iter().find(|(known, _)| *known == texture) {
-            return Some(index.clone());
-        }
-        let Some((image, kind)) = self.image(draft, &texture.image, used) else {
+        let place = self.place_image(draft, &texture.image, used);
+        let Some((image, kind)) = &self.images[place] else {
             self.notes.push(format!(
                 "gltf stores textures as PNG, JPEG, WebP or KTX2: a texture of {material} in another format is left out"
             ));
             return None;
         };
-        let [s, t] = texture.wrap.map(wrap_number);
-        let sampler = json!({"magFilter": LINEAR, "minFilter": MIPMAPPED, "wrapS": s, "wrapT": t});
-        let sampler = draft.push("samplers", sampler);
-        let index = if let Some(extension) = texture_extension(kind) {
-            name_extension(&mut draft.document, extension);
-            draft.push("textures", json!({"sampler": sampler, "extensions": {extension: {"source": image}}}))
-        } else {
+        let wrap = texture.wrap.map(wrap_number);
+        let push = || {
+            let sampler = json!({"magFilter": LINEAR, "minFilter": MIPMAPPED, "wrapS": wrap[0], "wrapT": wrap[1]});
+            let sampler = draft.push("samplers", sampler);
+            if let Some(extension) = texture_extension(kind) {
+                name_extension(&mut draft.document, extension);
+                return draft
+                    .push("textures", json!({"sampler": sampler, "extensions": {extension: {"source": image}}}));
+            }
             draft.push("textures", json!({"source": image, "sampler": sampler}))
         };
-        self.textures.push((texture, index.clone()));
-        Some(index)
+        Some(self.textures.entry((place, wrap)).or_insert_with(push).clone())
     }
 
-    fn image(&mut self, draft: &mut Draft, image: &'a [u8], used: ImageUse) -> Option<(Value, &'static str)> {
-        if let Some((_, index, kind)) = self.images.iter().find(|(known, ..)| *known == image) {
-            return Some((index.clone(), kind));
+    fn place_image(&mut self, draft: &mut Draft, image: &'a Arc<[u8]>, used: ImageUse) -> usize {
+        let place = self.distinct.number(image);
+        if place == self.images.len() {
+            let stored = self.store_image(draft, image, used);
+            self.images.push(stored);
         }
+        place
+    }
+
+    fn store_image(&self, draft: &mut Draft, image: &[u8], used: ImageUse) -> Option<(Value, &'static str)> {
         // Conversion precedes the determination of the type, as it may change the type.
         let made = self.converter.and_then(|converter| converter.convert(image, used));
         let bytes = made.unwrap_or_else(|| image.to_vec());
         let kind = media_type(extension(&bytes))?;
         let view = draft.push_view(json!({"buffer": 0, "byteLength": bytes.len()}), bytes);
-        let index = draft.push("images", json!({"bufferView": view, "mimeType": kind}));
-        self.images.push((image, index.clone(), kind));
-        Some((index, kind))
+        Some((draft.push("images", json!({"bufferView": view, "mimeType": kind})), kind))
     }
 }
 

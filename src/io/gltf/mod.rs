@@ -6,10 +6,6 @@ mod asset_looks;
 mod asset_part;
 mod bones;
 mod buffers;
-#[cfg(feature = "meshopt")]
-mod compressed;
-#[cfg(not(feature = "meshopt"))]
-#[path = "no_compressed.rs"]
 mod compressed;
 mod container;
 mod contents;

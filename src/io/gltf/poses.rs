@@ -1,5 +1,7 @@
 //! Poses of skinned meshes, from animations or invented.
 
+use std::collections::HashMap;
+
 use glam::{DMat4, DQuat, DVec3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -60,8 +62,11 @@ impl Asset {
         let (data, nodes) = (self.container.data(), &self.container.root.nodes);
         let skins = self.container.root.skins.iter().map(|skin| Bones::read(&data, skin));
         let skins: Vec<Bones> = skins.collect::<Result<_, _>>()?;
-        let skin_of = |mesh: usize| nodes.iter().find(|node| node.mesh == Some(mesh))?.skin;
-        let bones_of: Vec<Option<&Bones>> = self.meshes.iter().map(|&mesh| skins.get(skin_of(mesh)?)).collect();
+        // The first node of a mesh decides.
+        let skins_of_nodes = nodes.iter().rev().filter_map(|node| Some((node.mesh?, node.skin)));
+        let skin_of: HashMap<usize, Option<usize>> = skins_of_nodes.collect();
+        let bones = |mesh: &usize| skins.get(skin_of.get(mesh).copied()??);
+        let bones_of: Vec<Option<&Bones>> = self.meshes.iter().map(bones).collect();
         // Most assets have no skins.
         if bones_of.iter().all(Option::is_none) {
             return Ok(vec![Vec::new(); self.parts().len()]);

@@ -106,9 +106,13 @@ impl PrimitiveWriter<'_, '_> {
     }
 
     pub fn targets(&mut self, targets: &[AttributeStorage]) -> Value {
+        let part = self.part;
+        let mut next = 0;
         let mut write = |(target, slots): (usize, &AttributeStorage)| {
             let accessor = |(name, stored): &(String, NumberStorage)| {
-                let channel = self.part.channel(&target_channel(target, name))?;
+                let found = part.attributes.find_channel(&target_channel(target, name), next)?;
+                next = found + 1;
+                let channel = &part.attributes.channels[found];
                 let values = self.vertices.values(channel);
                 let (values, stored) = self.pack_target(channel.role, values, stored);
                 Some((name.clone(), self.push(values, channel.width, &stored, name == "POSITION")))

@@ -49,7 +49,7 @@ impl SimplifiedPart {
     }
 
     pub(super) fn channel(&self, name: &str) -> Option<&Channel> {
-        self.attributes.channels.iter().find(|channel| channel.name == name)
+        self.attributes.find_channel(name, 0).map(|at| &self.attributes.channels[at])
     }
 
     pub(super) fn check(&self, part: &AssetPart) -> Result<(), WriteError> {
@@ -57,10 +57,10 @@ impl SimplifiedPart {
         if !self.is_mesh() {
             return problem("faces, positions and attributes do not fit each other: give a valid mesh");
         }
-        for held in &part.mesh.attributes.channels {
+        for (near, held) in part.mesh.attributes.channels.iter().enumerate() {
             // Skins and morph targets are required by nodes and animations; other channels may be dropped.
             let needed = held.name == SKIN || held.name.starts_with(TARGET);
-            match self.channel(&held.name) {
+            match self.attributes.find_channel(&held.name, near).map(|at| &self.attributes.channels[at]) {
                 None if needed => {
                     return problem(&format!("the channel {} is missing: keep it in the result", held.name));
                 }

@@ -2,7 +2,7 @@
 //!
 //! Texture coordinates get v upwards and colours sRGB, as in OBJ and PLY.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use super::asset::Asset;
 use super::asset_part::AssetPart;
@@ -37,14 +37,14 @@ pub(in crate::io) fn read_attributed(bytes: &[u8], fetch: &FileFetcher) -> Resul
 fn describe_groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
     let (looks, notes) = asset.looks();
     let names = material_names(asset);
-    let (mut extra, mut first_groups) = (Extra::default(), Vec::new());
+    let (mut extra, mut first_groups, mut known) = (Extra::default(), Vec::new(), HashSet::new());
     for ((part, &mesh), looks) in asset.parts().iter().zip(&asset.meshes).zip(looks) {
         first_groups.push(extra.groups.len() as u32);
         let Some(mesh) = asset.container.root.meshes.get(mesh) else { continue };
         for (primitive, look) in mesh.primitives.iter().zip(looks) {
             let material = primitive.material.and_then(|index| names.get(index)).cloned();
-            let is_new = |name: &&String| extra.looks.iter().all(|(known, _)| known != *name);
-            extra.looks.extend(material.as_ref().filter(is_new).map(|name| (name.clone(), look)));
+            let new = material.as_ref().filter(|name| known.insert((*name).clone()));
+            extra.looks.extend(new.map(|name| (name.clone(), look)));
             extra.groups.push(Group { object: Some(part.name.clone()), material, ..Group::default() });
         }
     }
@@ -63,7 +63,7 @@ fn join_parts(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<
         asset.parts().iter().enumerate().map(|(at, part)| asset.with_transforms(at, &part.mesh)).collect();
     let mut placed = Vec::new();
     for MeshPlacement { mesh, transform, .. } in placements(&asset.container.data())? {
-        let Some(part) = asset.meshes.iter().position(|&of_part| of_part == mesh) else { continue };
+        let Ok(part) = asset.meshes.binary_search(&mesh) else { continue };
         let (mesh, first_group): (&RawMesh, u32) = (&meshes[part], first_groups[part]);
         let n_wedges = mesh.attributes.n_wedges().max(1);
         // Each instance repeats vertices and faces, and has values for the channels of all parts.
@@ -83,12 +83,14 @@ fn n_numbers(parts: &[AssetPart]) -> usize {
 }
 
 fn material_names(asset: &Asset) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
+    let (mut names, mut known): (Vec<String>, _) = (Vec::new(), HashSet::new());
     for (index, material) in asset.container.root.materials.iter().enumerate() {
         let name = material.name.as_deref().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join("_");
         // Other formats identify materials by name, and many MTL readers end a name at a blank.
-        let is_own = !name.is_empty() && !names.contains(&name);
-        names.push(if is_own { name } else { format!("{}_{index}", if name.is_empty() { "material" } else { &name }) });
+        let is_own = !name.is_empty() && !known.contains(&name);
+        let name = if is_own { name } else { format!("{}_{index}", if name.is_empty() { "material" } else { &name }) };
+        known.insert(name.clone());
+        names.push(name);
     }
     names
 }

@@ -13,6 +13,8 @@ use crate::mesh::{RawMesh, Role};
 
 // Offset and scale by name of coordinates; the scale is applied first.
 pub(super) type Transforms = BTreeMap<String, [[f64; 2]; 2]>;
+// The same with the bits of the numbers, for a table.
+type Bits<'a> = Vec<(&'a str, [[u64; 2]; 2])>;
 
 /// Returns the transform of each texture coordinate set; `None` if one has several or a rotation.
 pub(super) fn material_transforms(material: &Value) -> Option<Transforms> {
@@ -47,8 +49,12 @@ fn move_coordinates(mesh: &mut RawMesh, of_groups: &[Transforms]) {
     let attributes = &mut mesh.attributes;
     let n_wedges = attributes.n_wedges();
     // Groups with equal transforms share wedges.
-    let first_alike: Vec<usize> =
-        of_groups.iter().map(|own| of_groups.iter().position(|other| other == own).unwrap_or(0)).collect();
+    let mut known: FxHashMap<Bits, usize> = FxHashMap::default();
+    let first_alike = of_groups.iter().enumerate().map(|(at, own)| {
+        let bits = own.iter().map(|(name, transform)| (name.as_str(), transform.map(|pair| pair.map(f64::to_bits))));
+        *known.entry(bits.collect()).or_insert(at)
+    });
+    let first_alike: Vec<usize> = first_alike.collect();
     let mut taken: Vec<Option<usize>> = vec![None; n_wedges];
     let mut copies: FxHashMap<(u32, usize), u32> = FxHashMap::default();
     for face in 0..attributes.wedges.len() {

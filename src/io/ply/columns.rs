@@ -1,8 +1,10 @@
 //! Vertex columns that form channels, by their names.
 
+use std::collections::BTreeSet;
+
 use super::header::{Element, PlyProperty};
+use crate::io::Scalar;
 use crate::io::extra::{Column, ColumnLayout};
-use crate::io::{Extra, Scalar};
 use crate::mesh::{Channel, Role};
 
 // Columns of one channel, by their names in files of various programs.
@@ -40,8 +42,9 @@ impl ChannelPlan {
                 plans.push(Self { name: name.into(), role, properties });
             }
         }
+        let of_families: BTreeSet<usize> = plans.iter().flat_map(|plan| plan.properties.iter().copied()).collect();
         for (i, property) in element.properties.iter().enumerate().filter(|&(i, _)| is_free(i)) {
-            if !plans.iter().any(|plan| plan.properties.contains(&i)) {
+            if !of_families.contains(&i) {
                 let role = if property.scalar.is_whole() { Role::Label } else { Role::Other };
                 plans.push(Self { name: property.name.clone(), role, properties: vec![i] });
             }
@@ -67,10 +70,10 @@ pub(super) fn unit(role: Role, scalar: Scalar) -> f64 {
     }
 }
 
-/// Returns the input's columns of a channel if they fit, else the usual columns.
-pub(super) fn layout_of(channel: &Channel, extra: &Extra, n_before: usize) -> ColumnLayout {
+/// Returns the input's columns of a channel, `known`, if they fit, else the usual columns.
+pub(super) fn layout_of(channel: &Channel, known: Option<&ColumnLayout>, n_before: usize) -> ColumnLayout {
     // The original layout fits only if the channel kept its width.
-    let known = extra.layout(&channel.name).filter(|layout| layout.columns.len() == channel.width);
+    let known = known.filter(|layout| layout.columns.len() == channel.width);
     known.cloned().unwrap_or_else(|| ColumnLayout {
         channel: channel.name.clone(),
         columns: usual_columns(channel, n_before),

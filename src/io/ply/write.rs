@@ -2,9 +2,10 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::path::Path;
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::BLOCK;
 use super::columns::{layout_of, unit};
@@ -70,7 +71,8 @@ fn with_material_comments(
     // Textures of the mesh's own materials count like those of its libraries.
     libraries.textures.extend(MaterialLibrary::from_looks(&extra, name, finder).textures);
     // A PLY cannot name material libraries, so only their textures are copied.
-    finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
+    let places: FxHashSet<&Path> = libraries.textures.iter().map(|(_, place)| Path::new(place)).collect();
+    finder.files.retain(|file| places.contains(file.path.as_path()));
     notes.push("ply cannot store materials: faces carry material numbers, and comments name the textures".into());
     let extra = with_material_numbers(extra, &libraries);
     if comment_textures(&extra).nth(1).is_some() { with_texture_coordinates_of_faces(extra, attributes) } else { extra }
@@ -171,15 +173,19 @@ struct Columns<'a> {
 impl<'a> Columns<'a> {
     fn from_channels(attributes: &'a Attributes, extra: &'a Extra) -> Self {
         let mut columns = Self { of_vertices: Vec::new(), of_corners: None };
-        for (i, channel) in attributes.channels.iter().enumerate() {
+        // The first layout of a name counts.
+        let layouts = extra.layouts.iter().rev().map(|layout| (layout.channel.as_str(), layout));
+        let layouts: FxHashMap<&str, &ColumnLayout> = layouts.collect();
+        let mut n_of_roles: FxHashMap<Role, usize> = FxHashMap::default();
+        for channel in &attributes.channels {
+            let layout = layouts.get(channel.name.as_str()).copied();
+            let n_of_role = n_of_roles.entry(channel.role).or_insert(0);
+            let n_before = *n_of_role;
+            *n_of_role += 1;
             // PLY has one list of coordinates per face, so only one channel can go there.
-            let per_corner = extra.layout(&channel.name).filter(|layout| layout.per_corner && channel.width == 2);
-            match per_corner {
+            match layout.filter(|layout| layout.per_corner && channel.width == 2) {
                 Some(layout) if columns.of_corners.is_none() => columns.of_corners = Some((channel, layout)),
-                _ => {
-                    let n_before = attributes.channels[..i].iter().filter(|other| other.role == channel.role).count();
-                    columns.of_vertices.push((channel, layout_of(channel, extra, n_before)));
-                }
+                _ => columns.of_vertices.push((channel, layout_of(channel, layout, n_before))),
             }
         }
         columns

@@ -34,16 +34,27 @@ impl Document {
     /// Returns the groups of faces with a name; the error lists the existing names.
     pub fn groups_named(&self, name: &str) -> Result<Vec<u32>, String> {
         let named = self.named_groups();
-        let groups: Vec<u32> =
+        let mut groups: Vec<u32> =
             named.iter().filter(|(other, _)| other == name).flat_map(|(_, groups)| groups).copied().collect();
+        groups.extend(self.groups_of_nodes(name));
         if !groups.is_empty() {
             return Ok(groups);
         }
         let kinds = if self.is_scene() { "node, mesh or material" } else { "material, group or object" };
-        let names: BTreeSet<&str> = named.iter().map(|(name, _)| name.as_str()).collect();
+        let nodes = if let Kind::Scene { asset, .. } = &self.kind { asset.contents().nodes } else { Vec::new() };
+        let nodes = nodes.iter().filter(|(_, has_parts)| *has_parts).map(|(name, _)| name.as_str());
+        let names: BTreeSet<&str> = named.iter().map(|(name, _)| name.as_str()).chain(nodes).collect();
         Err(format!("the mesh has no such {kinds}; it has: {}", list_names(names)))
     }
 
+    /// Returns the groups of the parts that the nodes of a name show.
+    fn groups_of_nodes(&self, name: &str) -> Vec<u32> {
+        let Kind::Scene { asset, united, pieces } = &self.kind else { return Vec::new() };
+        let pieces = asset.parts_below(name).into_iter().filter_map(|part| pieces[part]);
+        pieces.flat_map(|piece| united.first_group(piece.number)..united.first_group(piece.number + 1)).collect()
+    }
+
+    /// Lists the names of meshes, materials, groups and objects.
     fn named_groups(&self) -> Vec<Named> {
         let (asset, united, pieces) = match &self.kind {
             Kind::Scene { asset, united, pieces } => (asset, united, pieces),
@@ -55,15 +66,13 @@ impl Document {
         };
         let of_piece = |piece: PartPiece| united.first_group(piece.number)..united.first_group(piece.number + 1);
         let of_part = |&part: &usize| pieces[part].into_iter().flat_map(of_piece).collect::<Vec<u32>>();
-        let nodes = asset.contents().parts_of_nodes.into_iter();
-        let nodes = nodes.map(|(name, parts)| (name, parts.iter().flat_map(of_part).collect()));
         let parts = || asset.parts().iter().enumerate();
         let meshes = parts().map(|(at, part)| (part.name.clone(), of_part(&at)));
         let materials = parts().flat_map(|(at, part)| {
             let groups = of_part(&at).into_iter();
             part.materials.iter().zip(groups).map(|(name, group)| (name.clone(), vec![group]))
         });
-        let named = nodes.chain(meshes).chain(materials);
+        let named = meshes.chain(materials);
         named.filter(|(_, groups): &Named| !groups.is_empty()).collect()
     }
 }

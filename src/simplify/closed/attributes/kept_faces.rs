@@ -66,9 +66,9 @@ pub fn restore_values(carried: &mut Attributes, own: &Attributes, kept: &[KeptFa
     }
     let n_wedges = n_before as usize + split.len();
     source_of.extend(split.into_iter().map(|((_, own_wedge), wedge)| (wedge, own_wedge)));
-    for channel in &mut carried.channels {
+    for (near, channel) in carried.channels.iter_mut().enumerate() {
         channel.values.resize(n_wedges * channel.width, 0.0);
-        let Some(own) = own.channels.iter().find(|own| own.name == channel.name) else { continue };
+        let Some(own) = own.find_channel(&channel.name, near).map(|at| &own.channels[at]) else { continue };
         for (&wedge, &own_wedge) in &source_of {
             channel.values[wedge as usize * channel.width..][..channel.width].copy_from_slice(own.value(own_wedge));
         }
