@@ -1,11 +1,12 @@
 //! Decoding of KTX 2.0: the base level of a flat texture.
 //!
-//! The transcoder gets a rewritten file of one image, so that damaged headers cannot reach it.
+//! Only the decoders of blocks are called: the transcoder would bring tables for all formats of graphics cards, a megabyte.
 
 use std::borrow::Cow;
 use std::io::Read;
 
-use basisu::{DecodeFlags, TargetFormat, Transcoder};
+use basisu::basislz::etc1s::Etc1sTranscoder;
+use basisu::uastc::unpack::unpack_uastc;
 use ruzstd::decoding::StreamingDecoder;
 
 use super::Image;
@@ -15,8 +16,6 @@ pub(super) const PROBLEM: &str =
     "is not a complete KTX2 of ETC1S, UASTC or RGBA8 within 67 million pixels: give it as PNG, JPEG or WebP";
 
 const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
-// Header and first entry of the level index.
-const HEADER: usize = 80 + 24;
 
 /// `VK_FORMAT_R8G8B8_UNORM` and `_SRGB`.
 const RGB8: [u32; 2] = [23, 29];
@@ -28,8 +27,7 @@ const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
 // Channel number of the ETC1S sample that holds the second of two numbers.
 const ETC1S_GREEN: u8 = 4;
-// Channel numbers of UASTC samples: colour with opacity, or two numbers, the second stored as opacity.
-const UASTC_RGBA: u8 = 3;
+// Channel number of a UASTC sample of two numbers, the second of which is stored as opacity.
 const UASTC_RED_GREEN: u8 = 5;
 
 // Supercompression schemes.
@@ -51,8 +49,8 @@ pub(super) fn decode(bytes: &[u8]) -> Option<Image> {
     let rgba = match (file.vk_format, file.model) {
         (format, _) if RGBA8.contains(&format) => file.inflate(4 * n)?.into_owned(),
         (format, _) if RGB8.contains(&format) => add_opacity(&file.inflate(3 * n)?),
-        (0, ETC1S) if file.scheme == BASIS_LZ => transcode(&file.etc1s()?)?,
-        (0, UASTC) => transcode(&file.uastc()?)?,
+        (0, ETC1S) if file.scheme == BASIS_LZ => file.etc1s()?,
+        (0, UASTC) => file.uastc()?,
         _ => return None,
     };
     let rgba = if file.has_two_numbers() { spread_two_numbers(rgba) } else { rgba };
@@ -116,54 +114,54 @@ impl<'a> Ktx2<'a> {
         }
     }
 
-    /// Rewrites the base level as a UASTC file: 16 bytes per block of 4 x 4 pixels.
-    fn uastc(&self) -> Option<Vec<u8>> {
-        let [columns, rows] = self.size.map(|side| side.div_ceil(4));
-        let blocks = self.inflate(16 * columns * rows)?;
-        Some(self.file(&[UASTC_RGBA], &[], &blocks))
+    fn n_blocks(&self) -> [usize; 2] {
+        self.size.map(|side| side.div_ceil(4))
     }
 
-    /// Rewrites the base level as an ETC1S file: the codebooks of all levels, the slices of one image.
+    /// Decodes UASTC: 16 bytes per block of 4 x 4 pixels.
+    fn uastc(&self) -> Option<Vec<u8>> {
+        let ([width, height], [columns, rows]) = (self.size, self.n_blocks());
+        let blocks = self.inflate(16 * columns * rows)?;
+        let mut rgba = vec![0; 4 * width * height];
+        for (at, block) in blocks.as_chunks::<16>().0.iter().enumerate() {
+            let pixels = unpack_uastc(block, false)?;
+            let [left, top] = [at % columns, at / columns].map(|number| 4 * number);
+            // Blocks at the right and lower side reach beyond the image.
+            for (row, pixels) in (top..height).zip(pixels.as_chunks::<4>().0) {
+                for (column, pixel) in (left..width).zip(pixels) {
+                    rgba[4 * (row * width + column)..][..4].copy_from_slice(&pixel.c);
+                }
+            }
+        }
+        Some(rgba)
+    }
+
+    /// Decodes ETC1S: codebooks, which all levels share, and slices of indices, one for colours and one for opacity.
     fn etc1s(&self) -> Option<Vec<u8>> {
         let (header, rest) = self.global.split_at_checked(GLOBAL)?;
         let codes = rest.get(IMAGE * self.n_images..)?;
-        let n_codes = [4, 8, 12].into_iter().try_fold(0, |sum, at| Some(sum + u64::from(word(header, at)?)))?;
-        // The codebooks must be within the data that they come from.
-        if n_codes > codes.len() as u64 {
+        let [n_endpoints, n_selectors] = [0, 2].map(|at| u32::from(u16::from_le_bytes([header[at], header[at + 1]])));
+        let [n_bytes, n_selector_bytes, n_table_bytes] = [word(header, 4)?, word(header, 8)?, word(header, 12)?];
+        let (endpoints, codes) = codes.split_at_checked(n_bytes as usize)?;
+        let (selectors, codes) = codes.split_at_checked(n_selector_bytes as usize)?;
+        let tables = codes.get(..n_table_bytes as usize)?;
+        let mut decoder = Etc1sTranscoder::new();
+        if !decoder.decode_palettes(n_endpoints, endpoints, n_selectors, selectors) || !decoder.decode_tables(tables) {
             return None;
         }
         let slice = |at: usize| bytes_at(self.level, word(rest, at)?.into(), word(rest, at + 4)?.into());
+        let ([width, height], [columns, rows]) = (self.size.map(|n| n as u32), self.n_blocks().map(|n| n as u32));
+        let mut rgba = vec![0; 4 * self.size[0] * self.size[1]];
         let colours = slice(4)?;
         // A second channel has a slice of its own.
-        let opacity = if self.channels.len() > 1 { slice(12)? } else { &[] };
-        let [n_colours, n_opacity] = [colours, opacity].map(|slice| slice.len() as u32);
-        let image = [0, 0, n_colours, n_colours, n_opacity].map(u32::to_le_bytes);
-        Some(self.file(&self.channels, &[header, image.as_flattened(), codes].concat(), &[colours, opacity].concat()))
+        if self.channels.len() > 1 {
+            let opacity = slice(12)?;
+            decoder.transcode_image_rgba32(colours, opacity, columns, rows, width, height, None, &mut rgba)?;
+        } else {
+            decoder.transcode_slice_rgba32(colours, columns, rows, width, height, None, &mut rgba)?;
+        }
+        Some(rgba)
     }
-
-    fn file(&self, channels: &[u8], global: &[u8], level: &[u8]) -> Vec<u8> {
-        let n_descriptor = 28 + 16 * channels.len();
-        let at_global = HEADER + n_descriptor;
-        let at_level = at_global + global.len();
-        let scheme = if global.is_empty() { 0 } else { BASIS_LZ };
-        let [width, height] = self.size.map(|side| side as u32);
-        let words = [0, 1, width, height, 0, 0, 1, 1, scheme, HEADER as u32, n_descriptor as u32, 0, 0];
-        let unpacked = if global.is_empty() { level.len() } else { 0 };
-        let longs = [at_global, global.len(), at_level, level.len(), unpacked].map(|long| (long as u64).to_le_bytes());
-        // The descriptor states blocks of 4 x 4 and linear light; of samples, only the channel matters.
-        let model = u32::from_le_bytes([self.model, 1, 1, 0]);
-        let descriptor = [n_descriptor as u32, 0, 2 | (n_descriptor as u32 - 4) << 16, model, 0x303, 0, 0];
-        let samples = channels.iter().flat_map(|&channel| [u32::from(channel) << 24, 0, 0, u32::MAX]);
-        let samples: Vec<[u8; 4]> = samples.map(u32::to_le_bytes).collect();
-        let [words, descriptor] = [&words[..], &descriptor].map(|words| words.iter().map(|word| word.to_le_bytes()));
-        let [words, descriptor]: [Vec<[u8; 4]>; 2] = [words.collect(), descriptor.collect()];
-        let parts = [words.as_flattened(), longs.as_flattened(), descriptor.as_flattened(), samples.as_flattened()];
-        [&MAGIC[..], &parts.concat(), global, level].concat()
-    }
-}
-
-fn transcode(file: &[u8]) -> Option<Vec<u8>> {
-    Transcoder::new(file).ok()?.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).ok()
 }
 
 fn spread_two_numbers(mut rgba: Vec<u8>) -> Vec<u8> {
@@ -209,20 +207,11 @@ mod tests {
         (0..width * height).flat_map(|at| pixel((at % width, at / width))).collect()
     }
 
-    fn plain(vk_format: u32, size: [u32; 2], level: &[u8]) -> Vec<u8> {
-        let file = Ktx2 {
-            vk_format,
-            size: size.map(|side| side as usize),
-            scheme: 0,
-            n_images: 1,
-            model: 1,
-            channels: vec![0; 4],
-            global: &[],
-            level,
-        };
-        let mut bytes = file.file(&file.channels, &[], level);
-        bytes[12..16].copy_from_slice(&vk_format.to_le_bytes());
-        bytes
+    fn plain(vk_format: u32, [width, height]: [u32; 2], level: &[u8]) -> Vec<u8> {
+        // The descriptor of 44 bytes follows the header and one entry of the level index.
+        let words = [vk_format, 1, width, height, 0, 0, 1, 1, 0, 104, 44, 0, 0].map(u32::to_le_bytes);
+        let longs = [0, 0, 148, level.len() as u64, level.len() as u64].map(u64::to_le_bytes);
+        [&MAGIC[..], words.as_flattened(), longs.as_flattened(), &[0; 44], level].concat()
     }
 
     fn difference(a: &[u8], b: &[u8]) -> f64 {
