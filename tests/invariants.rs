@@ -1,11 +1,15 @@
 //! Invariants of results, over shapes and random closed meshes of very uneven sampling.
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
+
+use glam::{Quat, Vec3};
 
 use crate::common::{assert_closed_manifold, assert_same_topology, uneven_closed_mesh};
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh, shapes, topology};
+use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::simplify::{ClosedOptions, Options, Outcome, Simplified, SimplifyError, Target, simplify};
 use proptest::prelude::*;
 
@@ -44,6 +48,43 @@ fn corners_and_creases_of_large_parts_stay() {
     }
 }
 
+// Builds a prism or a double pyramid over a regular polygon, with one more point per edge at each subdivision.
+fn polyhedron(is_prism: bool, n: u32, height: f32, n_subdivisions: u32) -> TriMesh {
+    let corner = |i: u32, z: f32| {
+        let angle = std::f32::consts::TAU * i as f32 / n as f32;
+        [angle.cos(), angle.sin(), z]
+    };
+    let sides = (0..n).map(|i| (i, (i + 1) % n));
+    let (positions, faces): (Vec<[f32; 3]>, Vec<[u32; 3]>) = if is_prism {
+        let walls = sides.flat_map(|(i, j)| [[i, j, n + j], [i, n + j, n + i]]);
+        let ends = (1..n - 1).flat_map(|i| [[0, i + 1, i], [n, n + i, n + i + 1]]);
+        let corners = [0.0, height].into_iter().flat_map(|z| (0..n).map(move |i| corner(i, z)));
+        (corners.collect(), walls.chain(ends).collect())
+    } else {
+        let corners = (0..n).map(|i| corner(i, 0.0)).chain([[0.0, 0.0, height], [0.0, 0.0, -height]]);
+        (corners.collect(), sides.flat_map(|(i, j)| [[i, j, n], [j, i, n + 1]]).collect())
+    };
+    (0..n_subdivisions).fold(TriMesh::new(positions, faces).unwrap(), |mesh, _| subdivide(&mesh))
+}
+
+fn subdivide(mesh: &TriMesh) -> TriMesh {
+    let mut positions = mesh.positions().to_vec();
+    let mut middles = BTreeMap::new();
+    let mut middle = |a: u32, b: u32| {
+        *middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+            let [p, q] = [a, b].map(|v| mesh.positions()[v as usize]);
+            positions.push([0, 1, 2].map(|k| 0.5 * (p[k] + q[k])));
+            positions.len() as u32 - 1
+        })
+    };
+    let mut faces = Vec::new();
+    for &[a, b, c] in mesh.faces() {
+        let [x, y, z] = [middle(a, b), middle(b, c), middle(c, a)];
+        faces.extend([[a, x, z], [x, b, y], [z, y, c], [x, y, z]]);
+    }
+    TriMesh::new(positions, faces).unwrap()
+}
+
 // Expects a closed mesh of the target size that survives welding, with all components but those reported as dropped.
 fn check(original: &TriMesh, ratio: f64) {
     let target = Target::Ratio(ratio);
@@ -72,6 +113,26 @@ fn check_with(original: &TriMesh, ratio: f64, options: &Options) -> Simplified {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn polyhedra_come_back_exactly(
+        is_prism: bool,
+        n in 3..9u32,
+        height in 0.2..3.0f32,
+        n_subdivisions in 1..5u32,
+        turn in prop::array::uniform3(-3.0..3.0f32),
+    ) {
+        let [coarse, fine] = [0, n_subdivisions].map(|times| polyhedron(is_prism, n, height, times));
+        let rotation = Quat::from_scaled_axis(turn.into());
+        let turned = fine.positions().iter().map(|&p| (rotation * Vec3::from(p)).to_array()).collect();
+        let fine = TriMesh::new(turned, fine.faces().to_vec()).unwrap();
+        let result = simplify_to(&fine, Target::Vertices(coarse.positions().len()));
+        prop_assert_eq!(result.mesh.positions().len(), coarse.positions().len());
+        assert_closed_manifold(&result.mesh);
+        let [found, expected] = [&result.mesh, &fine].map(|mesh| Surface::new(mesh, 2000, 0));
+        let distance = surface_distance(&found, &expected).unwrap().both.max;
+        prop_assert!(distance < 1e-4 * fine.diagonal(), "{}", distance / fine.diagonal());
+    }
 
     #[test]
     fn closed_stays_closed(mesh in uneven_closed_mesh(), ratio in 0.02..1.0f64) {

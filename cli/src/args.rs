@@ -572,8 +572,9 @@ pub struct ProgressionArgs {
 }
 
 const LIMITS_NOTES: &str = "\
-Simplifies the mesh level by level, with the options given here, and writes no mesh. The line `limit` says why the \
-mesh cannot get smaller; the lines `try` name options that would help. Exit codes: 0 success, \
+Simplifies the mesh level by level, with the options given here, and writes no mesh. `picture` is the FLIP error of \
+shaded pictures, 0 for equal ones. The lines `limit` say what holds the smallest size; the lines `try` name options that \
+would help. Exit codes: 0 success, \
 1 problem with the input, the disk or standard output, 2 wrong usage, 130 interrupted.";
 
 /// Arguments of `limits`.

@@ -6,7 +6,7 @@ use neural_mesh::io::{self, FilesRead, Format};
 use neural_mesh::job::{JobStage, Watch};
 use neural_mesh::mesh::{PointCloud, RawMesh, TriMesh, point_cloud, topology};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Assembly, MeshedPoints, PaperOptions, SimplifyError, mesh_points};
+use neural_mesh::simplify::{Assembly, MeshedPoints, PaperOptions, SimplifyError, count_of_share, mesh_points};
 use serde::Serialize;
 
 use crate::args::MeshPointsArgs;
@@ -168,7 +168,7 @@ fn mesh_cloud(
     progress: &mut Progress,
 ) -> Result<MeshedPoints, Failure> {
     let n_points = cloud.points.len();
-    let n_of_ratio = args.ratio.map(|ratio| (n_points as f64 * ratio) as usize);
+    let n_of_ratio = args.ratio.map(|ratio| count_of_share(n_points, ratio));
     let n_vertices = args.vertices.map(|count| count.resolve(n_points)).or(n_of_ratio).unwrap_or(n_points);
     let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| progress.event(event));
     result.map_err(|error| match error {

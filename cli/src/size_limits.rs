@@ -4,10 +4,12 @@ use std::collections::HashSet;
 use std::ffi::OsString;
 
 use clap::{Parser, ValueEnum};
+use neural_mesh::appearance::{USUAL_HEIGHT, appearance};
 use neural_mesh::job::{
     Count, Document, Dropped, Goal, JobReport, JobStage, Level, LevelSize, Shape, Size, Watch, list_advice, percent,
     stop_reason,
 };
+use neural_mesh::picture::{CornerNormals, ShadedMesh};
 use neural_mesh::simplify::{DroppedComponent, Simplified};
 use serde::Serialize;
 
@@ -52,6 +54,8 @@ struct SizeRow {
     /// Mean distance to the original, in percent of the diagonal.
     mean_percent: Option<f64>,
     max_percent: Option<f64>,
+    /// FLIP error of shaded pictures, 0 for equal ones, at most 1.
+    flip: Option<f64>,
     /// Components that the previous, larger level still had.
     dropped: Vec<Dropped>,
 }
@@ -132,7 +136,8 @@ impl SizeLimits {
         for ((level, result), size) in report.levels.iter().zip(results).zip(sizes) {
             let is_new: Vec<bool> =
                 result.report.dropped.iter().map(|&DroppedComponent { face, .. }| dropped_faces.insert(face)).collect();
-            rows.push(SizeRow::new(level, *size, report.input.vertices, &is_new));
+            let flip = picture_error(document, result);
+            rows.push(SizeRow { flip, ..SizeRow::new(level, *size, report.input.vertices, &is_new) });
         }
         let no_result = || Failure::in_file(&request.source.path, "no result was made");
         let (last, smallest) = report.levels.last().zip(rows.pop()).ok_or_else(no_result)?;
@@ -168,7 +173,10 @@ impl SizeLimits {
         };
         let mut lines = vec![
             format!("{}: {vertices} vertices, {faces} faces, components: {components}, {boundary}", self.file),
-            format!("{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}", "size", "vertices", "faces", "components", "mean", "max"),
+            format!(
+                "{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}{:>9}",
+                "size", "vertices", "faces", "components", "mean", "max", "picture"
+            ),
         ];
         lines.extend(self.levels.iter().map(|row| row.line(&format!("{} %", row.percent))));
         lines.push(self.smallest.line("smallest"));
@@ -178,7 +186,7 @@ impl SizeLimits {
             lines.push(format!("dropped   {size}: {}", list_names(&row.dropped, usize::MAX)));
         }
         lines.extend(report.levels.last().into_iter().flat_map(|last| limit_lines(&last.output)));
-        lines.extend(stop_reason(&self.outcome).map(|why| format!("limit     the mesh cannot get smaller: {why}")));
+        lines.extend(stop_reason(&self.outcome).map(|why| format!("limit     nothing smaller keeps this: {why}")));
         lines.extend(self.free.iter().map(|how| format!("try       {how}")));
         lines
     }
@@ -204,6 +212,7 @@ impl SizeRow {
             components: shape_count(&level.output.size, |shape| shape.components),
             mean_percent: level.distance.map(|distance| distance.mean_percent),
             max_percent: level.distance.map(|distance| distance.max_percent),
+            flip: None,
             dropped: dropped.map(|(component, _)| component.clone()).collect(),
         }
     }
@@ -212,8 +221,18 @@ impl SizeRow {
         let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(group_digits);
         let format_distance = |percent: Option<f64>| percent.map_or("-".into(), |percent| format!("{percent:.3} %"));
         let [mean, max] = [self.mean_percent, self.max_percent].map(format_distance);
-        format!("{size:<10}{vertices:>12}{faces:>12}{components:>12}{mean:>12}{max:>12}")
+        let picture = self.flip.map_or("-".into(), |flip| format!("{flip:.3}"));
+        format!("{size:<10}{vertices:>12}{faces:>12}{components:>12}{mean:>12}{max:>12}{picture:>9}")
     }
+}
+
+/// Compares shaded pictures of original and result, without textures; `None` without faces.
+fn picture_error(document: &Document, result: &Simplified) -> Option<f64> {
+    let surfaces = document.place_surfaces(result).ok()?;
+    let normals = surfaces.each_ref().map(|surface| CornerNormals::new(&surface.attributes));
+    let [before, after] =
+        [0, 1].map(|i| ShadedMesh { normals: normals[i].as_ref(), ..ShadedMesh::bare(&surfaces[i].mesh) });
+    appearance(before, after, USUAL_HEIGHT).map(|appearance| appearance.flip)
 }
 
 fn shape_count(size: &Size, figure: impl Fn(&Shape) -> usize) -> usize {

@@ -19,6 +19,7 @@ fn sizes_fall_and_distances_rise_down_to_the_smallest_closed_surface() {
     assert_eq!(of("percent"), [50.0, 25.0, 10.0, 5.0, 2.0, 1.0]);
     assert_eq!(of("vertices"), [1465.0, 732.0, 293.0, 146.0, 58.0, 29.0]);
     assert!(of("mean_percent").windows(2).all(|pair| pair[0] < pair[1]), "{said}");
+    assert!(of("flip").windows(2).all(|pair| pair[0] < pair[1]) && of("flip")[0] > 0.0, "{said}");
     let smallest = &said["smallest"];
     assert!(smallest["vertices"].as_u64().unwrap() < 29 && smallest["components"] == 1, "{said}");
     assert!(said["outcome"].as_str().unwrap().starts_with("stopped: "), "{said}");
@@ -67,7 +68,7 @@ fn the_table_is_for_people_and_standard_input_is_taken() {
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     let said = String::from_utf8(run.stdout).unwrap();
     assert!(said.starts_with("standard input: 6 vertices, 8 faces, components: 1, closed\nsize "), "{said}");
-    assert!(said.contains("\nsmallest") && said.contains("\nlimit     the mesh cannot get smaller: "), "{said}");
+    assert!(said.contains("\nsmallest") && said.contains("\nlimit     nothing smaller keeps this: "), "{said}");
     assert_eq!(crate::common::run(folder.path(), &["limits", "missing.ply"]).code, Some(1));
     assert_eq!(crate::common::run(folder.path(), &["limits"]).code, Some(2));
 }

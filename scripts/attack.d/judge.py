@@ -157,7 +157,7 @@ def of_size(subject, done, result):
         return
     before, after = subject.figures, result.figures
     key = "faces" if name == "--faces" else "vertices"
-    asked = max(int(before.vertices * float(asked)), 1) if name == "--ratio" else int(asked)
+    asked = max(int(before.vertices * float(asked) * (1 + 1e-12)), 1) if name == "--ratio" else int(asked)
     size, whole = getattr(after, key), getattr(before, key)
     if asked >= whole:
         yield from of_unchanged(subject, done, result)
@@ -166,7 +166,9 @@ def of_size(subject, done, result):
     # Faces removed by one merge, or by a pair of merges for a mirrored mesh.
     step = (2 if key == "faces" else 1) * (2 if is_mirrored(done) else 1)
     text = f"{size} {key}, {asked} asked for of {whole}, {split} split: {result.outcome}"
-    least = 0 if result.said["components_pruned"] else asked - step
+    # What stays of the input has at least so many to give: only handles make vertices fewer than half the faces.
+    rest = before.faces - sum(component["faces"] for component in result.said.get("dropped", []))
+    least = min(asked - step, rest if key == "faces" else 0.4 * rest)
     if result.outcome == "reached" and not least <= size <= asked + split * (2 if key == "faces" else 1):
         yield "size", text
     elif result.outcome != "reached" and size + split <= asked:

@@ -1,7 +1,9 @@
 //! `--ratio NAME=50%`: named faces are simplified first, then the rest to the total size.
 
 use crate::model::Weights;
-use crate::simplify::{ClosedOptions, Event, GroupRatio, Simplified, SimplifiedGroups, Target, simplify_groups};
+use crate::simplify::{
+    ClosedOptions, Event, GroupRatio, Simplified, SimplifiedGroups, Target, count_of_share, simplify_groups,
+};
 
 use super::document::Document;
 use super::error::JobError;
@@ -68,7 +70,7 @@ pub fn renumber(results: &mut [Simplified], simplified: &SimplifiedGroups) {
 /// Converts a target ratio of `n_vertices` to a number of vertices.
 pub fn ratio_to_count(target: Target, n_vertices: usize) -> Target {
     match target {
-        Target::Ratio(ratio) => Target::Vertices(((n_vertices as f64 * ratio) as usize).max(1)),
+        Target::Ratio(ratio) => Target::Vertices(count_of_share(n_vertices, ratio)),
         other => other,
     }
 }

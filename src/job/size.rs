@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::simplify::Target;
+use crate::simplify::{Target, count_of_share};
 
 /// Goal of a job.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,8 +51,7 @@ impl Count {
     pub fn resolve(self, n: usize) -> usize {
         match self {
             Self::Number(number) => number,
-            // The factor is needed since 29 % of 100 is 28.999999999999996 in doubles.
-            Self::Share(share) => ((n as f64 * share * (1.0 + 1e-12)) as usize).max(1),
+            Self::Share(share) => count_of_share(n, share),
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::model::Weights;
 
 use super::input::Input;
 use super::levels::simplify_forcing_size;
-use super::options::{ClosedOptions, Event, Hidden, Listener, SimplifyError, Target};
+use super::options::{ClosedOptions, Event, Hidden, Listener, SimplifyError, Target, count_of_share};
 
 /// Groups with the share of their vertices to keep.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,8 +119,8 @@ fn simplify_group(
     progress: &mut Listener,
 ) -> Result<SimplifiedGroups, SimplifyError> {
     let (kept, n_own) = mark_kept_faces(&before, of, kept_groups);
-    // The target is the whole mesh less what the group loses. The factor absorbs the rounding of shares such as 0.1.
-    let n_removed = n_own - ((n_own as f64 * of.ratio * (1.0 + 1e-12)) as usize).min(n_own);
+    // The target is the whole mesh less what the group loses.
+    let n_removed = n_own - count_of_share(n_own, of.ratio).min(n_own);
     let n_used = before.mesh.faces().as_flattened().iter().copied().collect::<FxHashSet<u32>>().len();
     let target = Target::Vertices((n_used - n_removed).max(1));
     let options = options_for_group(options);

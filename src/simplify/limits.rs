@@ -2,7 +2,7 @@
 
 use crate::mesh::TriMesh;
 
-use super::options::{SimplifyError, Target};
+use super::options::{SimplifyError, Target, count_of_share};
 
 #[derive(Clone, Copy)]
 pub(super) struct Limit {
@@ -52,9 +52,7 @@ pub(super) fn resolve_limit(mesh: &TriMesh, target: Target) -> Result<Limit, Sim
 pub(super) fn resolve_limit_of(n_vertices: usize, target: Target) -> Result<Limit, SimplifyError> {
     match target {
         Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {
-            // Rounded down, so that the result is never larger than the requested share.
-            let vertices = ((n_vertices as f64 * ratio) as usize).max(1);
-            Ok(Limit::from_vertices(vertices))
+            Ok(Limit::from_vertices(count_of_share(n_vertices, ratio)))
         }
         Target::Vertices(vertices) if vertices > 0 => Ok(Limit::from_vertices(vertices)),
         Target::Faces(faces) if faces > 0 => Ok(Limit { faces, ..Limit::from_vertices(usize::MAX) }),
@@ -72,4 +70,20 @@ pub(super) fn resolve_levels(mesh: &TriMesh, targets: &[Target]) -> Result<Vec<L
         limits.push(limit);
     }
     Ok(limits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_in_percent_are_the_numbers_that_people_mean() {
+        for percent in 1..=100usize {
+            let share = percent as f64 / 100.0;
+            for n in 1..=1000 {
+                let limit = resolve_limit_of(n, Target::Ratio(share)).unwrap();
+                assert_eq!(limit.vertices, (n * percent / 100).max(1), "{percent} % of {n}");
+            }
+        }
+    }
 }

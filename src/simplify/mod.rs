@@ -48,7 +48,7 @@ pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
     Assembly, Axis, ClosedOptions, DroppedComponent, Effort, Event, Hidden, Listener, Map, MirrorPlane, Optimize,
     Options, Outcome, PaperOptions, Purpose, Refinements, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError,
-    Symmetry, Target,
+    Symmetry, Target, count_of_share,
 };
 pub use progression::{Progression, ProvedLevel};
 pub use record::Record;

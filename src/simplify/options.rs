@@ -43,6 +43,16 @@ impl Target {
     }
 }
 
+/// Returns a share of `n` as a number, rounded down so that no result is larger than its share; at least 1.
+///
+/// ```
+/// assert_eq!([0.29, 0.999, 1e-9].map(|share| neural_mesh::simplify::count_of_share(100, share)), [29, 99, 1]);
+/// ```
+pub fn count_of_share(n: usize, share: f64) -> usize {
+    // The factor is needed since 29 % of 100 is 28.999999999999996 in doubles.
+    ((n as f64 * share * (1.0 + 1e-12)) as usize).max(1)
+}
+
 /// Target and method of one simplification.
 ///
 /// ```

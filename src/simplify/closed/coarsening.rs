@@ -6,7 +6,7 @@
 use crate::simplify::limits::Limit;
 
 use super::collapse::{Collapse, CollapseEnd};
-use super::dropping::{DroppedFaces, output_components};
+use super::dropping::{DroppedFaces, vertex_components};
 use super::request::ClosedRequest;
 use super::visible_drops::{DropChoice, Step, choose_by_views};
 use super::{CollapseBase, Output};
@@ -45,7 +45,7 @@ fn list_relaxations(has_ceilings: bool) -> Vec<Relaxation> {
 /// A collapse below the size at which every component keeps its shape.
 pub struct Coarsening {
     pub end: CollapseEnd,
-    /// Component of each vertex of the surface at the beginning, and their number; `None` if steps are not recorded.
+    /// `None` if steps are not recorded.
     components: Option<StartComponents>,
     pub steps: Vec<Step>,
 }
@@ -60,10 +60,10 @@ pub fn coarsen(
     limit: Limit,
     records_steps: bool,
 ) -> Coarsening {
-    let components = records_steps.then(|| StartComponents::new(&base.output(collapse)));
+    let components = records_steps.then(|| StartComponents::new(base, collapse));
     let mut coarsening = Coarsening { end, components, steps: Vec::new() };
     let (mut ceiling, mut has_free_curves) = (0.0, false);
-    coarsening.record(base, collapse, ceiling, has_free_curves);
+    coarsening.record(collapse, ceiling, has_free_curves);
     for relaxation in list_relaxations(collapse.has_ceilings()) {
         match relaxation {
             Relaxation::Ceiling(share) => {
@@ -75,7 +75,7 @@ pub fn coarsen(
             Relaxation::Turns(least_cosine) => collapse.allow_turns(least_cosine),
         }
         coarsening.end = collapse.run(limit);
-        coarsening.record(base, collapse, ceiling, has_free_curves);
+        coarsening.record(collapse, ceiling, has_free_curves);
         if coarsening.end == CollapseEnd::Reached {
             break;
         }
@@ -84,8 +84,8 @@ pub fn coarsen(
 }
 
 impl Coarsening {
-    fn record(&mut self, base: &CollapseBase, collapse: &Collapse, ceiling: f64, has_free_curves: bool) {
-        let sizes = |components: &StartComponents| components.count(&base.output(collapse));
+    fn record(&mut self, collapse: &Collapse, ceiling: f64, has_free_curves: bool) {
+        let sizes = |it: &StartComponents| collapse.count_by_component(&it.of_collapse_vertex, it.n);
         self.steps.extend(self.components.as_ref().map(|it| Step { ceiling, has_free_curves, sizes: sizes(it) }));
     }
 
@@ -101,7 +101,7 @@ impl Coarsening {
         if components.n < 2 {
             return None;
         }
-        let component = |face: &[u32; 3]| components.component_of_vertex[face[0] as usize];
+        let component = |face: &[u32; 3]| components.of_vertex[face[0] as usize];
         let component_of_face: Vec<u32> = base.original.surface.faces.iter().map(component).collect();
         let choice = DropChoice { component_of_face: &component_of_face, n: components.n, output, within };
         choose_by_views(&base.original, &choice, &self.steps, limit, &request.visual_properties())
@@ -110,25 +110,26 @@ impl Coarsening {
 
 /// The components at the beginning, by which those of all steps are known.
 struct StartComponents {
-    component_of_vertex: Vec<u32>,
+    of_vertex: Vec<u32>,
+    /// The same by the numbers of the collapse, which knows vertices of dropped components too.
+    of_collapse_vertex: Vec<u32>,
     n: usize,
 }
 
 impl StartComponents {
-    fn new(output: &Output) -> Self {
-        let (of_output, n) = output_components(output);
-        let component = |&v: &u32| of_output.get(v as usize).copied().unwrap_or(0);
-        Self { component_of_vertex: output.vertex_of.iter().map(component).collect(), n }
-    }
-
-    /// Counts vertices and faces of each component of a later output.
-    fn count(&self, output: &Output) -> Vec<[usize; 2]> {
-        let mut component_of_output = vec![0; output.positions.len()];
-        let merged = output.vertex_of.iter().zip(&self.component_of_vertex);
-        merged.for_each(|(&v, &component)| component_of_output[v as usize] = component);
-        let mut sizes = vec![[0; 2]; self.n];
-        component_of_output.iter().for_each(|&component| sizes[component as usize][0] += 1);
-        output.faces().iter().for_each(|face| sizes[component_of_output[face[0] as usize] as usize][1] += 1);
-        sizes
+    fn new(base: &CollapseBase, collapse: &Collapse) -> Self {
+        let surface = &base.original.surface;
+        let (mut of_vertex, n) = vertex_components(surface.n_vertices(), &surface.faces);
+        of_vertex.resize(surface.n_vertices(), 0);
+        let of_collapse_vertex = match base.collapse_vertices.len() {
+            0 => of_vertex.clone(),
+            _ => {
+                let mut of_collapse_vertex = vec![0; collapse.n_surface_vertices()];
+                let pairs = base.collapse_vertices.iter().zip(&of_vertex);
+                pairs.for_each(|(&v, &component)| of_collapse_vertex[v as usize] = component);
+                of_collapse_vertex
+            }
+        };
+        Self { of_vertex, of_collapse_vertex, n }
     }
 }

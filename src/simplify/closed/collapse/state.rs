@@ -228,15 +228,33 @@ impl<'a> Collapse<'a> {
             positions[number[node.id as usize] as usize] = node.position;
         }
         pulse.beat(0);
-        // Faces at ghost vertices only closed the boundaries.
-        let is_own = |face: &[u32; 3]| face.iter().all(|&v| !self.is_ghost(v));
         let by_number = |face: [u32; 3]| smallest_first(face.map(|v| number[self.nodes[v as usize].id as usize]));
-        let faces: Vec<[u32; 3]> = self.corners.faces().filter(is_own).map(by_number).collect();
+        let faces: Vec<[u32; 3]> = self.own_faces().map(by_number).collect();
         pulse.beat(0);
         let vertex_of = pulse.map_numbers(self.merged.len(), |v| number[self.final_vertex(v as u32) as usize]);
         let pins = self.constraints.as_ref().map(|constraints| constraints.pins.select(&remaining));
         let has_free_curves = self.constraints.as_ref().is_some_and(Constraints::are_curves_soft);
         Output::new(pulse, positions, faces, pins.unwrap_or_default(), vertex_of).with_free_curves(has_free_curves)
+    }
+
+    pub fn n_surface_vertices(&self) -> usize {
+        self.merged.len()
+    }
+
+    /// Counts the vertices and faces that each of `n` components has left, by the component of each surface vertex.
+    pub fn count_by_component(&self, component_of_vertex: &[u32], n: usize) -> Vec<[usize; 2]> {
+        let mut sizes = vec![[0; 2]; n];
+        let vertices = (0u32..).zip(&self.merged).filter(|(v, merged)| v == *merged);
+        vertices.for_each(|(v, _)| sizes[component_of_vertex[v as usize] as usize][0] += 1);
+        for [v, _, _] in self.own_faces() {
+            sizes[component_of_vertex[self.nodes[v as usize].id as usize] as usize][1] += 1;
+        }
+        sizes
+    }
+
+    /// Lists the faces that are no ghosts: these only closed the boundaries.
+    fn own_faces(&self) -> impl Iterator<Item = [u32; 3]> {
+        self.corners.faces().filter(|face| face.iter().all(|&v| !self.is_ghost(v)))
     }
 
     pub(super) fn final_vertex(&self, mut v: u32) -> u32 {
