@@ -154,7 +154,7 @@ fn in_order(mut cards: Vec<Card>, n_faces: usize) -> Option<Vec<Card>> {
     Some(ranked.into_iter().map(|(_, card)| card).collect())
 }
 
-/// What makes the kept cards of a material cover as much as all.
+/// Changes by which the kept cards of a material cover as much as all.
 struct Growth {
     scale: f64,
     middle: DVec3,

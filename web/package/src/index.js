@@ -39,6 +39,9 @@ export async function simplify(input, options = {}, files = {}) {
 
 /** Returns the name of a result: the input's, with the extension of the chosen format. */
 function defaultName(name, format) {
+  if (!format && !name.includes('.')) {
+    throw new TypeError("the format is not known: give the name of the file in the third argument, { name: 'mesh.obj' }, or of the result, { out: 'mesh.glb' }");
+  }
   return format ? `${name.replace(/(\.[^./]*)?(\.gz)?$/, '')}.${format}` : name;
 }
 

@@ -31,6 +31,7 @@ export async function readFile(input, name = input?.name, beside = input?.beside
 
 /** Checks the arrays of a mesh and converts them to the classes that the program takes. */
 export function readArrays(input) {
+  if (input.faces === undefined && input.indices !== undefined) throw new TypeError('indices: name them faces: { positions, faces: indices }');
   const doubles = input.positions instanceof Float64Array;
   const mesh = {
     positions: arrayOf(input.positions, doubles ? Float64Array : Float32Array, 'positions'),
@@ -73,5 +74,5 @@ async function readBytes(content) {
 
 /** Returns a name for bytes without one; the program then detects the format from the content. */
 function nameByContent(bytes) {
-  return new TextDecoder('latin1').decode(bytes.subarray(0, 4)) === 'glTF' ? 'mesh.glb' : 'mesh';
+  return { glTF: 'mesh.glb', 'ply\n': 'mesh.ply' }[new TextDecoder('latin1').decode(bytes.subarray(0, 4))] ?? 'mesh';
 }
