@@ -70,8 +70,8 @@ class MeshInput:
         if self.arrays is not None and cleaned.get("out_of_range_faces"):
             vertices, faces = self.arrays[:2]
             # The likely cause: an array in the numbering of OBJ files.
-            if faces.min() == 1 and faces.max() == len(vertices):
-                dirt[-1] += ": indices begin at 1: subtract 1"
+            is_from_one = faces.min() == 1 and faces.max() == len(vertices)
+            dirt[-1] += ": indices begin at 1: subtract 1" if is_from_one else ": indices are rows of vertices, from 0 on"
         return dirt
 
     def raise_if_dirty(self, cleaned: Mapping[str, int]) -> None:
@@ -309,7 +309,7 @@ def _faces(values: Any) -> NDArray[np.uint32]:
     if faces.ndim != 2 or faces.shape[1] != 3:
         raise NeuralMeshError(f"faces: an array of shape {faces.shape}: give triangles, n x 3")
     if not np.issubdtype(faces.dtype, np.integer):
-        raise NeuralMeshError(f"faces: an array of {faces.dtype}: give whole numbers")
+        raise NeuralMeshError(f"faces: an array of {faces.dtype} such as {faces.flat[0]}: give whole numbers, rows of vertices from 0 on")
     if faces.dtype == np.int32:
         # Negative indices become out of range, and are cleaned as such.
         return pack(faces, np.int32).view(np.uint32)

@@ -59,6 +59,7 @@ function arrayOf(values, type, name) {
   if (!Array.isArray(values) && (!ArrayBuffer.isView(values) || values instanceof DataView)) {
     throw new TypeError(`${name}: give a ${type.name}`);
   }
+  if (ArrayBuffer.isView(values[0]) || Array.isArray(values[0])) throw new TypeError(`${name}: give one list of numbers: ${name}.flat()`);
   return type.from(values);
 }
 

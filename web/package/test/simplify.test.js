@@ -163,5 +163,6 @@ test('options are checked by the program', async () => {
   await assert.rejects(simplify({ positions, faces }, { ratio: 'much' }), oneLine);
   await assert.rejects(simplify(5, { ratio: 0.5 }), { name: 'TypeError' });
   await assert.rejects(simplify({ positions, indices: faces }, { ratio: 0.5 }), { name: 'TypeError', message: /^indices: name them faces/ });
+  await assert.rejects(simplify({ positions, faces: [[0, 1, 2]] }, { ratio: 0.5 }), { name: 'TypeError', message: /faces\.flat/ });
   await assert.rejects(simplify(new TextEncoder().encode('v 0 0 0\n'), { ratio: 0.5 }), { name: 'TypeError', message: /third argument/ });
 });
