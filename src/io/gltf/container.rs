@@ -95,6 +95,14 @@ pub(super) fn split_chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadE
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     // Some writers pad the JSON with zero bytes instead of blanks.
     let end = json.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+    // A download that was cut, a page in its place, or the name of a file that is stored elsewhere.
+    if json.trim_ascii_start().first() != Some(&b'{') {
+        return Err(ReadError::byte(
+            0,
+            "neither glTF nor GLB begins like this",
+            "get the file again, and check its format",
+        ));
+    }
     Ok((&json[..end], binary))
 }
 

@@ -296,6 +296,10 @@ mod tests {
         }
         let error = parse(r#"{"buffers": [{"uri": "../x.bin"}]}"#).unwrap_err();
         assert_eq!(error.what, "asked for ../x.bin");
+        for other in ["", "gl", "<html>", "version https://git-lfs.github.com/spec/v1"] {
+            let error = parse(other).unwrap_err().to_string();
+            assert!(error.contains("neither glTF nor GLB"), "{error}");
+        }
     }
 
     #[test]
