@@ -49,7 +49,7 @@ fn missing_output(error: &clap::Error, words: &[String]) -> Option<Failure> {
         return None;
     }
     let has_output = words.iter().any(|word| is_output_option(word));
-    let has_target = words.iter().any(|word| TARGETS.contains(&word.split('=').next().unwrap_or_default()));
+    let has_target = words.iter().any(|word| is_target_option(word));
     let what = match (has_output, has_target) {
         (false, true) => "give the result after -o",
         (false, false) => "give the result after -o, and a size",
@@ -73,7 +73,7 @@ fn complete_command(words: &[String]) -> String {
             _ => {}
         }
     }
-    if !words.iter().any(|word| TARGETS.contains(&word.split('=').next().unwrap_or_default())) {
+    if !words.iter().any(|word| is_target_option(word)) {
         words.extend(["--ratio".into(), "10%".into()]);
     }
     let quoted = words.iter().map(|word| if word.contains(' ') { format!("'{word}'") } else { word.clone() });
@@ -89,10 +89,11 @@ fn output_name(input: &str) -> String {
 }
 
 fn is_output_option(word: &str) -> bool {
-    word == "-o"
-        || word == "--output"
-        || word.starts_with("--output=")
-        || word.starts_with("-o") && !word.starts_with("--")
+    word.starts_with("-o") || word == "--output" || word.starts_with("--output=")
+}
+
+fn is_target_option(word: &str) -> bool {
+    TARGETS.contains(&word.split('=').next().unwrap_or_default())
 }
 
 /// Returns whether a word is the value of the option before it, such as the file of `--report`.

@@ -103,7 +103,7 @@ impl Draws {
         (self.0 >> 33) as usize % n
     }
 
-    fn of<'a>(&mut self, list: &[&'a str]) -> &'a str {
+    fn pick<'a>(&mut self, list: &[&'a str]) -> &'a str {
         list[self.below(list.len())]
     }
 }
@@ -113,12 +113,12 @@ const INPUTS: [&str; 5] = ["hi.gltf", "hi.obj", "hi.ply", "hi.stl", "hi.nmp"];
 
 /// Draws a name: of a file that may be read, a link to one, or a new one.
 fn draw_name(draws: &mut Draws) -> String {
-    let name = draws.of(&READ);
+    let name = draws.pick(&READ);
     match draws.below(6) {
         0 => format!("hard-{name}"),
         1 if cfg!(unix) => format!("soft-{name}"),
         2 if cfg!(unix) => format!("here/{name}"),
-        3 => draws.of(&["new.gltf", "x.gltf", "new.obj", "new.ply", "t.gltf"]).into(),
+        3 => draws.pick(&["new.gltf", "x.gltf", "new.obj", "new.ply", "t.gltf"]).into(),
         _ => name.into(),
     }
 }
@@ -131,9 +131,9 @@ struct Draw {
 }
 
 fn draw_run(draws: &mut Draws) -> Draw {
-    let input = draws.of(&INPUTS);
+    let input = draws.pick(&INPUTS);
     let [first, second, third] = [(); 3].map(|()| draw_name(draws));
-    let format = draws.of(&["gltf", "obj", "ply", "glb"]);
+    let format = draws.pick(&["gltf", "obj", "ply", "glb"]);
     let (text, reads_companions) = match draws.below(10) {
         0 => (format!("clusters {input} -o {first} --report {second} --html {third}"), false),
         // The texture of a PLY stays out of a progression.
@@ -270,11 +270,11 @@ fn a_mesh_in_place_leaves_its_companion_files_as_they_were() {
 #[test]
 fn standard_input_is_a_file_that_is_read() {
     let folder = folder();
-    let at = |name: &str| folder.path().join(name);
-    fs::write(at("a.obj"), OCTAHEDRON).unwrap();
+    let in_folder = |name: &str| folder.path().join(name);
+    fs::write(in_folder("a.obj"), OCTAHEDRON).unwrap();
     let simplify = |words: &str| {
         let mut command = program(folder.path(), &words.split(' ').collect::<Vec<_>>());
-        command.stdin(Stdio::from(fs::File::open(at("a.obj")).unwrap()));
+        command.stdin(Stdio::from(fs::File::open(in_folder("a.obj")).unwrap()));
         finish(command.spawn().unwrap())
     };
     if cfg!(unix) {
@@ -318,45 +318,45 @@ fn reports_and_pages_on_a_mesh_are_refused_in_one_line() {
 #[test]
 fn a_batch_replaces_no_mesh_but_by_its_own_result() {
     let folder = folder();
-    let at = |name: &str| folder.path().join(name);
-    fs::create_dir_all(at("in")).unwrap();
+    let in_folder = |name: &str| folder.path().join(name);
+    fs::create_dir_all(in_folder("in")).unwrap();
     for (place, scale) in [("b.obj", 2), ("in/b.obj", 1), ("in/c.obj", 1)] {
-        fs::write(at(place), OCTAHEDRON.replace(" 1", &format!(" {scale}"))).unwrap();
+        fs::write(in_folder(place), OCTAHEDRON.replace(" 1", &format!(" {scale}"))).unwrap();
     }
-    let before = fs::read(at("in/b.obj")).unwrap();
+    let before = fs::read(in_folder("in/b.obj")).unwrap();
     // The result of the first mesh would be at the place of the second.
     let nested = run(folder.path(), &["simplify", "b.obj", "in/b.obj", "-o", "in", "--ratio", ".9", "--force"]);
     assert_eq!(nested.code, Some(1), "{}", nested.stderr);
     assert!(nested.stderr.contains("b.obj: is read in this run"), "{}", nested.stderr);
-    assert_eq!(fs::read(at("in/b.obj")).unwrap(), before);
+    assert_eq!(fs::read(in_folder("in/b.obj")).unwrap(), before);
     // In place, each is replaced by its own, and a list is not replaced by the manifest.
-    let here = run(&at("in"), &["simplify", "b.obj", "c.obj", "-o", ".", "--ratio", ".9", "--force"]);
+    let here = run(&in_folder("in"), &["simplify", "b.obj", "c.obj", "-o", ".", "--ratio", ".9", "--force"]);
     assert_eq!(here.code, Some(0), "{}", here.stderr);
-    assert_eq!(["b.obj", "c.obj"].map(|name| info(&at("in"), name)["vertices"].clone()), [5, 5]);
-    fs::write(at("manifest.csv"), "b.obj\n").unwrap();
+    assert_eq!(["b.obj", "c.obj"].map(|name| info(&in_folder("in"), name)["vertices"].clone()), [5, 5]);
+    fs::write(in_folder("manifest.csv"), "b.obj\n").unwrap();
     for list in [&["--list", "manifest.csv"][..], &["b.obj", "in/c.obj"]] {
         let refused = run(folder.path(), &[&["simplify", "-o", ".", "--ratio", ".9", "--force"], list].concat());
         assert_eq!(refused.code, Some(1), "{}", refused.stderr);
-        assert_eq!(fs::read(at("manifest.csv")).unwrap(), b"b.obj\n");
+        assert_eq!(fs::read(in_folder("manifest.csv")).unwrap(), b"b.obj\n");
     }
 }
 
 #[test]
 fn a_batch_in_place_leaves_textures_and_buffers_as_they_were() {
     let folder = folder();
-    let at = |name: &str| folder.path().join(name);
+    let in_folder = |name: &str| folder.path().join(name);
     write_inputs(folder.path());
     for name in ["hi.ply", "hi.stl", "hi.nmp"] {
-        fs::remove_file(at(name)).unwrap();
+        fs::remove_file(in_folder(name)).unwrap();
     }
     // The buffer of the one has the name that the new buffer of the other would get.
-    let other = fs::read_to_string(at("hi.gltf")).unwrap().replace("x.bin", "hi.bin");
-    fs::write(at("z.gltf"), other).unwrap();
-    fs::copy(at("x.bin"), at("hi.bin")).unwrap();
+    let other = fs::read_to_string(in_folder("hi.gltf")).unwrap().replace("x.bin", "hi.bin");
+    fs::write(in_folder("z.gltf"), other).unwrap();
+    fs::copy(in_folder("x.bin"), in_folder("hi.bin")).unwrap();
     let links: Vec<PathBuf> = files(folder.path())
         .iter()
         .filter(|name| name.contains("hard-") || name.contains("soft-") || *name == "here")
-        .map(|name| at(name))
+        .map(|name| in_folder(name))
         .collect();
     links.iter().for_each(|link| fs::remove_file(link).unwrap());
     let before = contents(folder.path());
@@ -381,7 +381,7 @@ fn a_batch_in_place_leaves_textures_and_buffers_as_they_were() {
         for name in ["t.png", "x.bin", "hi.bin", "hi.mtl"] {
             assert_eq!(after[name], before[name], "{name}");
         }
-        let buffer = json(&at("hi.gltf"))["buffers"][0]["uri"].clone();
+        let buffer = json(&in_folder("hi.gltf"))["buffers"][0]["uri"].clone();
         assert!(matches!(buffer, Value::String(name) if name.starts_with("hi-")));
     }
 }

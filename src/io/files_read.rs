@@ -215,21 +215,21 @@ mod tests {
     #[test]
     fn links_lead_to_the_file_that_was_read() {
         let folder = folder_of(&["a.ply", "t.png", "other"]);
-        let at = |name: &str| folder.path().join(name);
-        std::fs::hard_link(at("t.png"), at("hard.png")).unwrap();
-        let read = FilesRead::from_mesh_path(&at("a.ply"));
-        read.add(&at("t.png"));
+        let in_folder = |name: &str| folder.path().join(name);
+        std::fs::hard_link(in_folder("t.png"), in_folder("hard.png")).unwrap();
+        let read = FilesRead::from_mesh_path(&in_folder("a.ply"));
+        read.add(&in_folder("t.png"));
         #[cfg(unix)]
         {
-            std::os::unix::fs::symlink("hard.png", at("soft.png")).unwrap();
-            assert!(read.check(&at("soft.png"), true).is_err());
+            std::os::unix::fs::symlink("hard.png", in_folder("soft.png")).unwrap();
+            assert!(read.check(&in_folder("soft.png"), true).is_err());
         }
         for name in ["t.png", "hard.png"] {
-            assert!(read.check(&at(name), true).is_err(), "{name}");
+            assert!(read.check(&in_folder(name), true).is_err(), "{name}");
         }
-        assert!(read.check(&at("a.ply"), true).is_ok() && read.check(&at("a.ply"), false).is_err());
+        assert!(read.check(&in_folder("a.ply"), true).is_ok() && read.check(&in_folder("a.ply"), false).is_err());
         for name in ["other", "new", "."] {
-            assert!(read.check(&at(name), false).is_ok(), "{name}");
+            assert!(read.check(&in_folder(name), false).is_ok(), "{name}");
         }
     }
 

@@ -111,11 +111,11 @@ fn linear_colour(values: &[f32; 256], bytes: Option<&[u8; 3]>) -> Vec3 {
 }
 
 fn halve([width, height]: [usize; 2], pixel: impl Fn(usize) -> Vec3) -> PyramidLevel {
-    let at = |x: usize, y: usize| pixel(y.min(height - 1) * width + x.min(width - 1));
+    let pixel_at = |x: usize, y: usize| pixel(y.min(height - 1) * width + x.min(width - 1));
     let [width, height] = [width, height].map(|side| (side / 2).max(1));
     let mean = |i: usize| {
         let [x, y] = [2 * (i % width), 2 * (i / width)];
-        0.25 * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1))
+        0.25 * (pixel_at(x, y) + pixel_at(x + 1, y) + pixel_at(x, y + 1) + pixel_at(x + 1, y + 1))
     };
     PyramidLevel { width, height, pixels: (0..width * height).map(mean).collect() }
 }

@@ -11,10 +11,9 @@ use rustc_hash::FxHashSet;
 
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
-use crate::mesh::pulse::Pulse;
-use crate::mesh::union_find::UnionFind;
 use crate::spatial::curve_order;
 
+use super::closed::vertex_components;
 use super::input::Input;
 use super::limits::Limit;
 use super::options::SimplifyError;
@@ -95,15 +94,10 @@ impl Cards {
 
 /// Lists the faces of each component that is no larger than a card; none if there are few components.
 fn small_components(mesh: &TriMesh) -> Vec<Vec<u32>> {
-    let mut sets = UnionFind::new(mesh.positions().len());
-    for &[a, b, c] in mesh.faces() {
-        sets.union(a, b);
-        sets.union(b, c);
-    }
-    if sets.n_sets() < LEAST_CARDS {
+    let (component, n) = vertex_components(mesh.positions().len(), mesh.faces());
+    if n < LEAST_CARDS {
         return Vec::new();
     }
-    let (component, n) = sets.number_sets(Pulse::NONE);
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); n];
     let of_face = mesh.faces().iter().map(|face| component[face[0] as usize]);
     (0u32..).zip(of_face).for_each(|(face, component)| faces[component as usize].push(face));

@@ -110,8 +110,9 @@ impl Coarsening {
 
 /// The components at the beginning, by which those of all steps are known.
 struct StartComponents {
+    /// Component of each vertex of the surface.
     of_vertex: Vec<u32>,
-    /// The same by the numbers of the collapse, which knows vertices of dropped components too.
+    /// Component of each vertex of the collapse, which also knows those that dropped components had.
     of_collapse_vertex: Vec<u32>,
     n: usize,
 }

@@ -153,7 +153,7 @@ impl<'a> PlacedComponents<'a> {
     }
 
     /// Counts vertices and faces of each component of the input.
-    pub fn count_input(&self) -> Vec<[usize; 2]> {
+    fn count_input(&self) -> Vec<[usize; 2]> {
         let surface = &self.original.surface;
         let mut sizes = vec![[0; 2]; self.transforms.len()];
         let mut is_counted = vec![false; surface.n_vertices()];
@@ -392,6 +392,11 @@ impl<'a> Components<'a> {
 
     pub fn groups(&self, component: usize) -> &[u32] {
         &self.all[component].groups
+    }
+
+    /// Returns the numbers of vertices and faces of a component of the input.
+    pub fn input_size(&self, component: usize) -> [usize; 2] {
+        self.all[component].n_input
     }
 
     pub fn is_within(&self, component: usize, within: f64) -> bool {

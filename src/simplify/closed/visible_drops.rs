@@ -61,7 +61,7 @@ pub fn choose_by_views(
         exposures: placed.exposures(LOOKS_SAME * diagonal),
         groups: (0..choice.n).map(|component| components.groups(component).to_vec()).collect(),
         may_go: (0..choice.n).map(may_go).collect(),
-        whole: placed.count_input(),
+        whole: (0..choice.n).map(|component| components.input_size(component)).collect(),
     };
     let candidates = steps.iter().map(|step| views.drop_at(step, &steps[0], limit));
     // Where no step fits, the smallest comes next; of equal costs the first step bends least.

@@ -1,6 +1,7 @@
 //! Decompression of buffer views: `EXT_meshopt_compression` and its successor `KHR_meshopt_compression`.
 //!
-//! Of the crates that decode without C++, `meshopt-rs` reads no version 1 and misreads quaternions, and `meshoptimizer-rs` compiles for 45 s.
+//! Written here since the crates that need no C++ do not serve: `meshopt-rs` lacks version 1 and decodes wrong quaternions,
+//! `meshoptimizer-rs` takes 45 s to compile.
 
 mod filters;
 mod indices;
