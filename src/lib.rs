@@ -73,31 +73,35 @@
 //! [`autodiff`] and [`linalg`] (matrices and their derivatives), `loss` (the terms of training), [`geometry`] and
 //! [`spatial`] (triangles, quadrics, closest points). `ARCHITECTURE.md` lists the layers of modules.
 
-#[cfg(feature = "picture")]
-pub mod appearance;
-pub mod autodiff;
+#[doc(inline)]
+#[cfg(feature = "io")]
+pub use neural_mesh_io::io;
+#[doc(inline)]
+pub use neural_mesh_measure::metrics;
+#[doc(inline)]
+pub use neural_mesh_mesh::{geometry, linalg, mesh, spatial};
+#[doc(inline)]
+#[cfg(feature = "loss")]
+pub use neural_mesh_network::loss;
+#[doc(inline)]
+pub use neural_mesh_network::{autodiff, model};
+#[doc(inline)]
 #[cfg(feature = "bake")]
-pub mod bake;
+pub use neural_mesh_picture::bake;
+#[doc(inline)]
+#[cfg(feature = "picture")]
+pub use neural_mesh_picture::{appearance, picture};
+#[doc(inline)]
+pub use neural_mesh_repair::repair;
+#[doc(inline)]
+pub use neural_mesh_simplify::simplify;
+
 pub mod blocks;
 pub mod clusters;
-pub mod geometry;
 pub mod indices;
-#[cfg(feature = "io")]
-pub mod io;
 #[cfg(feature = "job")]
 pub mod job;
-pub mod linalg;
-#[cfg(feature = "loss")]
-pub mod loss;
-pub mod mesh;
-pub mod metrics;
-pub mod model;
-#[cfg(feature = "picture")]
-pub mod picture;
-pub mod repair;
 pub mod search;
-pub mod simplify;
-pub mod spatial;
 #[cfg(feature = "train")]
 pub mod train;
 

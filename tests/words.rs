@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::layers::{Source, sources, start_of_tests};
+use crate::layers::{Source, all_code, library, sources, start_of_tests};
 
 mod lists;
 use lists::{
@@ -10,12 +10,17 @@ use lists::{
     SAME_NAMES, WEAK_VERBS,
 };
 
-const CRATES: [&str; 7] = ["src", "bevy/src", "cli/src", "bench/src", "c/src", "web/src", "python/src"];
 // Limit of words in the first sentence of a doc comment.
 const MOST_WORDS: usize = 25;
 // Folders where "part" means a component of a mesh.
-const MESH_FOLDERS: [&str; 6] =
-    ["src/repair/", "src/mesh/", "src/simplify/", "src/geometry/", "src/spatial/", "src/metrics/"];
+const MESH_FOLDERS: [&str; 6] = [
+    "crates/mesh/src/geometry/",
+    "crates/mesh/src/mesh/",
+    "crates/mesh/src/spatial/",
+    "crates/measure/",
+    "crates/repair/",
+    "crates/simplify/",
+];
 
 // The item of a doc comment or a line.
 enum Item {
@@ -147,7 +152,7 @@ fn holds(text: &str, phrase: &str) -> bool {
 type Finding = (String, usize, String);
 
 fn find_in_files(find: impl Fn(&Source) -> Vec<(usize, String)>) -> Vec<Finding> {
-    let found = CRATES.iter().flat_map(|folder| sources(folder)).map(|source| (find(&source), source.path));
+    let found = all_code().into_iter().map(|source| (find(&source), source.path));
     found.flat_map(|(lines, path)| lines.into_iter().map(move |(line, text)| (path.clone(), line, text))).collect()
 }
 
@@ -158,11 +163,12 @@ fn assert_no_findings(findings: Vec<Finding>) {
 
 fn find_equal_types() -> Vec<Finding> {
     let mut found = Vec::new();
-    for folder in CRATES {
+    let packages = ["bevy/src", "cli/src", "bench/src", "c/src", "web/src", "python/src"].map(sources);
+    for files in std::iter::once(library()).chain(packages) {
         let mut places: BTreeMap<String, Vec<(String, usize)>> = BTreeMap::new();
         // Stubs of features have the names of the types that they replace.
         let is_stub = |source: &Source| source.path.rsplit('/').next().is_some_and(|name| name.starts_with("no_"));
-        for source in sources(folder).into_iter().filter(|source| !is_stub(source)) {
+        for source in files.into_iter().filter(|source| !is_stub(source)) {
             for described in read(&source).0 {
                 if let Item::Type(name) = described.item {
                     places.entry(name).or_default().push((source.path.clone(), described.line));

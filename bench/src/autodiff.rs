@@ -2,5 +2,5 @@
 
 pub use neural_mesh::autodiff::*;
 
-#[path = "../../src/autodiff/test_gradients.rs"]
+#[path = "../../crates/network/src/autodiff/test_gradients.rs"]
 pub mod test_gradients;

@@ -3,5 +3,5 @@
 pub use neural_mesh::linalg::*;
 
 #[expect(dead_code, reason = "some of it is for the library's tests alone")]
-#[path = "../../src/linalg/test_values.rs"]
+#[path = "../../crates/mesh/src/linalg/test_values.rs"]
 pub mod test_values;

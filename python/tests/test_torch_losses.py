@@ -43,7 +43,7 @@ def all_pairs(n: int) -> Any:
     return torch.stack([i[i != j], j[i != j]])
 
 
-# Values of the examples in `src/loss`.
+# Values of the examples in `crates/network/src/loss`.
 
 
 def test_values_of_the_library() -> None:

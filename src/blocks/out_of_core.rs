@@ -238,7 +238,7 @@ fn with_frame(options: &Options, frame: Frame) -> (Options, ClosedOptions) {
         Assembly::Closed(_) => Assembly::Closed(in_blocks.clone()),
         paper => paper.clone(),
     };
-    (Options { target: options.target, assembly }, in_blocks)
+    (Options::with_assembly(options.target, assembly), in_blocks)
 }
 
 /// Reports progress; returns an error if the listener stops the run.

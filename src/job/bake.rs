@@ -24,7 +24,8 @@ pub fn bake_material(
     let mut options = BakeOptions::new(size);
     (options.separate_maps, options.with_tangents) = (!is_gltf, is_gltf);
     let baked = bake(&original, simplified, &options).map_err(|error| format!("--bake {size}: {error}"))?;
-    let group = Group { material: Some(MATERIAL.into()), ..Group::default() };
+    let mut group = Group::default();
+    group.material = Some(MATERIAL.into());
     let mut looks = Looks::new(vec![baked.look.clone()]);
     looks.v_is_up = true;
     let mut extra = Extra::default();

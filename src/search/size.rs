@@ -49,7 +49,7 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
     let mut vertices = FIRST.min(n_all);
     let mut search = Search::new(progress, SHARE_OF_RUN);
     for n_before in 0..MOST_TRIES {
-        let options = Options { target: Target::Vertices(vertices), assembly: assembly.clone() };
+        let options = Options::with_assembly(Target::Vertices(vertices), assembly.clone());
         let result = simplify(input, weights, &options, &mut search.run())?;
         search.look("bytes")?;
         let n = bytes_of(&result)?;

@@ -1,6 +1,6 @@
 //! Upper bound on the length of functions.
 
-use super::{Source, sources};
+use super::{Source, all_code};
 
 // Lines of the longest function, from `fn` to its closing brace, without comments.
 const MOST_LINES: usize = 40;
@@ -38,10 +38,7 @@ fn too_long(source: &Source) -> Vec<String> {
 
 #[test]
 fn no_function_is_longer_than_forty_lines() {
-    let all: Vec<Source> = ["src", "bevy/src", "c/src", "cli/src", "bench/src", "python/src", "web/src"]
-        .into_iter()
-        .flat_map(sources)
-        .collect();
+    let all = all_code();
     let n_functions: usize = all.iter().map(|source| lengths(&source.code).len()).sum();
     assert!(n_functions > 1000, "only {n_functions} functions were found: the code is read wrong");
     assert_eq!(all.iter().flat_map(too_long).collect::<Vec<_>>(), Vec::<String>::new());

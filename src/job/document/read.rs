@@ -206,7 +206,9 @@ fn show_lost_backs(asset: &mut Asset, parts: &[Result<Cleaned, CleanError>]) -> 
 }
 
 fn clean_options(job: &Job) -> CleanOptions {
-    CleanOptions { weld: job.weld }
+    let mut options = CleanOptions::default();
+    options.weld = job.weld;
+    options
 }
 
 /// Snaps vertices closer than [`Job::weld_near`]; `scale` is the mesh's scale in its scene.

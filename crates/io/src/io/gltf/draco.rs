@@ -1,0 +1,186 @@
+//! Decoding of `KHR_draco_mesh_compression`.
+
+use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex};
+
+use super::accessor::element_size;
+use super::buffers::AssetBuffers;
+use super::schema::{Accessor, Draco, Primitive, Root};
+use crate::io::ReadError;
+use crate::io::memory::reserve;
+use crate::io::one_line::one_line;
+
+/// Largest number of unpacked bytes: the first times the bytes of all buffers, plus the second.
+const GROWTH: (usize, usize) = (256, 1 << 26);
+
+pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), ReadError> {
+    let mut budget = GROWTH.0.saturating_mul(buffers.n_bytes()).saturating_add(GROWTH.1);
+    let Root { meshes, accessors, buffer_views, .. } = root;
+    for primitive in meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives) {
+        let Some(draco) = primitive.draco_alone(accessors) else { continue };
+        let broken = |why: &str| {
+            let what = format!("geometry compressed by Draco cannot be decoded ({why})");
+            ReadError::file(what, "export the asset again, or without the compression")
+        };
+        // An attribute with neither compressed nor plain values would silently become zeros.
+        if let Some(name) = find_missing(primitive, draco, accessors) {
+            return Err(broken(&format!("it contains no {name}")));
+        }
+        let view = draco.buffer_view.and_then(|view| buffer_views.get(view)).ok_or_else(|| broken("no buffer view"))?;
+        let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
+        let mesh = decode_mesh(bytes.ok_or_else(|| broken("no bytes"))?, budget).map_err(|why| broken(&why))?;
+        // Each decoded array counts against the budget, as a small stream may grow large.
+        let mut take = |accessor: Option<&mut Accessor>, values: Option<Vec<u8>>, count: usize| {
+            let (Some(accessor), Some(values)) = (accessor, values) else { return Err(broken("no such values")) };
+            budget = budget.checked_sub(values.len()).ok_or_else(|| broken("too many values"))?;
+            (accessor.count, accessor.decoded, accessor.byte_offset) = (count, Some(values), 0);
+            Ok(())
+        };
+        for (name, &id) in &draco.attributes {
+            let index = primitive.attributes.get(name).ok_or_else(|| broken(name))?;
+            let accessor = accessors.get_mut(*index);
+            let attribute = mesh.attribute_by_unique_id(id);
+            let values = accessor
+                .as_ref()
+                .zip(attribute)
+                .and_then(|(accessor, it)| attribute_values(it, mesh.num_points(), accessor));
+            take(accessor, values, mesh.num_points())?;
+        }
+        if let Some(index) = primitive.indices {
+            let accessor = accessors.get_mut(index);
+            let indices = accessor.as_ref().and_then(|accessor| face_indices(&mesh, accessor));
+            take(accessor, indices, 3 * mesh.num_faces())?;
+        }
+        primitive.mode = TRIANGLES;
+    }
+    Ok(())
+}
+
+fn find_missing<'a>(primitive: &'a Primitive, draco: &Draco, accessors: &[Accessor]) -> Option<&'a str> {
+    let is_bare = |index: usize| accessors.get(index).is_some_and(Accessor::is_bare);
+    let mut attributes = primitive.attributes.iter();
+    let found = attributes.find(|(name, index)| is_bare(**index) && !draco.attributes.contains_key(*name));
+    found.map(|(name, _)| name.as_str())
+}
+
+const TRIANGLES: u32 = 4;
+
+fn decode_mesh(bytes: &[u8], most: usize) -> Result<Mesh, String> {
+    let most = most as u64;
+    let limits =
+        DecodeLimits::default().with_max_points(most / 4).with_max_faces(most / 12).with_max_decoded_bytes(most);
+    let mut mesh = Mesh::new();
+    let status = MeshDecoder::new().decode(&mut DecoderBuffer::new(bytes).with_limits(limits), &mut mesh);
+    status.map(|_| mesh).map_err(|error| one_line(&error.to_string()))
+}
+
+fn attribute_values(attribute: &PointAttribute, n_points: usize, accessor: &Accessor) -> Option<Vec<u8>> {
+    let width = match accessor.shape.as_str() {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" => 4,
+        _ => return None,
+    };
+    let size = element_size(&accessor.shape, accessor.component_type);
+    let mut values = Vec::new();
+    reserve(&mut values, n_points.checked_mul(size).filter(|_| size > 0)?).ok()?;
+    // Equal types are copied byte by byte, others are converted through singles.
+    if component_type_of(attribute.data_type()) == Some(accessor.component_type)
+        && usize::from(attribute.num_components()) == width
+    {
+        let stride = usize::try_from(attribute.byte_stride()).ok()?;
+        let bytes = attribute.buffer().data();
+        for point in 0..n_points {
+            let value = attribute.mapped_index(PointIndex(point as u32)).0 as usize;
+            values.extend(bytes.get(value.checked_mul(stride)?..)?.get(..size)?);
+        }
+        return Some(values);
+    }
+    for value in attribute.read_f32s(n_points, width) {
+        push_as(&mut values, value, accessor.component_type)?;
+    }
+    Some(values)
+}
+
+fn component_type_of(kind: DataType) -> Option<u32> {
+    match kind {
+        DataType::Int8 => Some(5120),
+        DataType::Uint8 => Some(5121),
+        DataType::Int16 => Some(5122),
+        DataType::Uint16 => Some(5123),
+        DataType::Uint32 => Some(5125),
+        DataType::Float32 => Some(5126),
+        _ => None,
+    }
+}
+
+fn push_as(out: &mut Vec<u8>, value: f32, component: u32) -> Option<()> {
+    match component {
+        5120 => out.extend((value as i8).to_le_bytes()),
+        5121 => out.push(value as u8),
+        5122 => out.extend((value as i16).to_le_bytes()),
+        5123 => out.extend((value as u16).to_le_bytes()),
+        5125 => out.extend((value as u32).to_le_bytes()),
+        5126 => out.extend(value.to_le_bytes()),
+        _ => return None,
+    }
+    Some(())
+}
+
+fn face_indices(mesh: &Mesh, accessor: &Accessor) -> Option<Vec<u8>> {
+    let mut indices = Vec::new();
+    reserve(&mut indices, 3 * mesh.num_faces() * element_size("SCALAR", accessor.component_type)).ok()?;
+    for PointIndex(point) in mesh.faces().iter().flatten() {
+        match accessor.component_type {
+            5121 => indices.push(u8::try_from(*point).ok()?),
+            5123 => indices.extend(u16::try_from(*point).ok()?.to_le_bytes()),
+            5125 => indices.extend(point.to_le_bytes()),
+            _ => return None,
+        }
+    }
+    Some(indices)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::{Asset, Format, SimplifiedPart, read, read_attributed};
+    use crate::mesh::Role;
+    use crate::mesh::cleanup::{CleanOptions, clean};
+
+    const TORUS: &[u8] = include_bytes!("../../../../../tests/meshes/tiny/torus_draco.glb");
+
+    #[test]
+    fn what_is_decoded_is_the_torus_that_was_compressed() {
+        let read = read_attributed(TORUS, None).unwrap();
+        let off = |&[x, y, z]: &[f64; 3]| ((x.hypot(y) - 1.0).hypot(z) - 0.4).abs();
+        assert!(read.mesh.positions.iter().map(off).fold(0.0, f64::max) < 1e-3);
+        let uvs = read.mesh.attributes.channels.iter().find(|channel| channel.role == Role::Uv).unwrap();
+        let (low, high) = uvs.values.iter().fold((1f32, 0f32), |(low, high), &x| (low.min(x), high.max(x)));
+        assert!(low.abs() < 1e-3 && (high - 1.0).abs() < 1e-3, "{low} {high}");
+        assert_eq!(read.extra.groups[0].material.as_deref(), Some("ring"));
+        let mesh = clean(read.mesh, &CleanOptions::default()).unwrap().mesh;
+        assert_eq!((mesh.positions().len(), mesh.faces().len()), (288, 576));
+    }
+
+    #[test]
+    fn an_asset_is_written_without_the_compression_and_says_so() {
+        let asset = Asset::from_bytes(TORUS, &|_| unreachable!()).unwrap();
+        assert_eq!(asset.notes(), ["geometry that Draco has compressed is written uncompressed"]);
+        let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
+        let written = &asset.write(&parts, Format::Glb, "a.glb").unwrap()[0].bytes;
+        assert!(!String::from_utf8_lossy(written).contains("draco"));
+        assert_eq!(read(written, None).unwrap().faces.len(), 576);
+    }
+
+    #[test]
+    fn damage_is_one_line_and_what_grows_too_large_is_refused() {
+        let mut damaged = TORUS.to_vec();
+        let from = damaged.windows(5).position(|word| word == b"DRACO").unwrap();
+        damaged[from + 20..].fill(0xff);
+        let error = read(&damaged, None).unwrap_err().to_string();
+        assert!(error.contains("compressed by Draco cannot be decoded (") && !error.contains('\n'), "{error}");
+        assert!(decode_mesh(&TORUS[from..], 1000).is_err());
+        assert_eq!(decode_mesh(&TORUS[from..], 100_000).unwrap().num_faces(), 576);
+    }
+}

@@ -1,0 +1,8 @@
+//! Figures that judge a simplified mesh.
+//!
+//! Use it through `neural-mesh`, which has its modules under their names.
+
+#[doc(hidden)]
+pub use neural_mesh_mesh::{geometry, linalg, mesh, spatial};
+
+pub mod metrics;

@@ -1,0 +1,285 @@
+//! Proved bounds of the largest distance between two surfaces, by branch and bound.
+//!
+//! The distance to a triangle is convex, so over a convex polygon it is largest at a corner. The largest distance from
+//! a polygon to a surface is thus at most `min over faces F of max over corners v of d(v, F)`. Each corner's own
+//! distance is a lower bound. Polygons whose bounds are too far apart are cut, largest upper bound first (after Tang,
+//! Lee and Kim 2009, "Interactive Hausdorff distance computation for general polygonal models").
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::mesh::TriMesh;
+use crate::spatial::{self, FaceTree};
+
+mod distance_bounds;
+mod polygon;
+mod search;
+mod target_surface;
+
+use distance_bounds::DistanceBounds;
+pub use distance_bounds::DistanceTolerance;
+use polygon::PolygonCorner;
+use search::{FacePart, SearchItem, tighten_bounds};
+use target_surface::TargetSurface;
+
+/// Largest number of triangles and boxes visited per direction: per face, plus a fixed number.
+const MAX_VISITS: [u64; 2] = [150, 1_500_000];
+/// Share of the diagonal below which distances are not resolved.
+const SMALLEST: f64 = 1e-7;
+
+/// Bounds of the Hausdorff distance, in the mesh's unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CertifiedDistance {
+    /// Lower bound: the distance of some point.
+    pub lower: f64,
+    /// Proved upper bound for all points.
+    pub upper: f64,
+    /// Diagonal of the original's bounding box.
+    pub diagonal: f64,
+}
+
+/// Bounds the Hausdorff distance; `None` if a mesh has no faces.
+///
+/// The bounds may be farther apart than the tolerance if the search exceeds its budget, or below 1e-7 of the diagonal.
+///
+/// ```
+/// # use neural_mesh_measure as neural_mesh;
+/// use neural_mesh::{mesh::shapes, metrics::{DistanceTolerance, certified_distance}};
+/// let distance = certified_distance(&shapes::icosphere(4), &shapes::icosphere(1), &DistanceTolerance::default()).unwrap();
+/// assert!(distance.lower > 0.05 && distance.upper <= 1.01 * distance.lower);
+/// ```
+pub fn certified_distance(
+    original: &TriMesh,
+    simplified: &TriMesh,
+    tolerance: &DistanceTolerance,
+) -> Option<CertifiedDistance> {
+    certified_distance_with_budget(original, simplified, tolerance, u64::MAX).0
+}
+
+/// Bounds the distance by at most `most` visits per direction; also returns the number of visits.
+#[doc(hidden)]
+pub fn certified_distance_with_budget(
+    original: &TriMesh,
+    simplified: &TriMesh,
+    tolerance: &DistanceTolerance,
+    most: u64,
+) -> (Option<CertifiedDistance>, u64) {
+    if original.faces().is_empty() || simplified.faces().is_empty() {
+        return (None, 0);
+    }
+    let diagonal = original.diagonal();
+    let tolerance = DistanceTolerance { enough: tolerance.enough.max(SMALLEST * diagonal), ..*tolerance };
+    let mut bounds = DistanceBounds { lower: 0.0, upper: 0.0, tolerance };
+    let trees = [simplified, original].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
+    let n_faces = original.faces().len() + simplified.faces().len();
+    let most = most.min(MAX_VISITS[0] * n_faces as u64 + MAX_VISITS[1]);
+    let targets = [TargetSurface::new(original, &trees[1], most), TargetSurface::new(simplified, &trees[0], most)];
+    // The vertices of both meshes raise the lower bound before the searches.
+    let directions = [simplified, original].into_iter().zip(&targets).map(|(from, target)| {
+        let direction = DirectedSearch::new(from, target, &bounds);
+        bounds.raise_lower(direction.farthest_vertex());
+        direction
+    });
+    let directions: Vec<DirectedSearch> = directions.collect();
+    if bounds.is_too_far() {
+        bounds.upper = f64::INFINITY;
+    } else if directions.iter().all(DirectedSearch::has_all_corners) {
+        directions.iter().for_each(|direction| direction.search(&mut bounds));
+    } else {
+        bounds.upper = farthest_apart(original, simplified);
+    }
+    let n_visits = targets.iter().map(TargetSurface::n_visits).sum();
+    (Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal }), n_visits)
+}
+
+/// Returns a proved upper bound of the largest distance, within 1 % of the true one.
+///
+/// `None` if a mesh has no faces or the proof exceeds the budget.
+///
+/// ```
+/// # use neural_mesh_measure as neural_mesh;
+/// use neural_mesh::{mesh::shapes, metrics::largest_distance};
+/// let (sphere, radius) = (shapes::icosphere(4), 1.0);
+/// let largest = largest_distance(&sphere, &shapes::icosphere(0)).unwrap();
+/// assert!((0.2..radius).contains(&largest));
+/// ```
+pub fn largest_distance(original: &TriMesh, simplified: &TriMesh) -> Option<f64> {
+    let tolerance = DistanceTolerance::default();
+    let CertifiedDistance { lower, upper, diagonal } = certified_distance(original, simplified, &tolerance)?;
+    let bounds =
+        DistanceBounds { lower, upper, tolerance: DistanceTolerance { enough: SMALLEST * diagonal, ..tolerance } };
+    bounds.is_tight_enough(upper).then_some(upper)
+}
+
+/// Returns the largest distance from `faces` of one mesh to the other, or `lower` if that is larger.
+///
+/// Accurate to the relative `gap`, unless that takes more than `most_tests` triangle tests.
+pub(super) fn largest_distance_from_faces(
+    [from, to]: [&TriMesh; 2],
+    faces: &[u32],
+    tree: &FaceTree,
+    [lower, gap]: [f64; 2],
+    most_tests: u64,
+) -> f64 {
+    let target = TargetSurface::new(to, tree, most_tests).counting_triangles_only();
+    let mut bounds =
+        DistanceBounds { lower, upper: 0.0, tolerance: DistanceTolerance { gap, ..DistanceTolerance::default() } };
+    let point = |v: u32| DVec3::from(from.positions()[v as usize].map(f64::from));
+    let corners_of = |face: u32| from.faces()[face as usize].map(|v| target.corner(point(v), None));
+    let whole = |&face: &u32| {
+        let upper = target.upper_bound(&corners_of(face), |_| false);
+        SearchItem { upper, part: FacePart::Face(face), n_cuts: 0 }
+    };
+    tighten_bounds(faces.iter().map(whole).collect(), &corners_of, &target, &mut bounds);
+    bounds.lower
+}
+
+fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
+    let both = spatial::Bounds::from_points(a.positions()).union(&spatial::Bounds::from_points(b.positions()));
+    let [low, high] = [both.low, both.high].map(|corner| DVec3::from(corner.map(f64::from)));
+    low.distance(high)
+}
+
+struct DirectedSearch<'a> {
+    from: &'a TriMesh,
+    target: &'a TargetSurface<'a>,
+    corners: Vec<PolygonCorner>,
+}
+
+impl<'a> DirectedSearch<'a> {
+    fn new(from: &'a TriMesh, target: &'a TargetSurface<'a>, bounds: &DistanceBounds) -> Self {
+        Self { from, corners: target.vertex_corners(from, bounds), target }
+    }
+
+    fn has_all_corners(&self) -> bool {
+        self.corners.len() == self.from.positions().len()
+    }
+
+    fn face_corners(&self, face: &[u32; 3]) -> [PolygonCorner; 3] {
+        face.map(|v| self.corners[v as usize])
+    }
+
+    fn farthest_vertex(&self) -> f64 {
+        let corners = self.from.faces().iter().flatten().filter_map(|&v| self.corners.get(v as usize));
+        corners.map(|corner| corner.distance).fold(0.0, f64::max)
+    }
+
+    fn search(&self, bounds: &mut DistanceBounds) {
+        if bounds.is_too_far() {
+            bounds.upper = f64::INFINITY;
+            return;
+        }
+        let upper =
+            |face: &[u32; 3]| self.target.upper_bound(&self.face_corners(face), |upper| bounds.is_tight_enough(upper));
+        let uppers: Vec<f64> = self.from.faces().par_iter().map(upper).collect();
+        let (allowed, faces): (Vec<_>, Vec<_>) =
+            (0..).zip(uppers).partition(|&(_, upper)| bounds.is_tight_enough(upper));
+        bounds.upper = allowed.into_iter().map(|(_, upper)| upper).fold(bounds.upper, f64::max);
+        let whole = |(face, upper)| SearchItem { upper, part: FacePart::Face(face), n_cuts: 0 };
+        let waiting = faces.into_iter().map(whole).collect();
+        let corners_of = |face| self.face_corners(&self.from.faces()[face as usize]);
+        tighten_bounds(waiting, &corners_of, self.target, bounds);
+        if bounds.is_too_far() {
+            bounds.upper = f64::INFINITY;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::metrics::{Surface, surface_distance};
+
+    #[test]
+    fn samples_never_exceed_the_upper_bound() {
+        let pairs = [
+            (shapes::bolt(32), shapes::bolt(9)),
+            (shapes::torus(64, 32, 1.0, 0.25), shapes::torus(20, 9, 1.0, 0.25)),
+            (shapes::wavy_sphere(4, 8.0), shapes::icosphere(2)),
+            (shapes::cuboid([1.0; 3], 7), shapes::cuboid([1.0, 1.0, 1.2], 3)),
+        ];
+        for (a, b) in pairs {
+            let certified = certified_distance(&a, &b, &DistanceTolerance::default()).unwrap();
+            let sampled =
+                surface_distance(&Surface::new(&a, 30_000, 0), &Surface::new(&b, 30_000, 0)).unwrap().both.max;
+            assert!(sampled <= certified.upper && certified.upper <= 1.01 * certified.lower, "{certified:?} {sampled}");
+            assert!(certified.lower < 1.1 * sampled);
+        }
+    }
+
+    #[test]
+    fn a_known_distance_is_found_between_the_corners() {
+        // A square without a centre vertex, and one with its centre pushed up.
+        let flat = TriMesh::new(
+            vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+            vec![[0, 1, 2], [0, 2, 3]],
+        );
+        let roof = TriMesh::new(
+            vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.5, 2.0]],
+            vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
+        );
+        let (flat, roof) = (flat.unwrap(), roof.unwrap());
+        for [a, b] in [[&flat, &roof], [&roof, &flat]] {
+            let certified = certified_distance(a, b, &DistanceTolerance::default()).unwrap();
+            assert!((1.99..2.0001).contains(&certified.lower) && certified.upper < 2.05, "{certified:?}");
+        }
+    }
+
+    #[test]
+    fn equal_meshes_are_at_no_distance() {
+        let mesh = shapes::cuboid([1.0; 3], 6);
+        let certified = certified_distance(&mesh, &mesh, &DistanceTolerance::default()).unwrap();
+        assert!(certified.lower < 1e-9 && certified.upper < 1e-6, "{certified:?}");
+        assert!(certified_distance(&mesh, &TriMesh::default(), &DistanceTolerance::default()).is_none());
+    }
+
+    #[test]
+    fn a_search_that_costs_too_much_says_less_and_nothing_false() {
+        let (a, b) = (shapes::wavy_sphere(6, 8.0), shapes::icosphere(3));
+        let exact = certified_distance(&a, &b, &DistanceTolerance::default()).unwrap();
+        let tree = FaceTree::new(b.positions(), b.faces());
+        let bounded = |most| {
+            let target = TargetSurface::new(&b, &tree, most);
+            let mut bounds = DistanceBounds { lower: 0.0, upper: 0.0, tolerance: DistanceTolerance::default() };
+            let direction = DirectedSearch::new(&a, &target, &bounds);
+            bounds.raise_lower(direction.farthest_vertex());
+            direction.has_all_corners().then(|| direction.search(&mut bounds));
+            (direction.has_all_corners(), bounds.lower, bounds.upper)
+        };
+        let (is_known, lower, _) = bounded(10);
+        assert!(!is_known && lower > 0.0 && lower <= exact.upper);
+        assert!(farthest_apart(&a, &b) >= exact.lower);
+        // Enough for the vertices, but not for the faces.
+        let (is_known, lower, upper) = bounded(2_000_000);
+        assert!(is_known && lower <= exact.upper && upper >= exact.lower, "{lower} {upper} {exact:?}");
+        let largest = largest_distance_from_faces([&a, &b], &[0, 1, 2], &tree, [0.0, 0.01], 1);
+        assert!(largest <= exact.upper);
+    }
+
+    #[test]
+    fn a_limit_ends_the_search_early() {
+        let (a, b) = (shapes::wavy_sphere(5, 8.0), shapes::icosphere(2));
+        let exact = certified_distance(&a, &b, &DistanceTolerance::default()).unwrap();
+        let within = DistanceTolerance {
+            enough: 2.0 * exact.upper,
+            too_much: 2.0 * exact.upper,
+            ..DistanceTolerance::default()
+        };
+        assert!(certified_distance(&a, &b, &within).unwrap().upper <= 2.0 * exact.upper + 1e-6);
+        let beyond = DistanceTolerance {
+            enough: 0.5 * exact.lower,
+            too_much: 0.5 * exact.lower,
+            ..DistanceTolerance::default()
+        };
+        assert_eq!(certified_distance(&a, &b, &beyond).unwrap().upper, f64::INFINITY);
+        // A few vertices end the search, but not those without faces.
+        let looks = |tolerance: &DistanceTolerance| certified_distance_with_budget(&a, &b, tolerance, u64::MAX).1;
+        assert!(looks(&beyond) < looks(&within) / 3, "{} {}", looks(&beyond), looks(&within));
+        let mut positions = b.positions().to_vec();
+        positions.insert(0, [9.0; 3]);
+        let faces = b.faces().iter().map(|face| face.map(|v| v + 1)).collect();
+        let with_stray = TriMesh::new(positions, faces).unwrap();
+        assert!(certified_distance(&a, &with_stray, &within).unwrap().upper <= 2.0 * exact.upper + 1e-6);
+    }
+}

@@ -1,0 +1,323 @@
+//! Compressed sparse rows.
+
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// The pattern of a sparse matrix in compressed rows, each with ascending, distinct columns.
+///
+/// Row `i` holds `columns[offsets[i]..offsets[i + 1]]`; values are kept separately, one per entry.
+///
+/// ```
+/// # use neural_mesh_mesh as neural_mesh;
+/// use neural_mesh::linalg::Csr;
+/// let path = Csr::from_edges(3, [[0, 1], [2, 1]]);
+/// assert_eq!(path.row(1), [0, 2]);
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Csr {
+    offsets: Vec<u32>,
+    columns: Vec<u32>,
+    n_cols: usize,
+}
+
+const BLOCK: usize = 1024;
+
+/// Reasons why offsets and columns make no [`Csr`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InvalidCsr {
+    /// Offsets do not rise from 0 to the number of entries.
+    BadOffsets,
+    /// Columns of the row are out of range or not ascending.
+    BadRow {
+        /// The row's index.
+        row: usize,
+    },
+}
+
+impl std::fmt::Display for InvalidCsr {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::BadOffsets => write!(f, "offsets must begin at 0, never fall, and end at the number of entries"),
+            Self::BadRow { row } => write!(f, "row {row} must name existing columns, ascending and each once"),
+        }
+    }
+}
+
+impl std::error::Error for InvalidCsr {}
+
+impl Csr {
+    /// Builds rows from offsets (n_rows + 1) and columns (n_entries).
+    ///
+    /// # Errors
+    /// [`InvalidCsr`] names the first bad row.
+    pub fn new(offsets: Vec<u32>, columns: Vec<u32>, n_cols: usize) -> Result<Self, InvalidCsr> {
+        let ends_match = offsets.first() == Some(&0) && offsets.last().map(|&end| end as usize) == Some(columns.len());
+        if !ends_match || !offsets.is_sorted() {
+            return Err(InvalidCsr::BadOffsets);
+        }
+        let csr = Self { offsets, columns, n_cols };
+        let is_bad = |row: &[u32]| row.last().is_some_and(|&c| c as usize >= n_cols) || !row.is_sorted_by(|a, b| a < b);
+        match (0..csr.n_rows()).find(|&row| is_bad(csr.row(row))) {
+            Some(row) => Err(InvalidCsr::BadRow { row }),
+            None => Ok(csr),
+        }
+    }
+
+    /// Builds the symmetric graph over `n` nodes with these edges; drops loops and repeats.
+    pub fn from_edges(n: usize, edges: impl IntoIterator<Item = [u32; 2], IntoIter: Clone>) -> Self {
+        let edges = edges.into_iter().filter(|[a, b]| a != b);
+        Self::from_entries(n, n, edges.flat_map(|[a, b]| [[a, b], [b, a]]))
+    }
+
+    /// Builds rows from (row, column) entries; drops repeats.
+    pub fn from_entries(n_rows: usize, n_cols: usize, entries: impl Iterator<Item = [u32; 2]> + Clone) -> Self {
+        let mut offsets = vec![0u32; n_rows + 1];
+        for [row, col] in entries.clone() {
+            assert!((col as usize) < n_cols, "column {col} of {n_cols}");
+            offsets[row as usize + 1] += 1;
+        }
+        for row in 0..n_rows {
+            offsets[row + 1] = offsets[row].checked_add(offsets[row + 1]).expect("at most 2^32 - 1 entries");
+        }
+        let mut columns = vec![0u32; offsets[n_rows] as usize];
+        let mut next = offsets.clone();
+        for [row, col] in entries {
+            let slot = &mut next[row as usize];
+            columns[*slot as usize] = col;
+            *slot += 1;
+        }
+        sort_rows(&mut offsets, &mut columns);
+        Self { offsets, columns, n_cols }
+    }
+
+    /// Builds rows in parallel; `add_columns(row, columns)` appends the columns of a row in any order.
+    ///
+    /// # Panics
+    /// If a column is out of range, or there are too many entries for `u32`.
+    ///
+    /// ```
+    /// # use neural_mesh_mesh as neural_mesh;
+    /// use neural_mesh::linalg::Csr;
+    /// let band = Csr::from_rows(3, 3, |row, columns| columns.extend([(row as u32 + 1) % 3, row as u32]));
+    /// assert_eq!((band.row(0), band.row(2)), ([0, 1].as_slice(), [0, 2].as_slice()));
+    /// ```
+    pub fn from_rows(n_rows: usize, n_cols: usize, add_columns: impl Fn(usize, &mut Vec<u32>) + Sync) -> Self {
+        let block = |begin: usize| {
+            let (mut ends, mut columns, mut row) = (Vec::with_capacity(BLOCK), Vec::new(), Vec::new());
+            for at in begin..(begin + BLOCK).min(n_rows) {
+                row.clear();
+                add_columns(at, &mut row);
+                row.sort_unstable();
+                row.dedup();
+                assert!(row.last().is_none_or(|&col| (col as usize) < n_cols), "columns of {n_cols}");
+                columns.extend_from_slice(&row);
+                ends.push(columns.len());
+            }
+            (ends, columns)
+        };
+        let blocks: Vec<_> = (0..n_rows.div_ceil(BLOCK)).into_par_iter().map(|at| block(at * BLOCK)).collect();
+        let size = blocks.iter().map(|(_, columns)| columns.len()).sum();
+        assert!(size <= u32::MAX as usize, "at most 2^32 - 1 entries");
+        let (mut offsets, mut columns) = (Vec::with_capacity(n_rows + 1), Vec::with_capacity(size));
+        offsets.push(0);
+        for (ends, of_block) in blocks {
+            offsets.extend(ends.iter().map(|end| (columns.len() + end) as u32));
+            columns.extend_from_slice(&of_block);
+        }
+        Self { offsets, columns, n_cols }
+    }
+
+    /// Builds the symmetric graph over `n` nodes with the `neighbours` of each, in any order.
+    ///
+    /// ```
+    /// # use neural_mesh_mesh as neural_mesh;
+    /// use neural_mesh::linalg::Csr;
+    /// let rows: [&[u32]; 3] = [&[2, 1], &[0], &[0]];
+    /// assert_eq!(Csr::from_neighbours(3, |i| rows[i]), Csr::from_edges(3, [[0, 1], [0, 2]]));
+    /// ```
+    pub fn from_neighbours<'a>(n: usize, neighbours: impl Fn(usize) -> &'a [u32]) -> Self {
+        let mut offsets = Vec::with_capacity(n + 1);
+        let mut size = 0usize;
+        offsets.push(0);
+        offsets.extend((0..n).map(|i| {
+            size += neighbours(i).len();
+            size as u32
+        }));
+        assert!(size <= u32::MAX as usize, "at most 2^32 - 1 entries");
+        let mut columns = vec![0u32; size];
+        let mut next = offsets.clone();
+        for i in 0..n {
+            for &j in neighbours(i) {
+                let slot = &mut next[j as usize];
+                columns[*slot as usize] = i as u32;
+                *slot += 1;
+            }
+        }
+        assert!(next[..n] == offsets[1..], "the graph must be symmetric");
+        Self { offsets, columns, n_cols: n }
+    }
+
+    /// Builds rows of `k` columns each, in any order but distinct within a row.
+    ///
+    /// ```
+    /// # use neural_mesh_mesh as neural_mesh;
+    /// use neural_mesh::linalg::Csr;
+    /// let nearest = Csr::from_equal_rows(2, 3, 2, vec![2, 0, 1, 2]);
+    /// assert_eq!((nearest.row(0), nearest.row(1)), ([0, 2].as_slice(), [1, 2].as_slice()));
+    /// ```
+    pub fn from_equal_rows(n_rows: usize, n_cols: usize, k: usize, mut columns: Vec<u32>) -> Self {
+        assert_eq!(columns.len(), n_rows * k, "k columns for each row");
+        assert!(columns.len() <= u32::MAX as usize, "at most 2^32 - 1 entries");
+        columns.par_chunks_mut(k.max(1)).for_each(|row| {
+            row.sort_unstable();
+            assert!(row.last().is_none_or(|&col| (col as usize) < n_cols), "columns of {n_cols}");
+            debug_assert!(row.is_sorted_by(|a, b| a < b), "each column once in a row");
+        });
+        Self { offsets: (0..=n_rows).map(|row| (row * k) as u32).collect(), columns, n_cols }
+    }
+
+    /// Returns the square graph with a loop at every node.
+    ///
+    /// ```
+    /// # use neural_mesh_mesh as neural_mesh;
+    /// use neural_mesh::linalg::Csr;
+    /// let edge = Csr::from_edges(2, [[0, 1]]).with_loops();
+    /// assert_eq!((edge.row(0), edge.row(1)), ([0, 1].as_slice(), [0, 1].as_slice()));
+    /// ```
+    pub fn with_loops(&self) -> Self {
+        Self::from_rows(self.n_rows(), self.n_cols, |row, columns| {
+            columns.extend_from_slice(self.row(row));
+            columns.push(row as u32);
+        })
+    }
+
+    /// Returns the number of rows.
+    pub fn n_rows(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Returns the number of columns.
+    pub fn n_cols(&self) -> usize {
+        self.n_cols
+    }
+
+    /// Returns the number of entries.
+    pub fn n_entries(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Returns the columns of a row, ascending.
+    #[inline]
+    pub fn row(&self, row: usize) -> &[u32] {
+        &self.columns[self.range(row)]
+    }
+
+    /// Returns the range of a row's entries.
+    #[inline]
+    pub fn range(&self, row: usize) -> Range<usize> {
+        self.offsets[row] as usize..self.offsets[row + 1] as usize
+    }
+
+    /// Returns the range of several rows' entries.
+    #[inline]
+    pub fn rows_range(&self, rows: Range<usize>) -> Range<usize> {
+        self.offsets[rows.start] as usize..self.offsets[rows.end] as usize
+    }
+
+    /// Returns the index of entry (`row`, `col`), `None` if absent.
+    pub fn position(&self, row: usize, col: u32) -> Option<usize> {
+        Some(self.range(row).start + self.row(row).binary_search(&col).ok()?)
+    }
+
+    /// Returns all entries as (row, column), row by row.
+    pub fn entries(&self) -> impl Iterator<Item = [u32; 2]> + Clone {
+        (0..self.n_rows()).flat_map(|row| self.row(row).iter().map(move |&col| [row as u32, col]))
+    }
+
+    /// Returns the transposed rows, and each entry's index in this pattern.
+    pub fn transpose(&self) -> (Self, Vec<u32>) {
+        let mut offsets = vec![0u32; self.n_cols + 1];
+        self.columns.iter().for_each(|&col| offsets[col as usize + 1] += 1);
+        (0..self.n_cols).for_each(|col| offsets[col + 1] += offsets[col]);
+        let mut next = offsets.clone();
+        let (mut columns, mut origin) = (vec![0u32; self.n_entries()], vec![0u32; self.n_entries()]);
+        // Rows in order keep the transposed rows ascending.
+        for row in 0..self.n_rows() {
+            for position in self.range(row) {
+                let slot = &mut next[self.columns[position] as usize];
+                columns[*slot as usize] = row as u32;
+                origin[*slot as usize] = position as u32;
+                *slot += 1;
+            }
+        }
+        (Self { offsets, columns, n_cols: self.n_rows() }, origin)
+    }
+
+    /// Returns whether every entry has its mirror image.
+    pub fn is_symmetric(&self) -> bool {
+        self.n_rows() == self.n_cols && self.transpose().0 == *self
+    }
+}
+
+fn sort_rows(offsets: &mut [u32], columns: &mut Vec<u32>) {
+    let mut rest = columns.as_mut_slice();
+    let mut blocks = Vec::new();
+    for begin in (0..offsets.len() - 1).step_by(BLOCK) {
+        let ends = &offsets[begin..=(begin + BLOCK).min(offsets.len() - 1)];
+        let (block, tail) = rest.split_at_mut((ends[ends.len() - 1] - ends[0]) as usize);
+        blocks.push((ends, block));
+        rest = tail;
+    }
+    blocks.into_par_iter().for_each(|(ends, block)| {
+        for row in ends.windows(2) {
+            block[(row[0] - ends[0]) as usize..(row[1] - ends[0]) as usize].sort_unstable();
+        }
+    });
+    let mut kept = 0;
+    let mut begin = 0;
+    for end_slot in &mut offsets[1..] {
+        let end = *end_slot as usize;
+        let row_start = kept;
+        for at in begin..end {
+            if kept == row_start || columns[kept - 1] != columns[at] {
+                columns[kept] = columns[at];
+                kept += 1;
+            }
+        }
+        *end_slot = kept as u32;
+        begin = end;
+    }
+    columns.truncate(kept);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_make_a_symmetric_graph_without_loops_and_repeats() {
+        let graph = Csr::from_edges(4, [[0, 1], [1, 0], [2, 2], [3, 1]]);
+        assert_eq!((0..4).map(|i| graph.row(i).to_vec()).collect::<Vec<_>>(), [vec![1], vec![0, 3], vec![], vec![1]]);
+        assert!(graph.is_symmetric());
+        assert_eq!(graph.position(1, 3), Some(2));
+        assert_eq!(graph.position(0, 3), None);
+    }
+
+    #[test]
+    fn transposing_remembers_where_entries_stood() {
+        let csr = Csr::from_entries(2, 3, [[0, 2], [1, 0], [1, 2]].into_iter());
+        let (transposed, origin) = csr.transpose();
+        assert_eq!(transposed.entries().collect::<Vec<_>>(), [[0, 1], [2, 0], [2, 1]]);
+        assert_eq!(origin, [1, 0, 2]);
+        assert!(!csr.is_symmetric());
+    }
+
+    #[test]
+    fn wrong_rows_are_refused() {
+        assert_eq!(Csr::new(vec![], vec![], 0), Err(InvalidCsr::BadOffsets));
+        assert_eq!(Csr::new(vec![0, 2, 1], vec![0], 1), Err(InvalidCsr::BadOffsets));
+        assert_eq!(Csr::new(vec![0, 1, 2], vec![0, 1], 1), Err(InvalidCsr::BadRow { row: 1 }));
+        assert_eq!(Csr::new(vec![0, 2], vec![1, 1], 2), Err(InvalidCsr::BadRow { row: 0 }));
+        assert!(Csr::new(vec![0, 2], vec![0, 1], 2).is_ok());
+    }
+}

@@ -1,0 +1,174 @@
+//! A DevConv over positions and normals and two layers after it.
+
+use super::isa::{ColumnKernel, Isa, RowKernel, multiply_add, relu};
+use super::product::multiply_rows;
+use super::two_layers::layers;
+use super::{Csr, Matrix};
+use std::ops::Range;
+
+/// Computes [`two_layers`](super::two_layers) of a DevConv, row by row.
+///
+/// The DevConv is [`neighbour_max_product_relu`](super::neighbour_max_product_relu) of `[a | b] theta`.
+///
+/// # Shapes
+/// - `a`, `b`: n x 3; `graph`: n x n
+/// - `[theta, phi]`: 6 x width and width x n_in
+/// - `first`, `second`: as for [`two_layers`](super::two_layers)
+/// - returns n x n_out
+///
+/// ```
+/// # use neural_mesh_mesh as neural_mesh;
+/// use neural_mesh::linalg::{Csr, Matrix, scored_dev_conv};
+/// let number = |x: f32| Matrix::new(1, 1, vec![x]);
+/// let [a, b] = [Matrix::new(2, 3, vec![7.0, 0.0, 0.0, 4.0, 0.0, 0.0]), Matrix::zeros(2, 3)];
+/// let theta = Matrix::from_fn(6, 1, |row, _| if row == 0 { 1.0 } else { 0.0 });
+/// let edge = Csr::from_edges(2, [[0, 1]]);
+/// let layers = [[&number(1.0), &number(0.5)], [&number(10.0), &number(0.0)]];
+/// assert_eq!(scored_dev_conv([&a, &b], &edge, [&theta, &number(2.0)], layers).data(), [65.0, 5.0]);
+/// ```
+pub fn scored_dev_conv(x: [&Matrix; 2], graph: &Csr, dev_conv: [&Matrix; 2], layers: [[&Matrix; 2]; 2]) -> Matrix {
+    let n = graph.n_rows();
+    let shapes = x.map(Matrix::shape);
+    assert_eq!([shapes[0], shapes[1], [n, graph.n_cols()]], [[n, 3], [n, 3], [n, n]], "one graph node per row");
+    let x = x.map(|x| x.data().as_chunks().0);
+    score_on(Isa::best(), &Stars { x, n, star: |i| (i, graph.row(i)) }, dev_conv, layers)
+}
+
+/// Nodes with their neighbours.
+#[derive(Clone, Copy, Debug)]
+pub struct Stars<'a, P, F> {
+    /// Positions and normals, or other triples, of the graph's nodes.
+    pub x: [&'a [P]; 2],
+    /// Number of stars.
+    pub n: usize,
+    /// Function that returns the node of a star and its neighbours.
+    pub star: F,
+}
+
+/// Computes [`scored_dev_conv`] for some nodes of a graph; returns n x n_out.
+pub fn scored_stars<'g, P, F>(stars: &Stars<P, F>, dev_conv: [&Matrix; 2], layers: [[&Matrix; 2]; 2]) -> Matrix
+where
+    P: Copy + Into<[f32; 3]> + Sync,
+    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
+{
+    score_on(Isa::best(), stars, dev_conv, layers)
+}
+
+fn score_on<'g, P, F>(
+    isa: Isa,
+    stars: &Stars<P, F>,
+    [theta, phi]: [&Matrix; 2],
+    [first, second]: [[&Matrix; 2]; 2],
+) -> Matrix
+where
+    P: Copy + Into<[f32; 3]> + Sync,
+    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
+{
+    assert_eq!([theta.n_rows(), phi.n_rows()], [6, theta.n_cols()], "sizes of theta and phi must match");
+    assert_eq!(first[0].shape(), [phi.n_cols(), second[0].n_rows()], "sizes of consecutive layers must match");
+    assert_eq!([first[1].n_cols(), second[1].n_cols()], [first[0].n_cols(), second[0].n_cols()], "one bias per column");
+    let kernel = ScoredDevConvKernel { largest: StarMaxKernel { stars, theta }, phi, first, second };
+    isa.compute_matrix(&kernel, stars.n, second[0].n_cols())
+}
+
+struct ScoredDevConvKernel<'a, P, F> {
+    largest: StarMaxKernel<'a, P, F>,
+    phi: &'a Matrix,
+    first: [&'a Matrix; 2],
+    second: [&'a Matrix; 2],
+}
+
+impl<'g, P, F> RowKernel for ScoredDevConvKernel<'_, P, F>
+where
+    P: Copy + Into<[f32; 3]> + Sync,
+    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
+{
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let [width, n_in] = self.phi.shape();
+        let (mut largest, mut features) = (vec![0.0; rows.len() * width], vec![0.0; rows.len() * n_in]);
+        self.largest.compute::<FMA>(rows, &mut largest);
+        multiply_rows::<FMA>(&largest, self.phi, &mut features);
+        features.iter_mut().for_each(|y| *y = relu(*y));
+        layers::<FMA>(&features, self.first, self.second, out);
+    }
+}
+
+struct StarMaxKernel<'a, P, F> {
+    stars: &'a Stars<'a, P, F>,
+    theta: &'a Matrix,
+}
+
+impl<'g, P, F> ColumnKernel for StarMaxKernel<'_, P, F>
+where
+    P: Copy + Into<[f32; 3]> + Sync,
+    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
+{
+    fn width(&self) -> usize {
+        self.theta.n_cols()
+    }
+
+    #[inline(always)]
+    fn columns<const COLS: usize, const FMA: bool>(&self, star: usize, col: usize, out: &mut [f32; COLS]) {
+        let (node, neighbours) = (self.stars.star)(star);
+        if neighbours.is_empty() {
+            return;
+        }
+        let theta: [[f32; COLS]; 6] = std::array::from_fn(|k| *self.theta.window(k, col));
+        let mut smallest = [f32::INFINITY; COLS];
+        for &j in neighbours {
+            let other = apply_theta::<COLS, FMA>(self.row(j as usize), &theta);
+            for c in 0..COLS {
+                smallest[c] = if other[c] < smallest[c] { other[c] } else { smallest[c] };
+            }
+        }
+        let own = apply_theta::<COLS, FMA>(self.row(node), &theta);
+        for c in 0..COLS {
+            out[c] = own[c] - smallest[c];
+        }
+    }
+}
+
+impl<P: Copy + Into<[f32; 3]>, F> StarMaxKernel<'_, P, F> {
+    #[inline(always)]
+    fn row(&self, node: usize) -> [f32; 6] {
+        let ([a, b, c], [d, e, f]) = (self.stars.x[0][node].into(), self.stars.x[1][node].into());
+        [a, b, c, d, e, f]
+    }
+}
+
+#[inline(always)]
+fn apply_theta<const COLS: usize, const FMA: bool>(row: [f32; 6], theta: &[[f32; COLS]; 6]) -> [f32; COLS] {
+    let mut sums = [0.0; COLS];
+    for (x, theta) in row.into_iter().zip(theta) {
+        for c in 0..COLS {
+            sums[c] = multiply_add::<FMA>(x, theta[c], sums[c]);
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_values::{assert_close, ragged_graph, random};
+    use super::super::{concat_product, neighbour_max_product_relu, two_layers};
+    use super::*;
+
+    #[test]
+    fn every_instruction_set_agrees_with_one_step_after_the_other() {
+        for isa in Isa::available() {
+            for [n, width, n_hidden] in [[0, 4, 4], [131, 16, 16], [90, 37, 5]] {
+                let (a, b, graph) = (random(n, 3, 1), random(n, 3, 2), ragged_graph(n));
+                let (theta, phi) = (random(6, width, 3), random(width, 20, 4));
+                let first = [&random(20, n_hidden, 5), &random(1, n_hidden, 6)];
+                let second = [&random(n_hidden, 1, 7), &random(1, 1, 8)];
+                let features = neighbour_max_product_relu(&concat_product(&a, &b, &theta), &graph, &phi);
+                let expected = two_layers(&features, first, second);
+                let x: [&[[f32; 3]]; 2] = [a.data().as_chunks().0, b.data().as_chunks().0];
+                let all = Stars { x, n, star: |i| (i, graph.row(i)) };
+                let result = score_on(isa, &all, [&theta, &phi], [first, second]);
+                assert_close(result.data(), expected.data(), 1e-5);
+            }
+        }
+    }
+}

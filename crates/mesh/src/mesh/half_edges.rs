@@ -1,0 +1,146 @@
+//! Half-edges, the sides of faces.
+//!
+//! The index of a half-edge is that of the corner where it starts: `3 * face + corner`.
+
+#[derive(Clone, Copy, Default)]
+#[doc(hidden)]
+pub struct HalfEdge {
+    /// Larger vertex of the edge.
+    pub end: u32,
+    pub half_edge: u32,
+}
+
+impl HalfEdge {
+    #[doc(hidden)]
+    pub fn face(self) -> u32 {
+        self.half_edge / 3
+    }
+
+    /// Returns whether the half-edge starts at the smaller vertex.
+    #[doc(hidden)]
+    pub fn runs_up(self, faces: &[[u32; 3]]) -> bool {
+        start(faces, self.half_edge) != self.end
+    }
+}
+
+#[doc(hidden)]
+pub const NO_TWIN: u32 = u32::MAX;
+
+#[doc(hidden)]
+pub fn start(faces: &[[u32; 3]], half_edge: u32) -> u32 {
+    faces.as_flattened()[half_edge as usize]
+}
+
+/// Returns the next half-edge of the face.
+#[doc(hidden)]
+pub fn next(half_edge: u32) -> u32 {
+    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
+}
+
+/// Calls `visit` with the ends of every edge, the smaller first, and its half-edges, ascending.
+#[doc(hidden)]
+pub fn for_each_edge(n_vertices: usize, faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge])) {
+    let (ends_of_buckets, mut half_edges) = buckets(n_vertices, faces);
+    let mut begin = 0;
+    for (low, end) in (0..).zip(ends_of_buckets) {
+        let bucket = &mut half_edges[begin..end as usize];
+        bucket.sort_unstable_by_key(|h| (h.end, h.half_edge));
+        bucket.chunk_by(|x, y| x.end == y.end).for_each(|edge| visit([low, edge[0].end], edge));
+        begin = end as usize;
+    }
+}
+
+/// Returns the twin of each half-edge; [`NO_TWIN`] unless the edge has two half-edges.
+#[doc(hidden)]
+pub fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
+    let mut twins = vec![NO_TWIN; 3 * faces.len()];
+    for_each_edge(n_vertices, faces, |_, edge| {
+        if let &[g, h] = edge {
+            twins[g.half_edge as usize] = h.half_edge;
+            twins[h.half_edge as usize] = g.half_edge;
+        }
+    });
+    twins
+}
+
+fn buckets(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
+    let mut ends = vec![0u32; n_vertices];
+    for [a, b] in sides(faces) {
+        ends[a.min(b) as usize] += 1;
+    }
+    let mut n_before = 0;
+    for end in &mut ends {
+        n_before += std::mem::replace(end, n_before);
+    }
+    // Each counter starts at the begin of its bucket and is advanced to its end.
+    let mut half_edges = vec![HalfEdge::default(); 3 * faces.len()];
+    for ([a, b], half_edge) in sides(faces).zip(0..) {
+        let slot = &mut ends[a.min(b) as usize];
+        half_edges[*slot as usize] = HalfEdge { end: a.max(b), half_edge };
+        *slot += 1;
+    }
+    (ends, half_edges)
+}
+
+fn sides(faces: &[[u32; 3]]) -> impl Iterator<Item = [u32; 2]> {
+    faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
+    use std::collections::BTreeMap;
+
+    fn soups() -> impl Iterator<Item = (u32, Vec<[u32; 3]>)> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+        (0..60).map(move |round| {
+            let n = 4 + round % 9;
+            let faces = (0..2 * round).map(|_| [0; 3].map(|_| rng.next_u32() % n));
+            (n, faces.filter(|&[a, b, c]| a != b && b != c && c != a).collect())
+        })
+    }
+
+    fn naive(faces: &[[u32; 3]]) -> BTreeMap<[u32; 2], Vec<u32>> {
+        let mut edges: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
+        for half_edge in 0..3 * faces.len() as u32 {
+            let [a, b] = [half_edge, next(half_edge)].map(|corner| start(faces, corner));
+            edges.entry([a.min(b), a.max(b)]).or_default().push(half_edge);
+        }
+        edges
+    }
+
+    #[test]
+    fn edges_agree_with_a_map_on_random_soups() {
+        for (n, faces) in soups() {
+            let mut found = Vec::new();
+            for_each_edge(n as usize, &faces, |ends, edge| {
+                assert!(edge.iter().all(|h| h.end == ends[1]));
+                let is_up = |h: &HalfEdge| start(&faces, h.half_edge) == ends[0];
+                assert!(edge.iter().all(|h| h.runs_up(&faces) == is_up(h)));
+                found.push((ends, edge.iter().map(|h| h.half_edge).collect::<Vec<_>>()));
+            });
+            assert_eq!(found, naive(&faces).into_iter().collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn twins_are_the_two_half_edges_of_an_edge() {
+        for (n, faces) in soups() {
+            let mut expected = vec![NO_TWIN; 3 * faces.len()];
+            for edge in naive(&faces).into_values() {
+                if let [g, h] = edge[..] {
+                    (expected[g as usize], expected[h as usize]) = (h, g);
+                }
+            }
+            assert_eq!(twins(n as usize, &faces), expected);
+        }
+    }
+
+    #[test]
+    fn without_faces_there_are_no_edges() {
+        for_each_edge(3, &[], |_, _| unreachable!("no face has an edge"));
+        assert!(twins(0, &[]).is_empty());
+    }
+}

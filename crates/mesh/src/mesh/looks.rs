@@ -1,0 +1,137 @@
+//! Appearance of materials.
+
+use std::sync::Arc;
+
+/// The behaviour of a texture outside 0..1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// The texture repeats.
+    #[default]
+    Repeat,
+    /// The border colours continue.
+    Clamp,
+    /// The texture repeats, every other time mirrored.
+    Mirror,
+}
+
+/// A texture with its coordinates.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BaseTexture {
+    /// Bytes of a PNG, JPEG, WebP or KTX2 file.
+    pub image: Arc<[u8]>,
+    /// Name of the channel of coordinates; empty means the first.
+    pub channel: String,
+    /// Behaviour along u and v.
+    pub wrap: [Wrap; 2],
+}
+
+impl BaseTexture {
+    /// Makes a repeating texture on the first texture coordinates.
+    pub fn new(image: Arc<[u8]>) -> Self {
+        Self { image, channel: String::new(), wrap: [Wrap::Repeat; 2] }
+    }
+}
+
+/// The appearance of a material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// Base colour in linear RGB, 0..=1; multiplies the texture.
+    pub colour: [f32; 3],
+    /// Base colour texture.
+    pub texture: Option<BaseTexture>,
+    /// True if vertex colours multiply the base colour.
+    pub uses_corner_colours: bool,
+    /// Other surface properties.
+    pub finish: Finish,
+}
+
+/// Surface properties of a material other than its base colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finish {
+    /// Emitted light in linear RGB, 0..=1; multiplies the texture.
+    pub emission: [f32; 3],
+    /// Texture of the emitted light, sRGB.
+    pub emission_texture: Option<BaseTexture>,
+    /// Roughness in 0..=1; multiplies the texture's green channel.
+    pub roughness: f32,
+    /// Texture of the roughness.
+    pub roughness_texture: Option<BaseTexture>,
+    /// Metalness in 0..=1; multiplies the texture's blue channel.
+    pub metal: f32,
+    /// Texture of the metalness.
+    pub metal_texture: Option<BaseTexture>,
+    /// Tangent-space normal map (MikkTSpace, green upwards).
+    pub normal_texture: Option<BaseTexture>,
+    /// Factor of the normal map's first two components.
+    pub normal_scale: f32,
+    /// True if the material is opaque.
+    pub is_opaque: bool,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self { colour: [1.0; 3], texture: None, uses_corner_colours: true, finish: Finish::default() }
+    }
+}
+
+impl Default for Finish {
+    fn default() -> Self {
+        Self {
+            emission: [0.0; 3],
+            emission_texture: None,
+            roughness: 1.0,
+            roughness_texture: None,
+            metal: 0.0,
+            metal_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            is_opaque: true,
+        }
+    }
+}
+
+/// The appearance of a mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Looks {
+    /// Appearance by group index; white beyond the last.
+    pub of_groups: Vec<Look>,
+    /// True if v points up, as in OBJ, not down, as in glTF.
+    pub v_is_up: bool,
+    /// True if vertex colours are linear, as in glTF, not sRGB, as in PLY and OBJ.
+    pub linear_colours: bool,
+}
+
+impl Looks {
+    /// Makes looks from one entry per group.
+    pub fn new(of_groups: Vec<Look>) -> Self {
+        Self { of_groups, ..Self::default() }
+    }
+
+    /// Returns whether every group is white and without texture.
+    pub fn is_plain(&self) -> bool {
+        self.of_groups.iter().all(|look| look.texture.is_none() && look.colour == [1.0; 3])
+    }
+}
+
+/// Converts a linear colour component to sRGB, both in 0..=1.
+///
+/// ```
+/// # use neural_mesh_mesh as neural_mesh;
+/// use neural_mesh::mesh::{linear_light, srgb};
+/// assert!((srgb(linear_light(0.3)) - 0.3).abs() < 1e-6);
+/// ```
+pub fn srgb(light: f32) -> f32 {
+    if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// Converts an sRGB colour component to linear light, both in 0..=1.
+///
+/// ```
+/// # use neural_mesh_mesh as neural_mesh;
+/// use neural_mesh::mesh::linear_light;
+/// assert_eq!((linear_light(0.0), linear_light(1.0)), (0.0, 1.0));
+/// assert!((linear_light(0.5) - 0.214).abs() < 1e-3);
+/// ```
+pub fn linear_light(srgb: f32) -> f32 {
+    if srgb <= 0.040_45 { srgb / 12.92 } else { ((srgb + 0.055) / 1.055).powf(2.4) }
+}

@@ -1,0 +1,233 @@
+//! Pictures of meshes, drawn without a GPU: one view for all meshes, with visible edges.
+//!
+//! Light follows stored normals, else face normals. Of materials, base colours and textures are drawn.
+
+mod camera;
+mod caption;
+mod corner_normals;
+mod halving;
+mod image_file;
+#[cfg(feature = "ktx2")]
+mod ktx2;
+#[cfg(not(feature = "ktx2"))]
+#[path = "no_ktx2.rs"]
+mod ktx2;
+mod mark;
+mod occlusion;
+mod pixels;
+mod png_file;
+mod raster;
+mod scaled_mesh;
+mod shade;
+mod shaded_mesh;
+mod surface_materials;
+mod texture;
+mod value_paint;
+mod views;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::mesh::TriMesh;
+use shade::Shading;
+
+pub use corner_normals::CornerNormals;
+pub use image_file::{ImageFormat, decode_image, decode_numbers, encode_webp, image_problem, image_size};
+pub use png_file::{encode_png, encode_png_opaque};
+pub use shaded_mesh::ShadedMesh;
+pub use surface_materials::{DecodedMaterials, PaintedCorner, SurfaceMaterials};
+pub use texture::shrink;
+pub use value_paint::Scale;
+pub use views::{MeshView, view, view_shaded};
+
+/// Samples per pixel along each axis; odd, so that one is in the middle.
+const SAMPLES: usize = 3;
+
+/// Image, row by row from the top left.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// Red, green, blue and opacity, height x width x 4, sRGB.
+    pub rgba: Vec<u8>,
+}
+
+impl Image {
+    /// Returns red, green and blue of each pixel, without opacity, height x width.
+    ///
+    /// ```
+    /// # use neural_mesh_picture as neural_mesh;
+    /// let image = neural_mesh::picture::Image { width: 1, height: 1, rgba: vec![1, 2, 3, 255] };
+    /// assert_eq!(image.colours(), [[1, 2, 3]]);
+    /// ```
+    pub fn colours(&self) -> Vec<[u8; 3]> {
+        self.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
+    }
+}
+
+/// Options for the layout of a picture.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PictureOptions {
+    /// Height of a panel in pixels, 64 to 4096; the width follows from the mesh.
+    pub height: usize,
+    /// Caption of each mesh, in ASCII.
+    pub captions: Vec<String>,
+    /// True if edges are drawn.
+    pub edges: bool,
+    /// Azimuth and elevation of the eye in degrees, from +z toward the right and up; chosen by the first mesh if
+    /// `None`.
+    pub view: Option<[f32; 2]>,
+    /// Points in the meshes' unit that get a ring in each panel, even if hidden.
+    pub marks: Vec<[f64; 3]>,
+}
+
+impl Default for PictureOptions {
+    fn default() -> Self {
+        Self { height: 720, captions: Vec::new(), edges: true, view: None, marks: Vec::new() }
+    }
+}
+
+/// Draws meshes next to each other, seen from one viewpoint at one scale.
+///
+/// Up is +y; a flat mesh is seen from above. Back sides are tinted red, so that holes and inverted faces show.
+///
+/// ```
+/// # use neural_mesh_picture as neural_mesh;
+/// use neural_mesh::{mesh::TriMesh, picture};
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+/// let mut options = picture::PictureOptions::default();
+/// options.height = 120;
+/// let image = picture::render(&[&mesh, &mesh], &options);
+/// assert_eq!(image.rgba.len(), image.height * image.width * 4);
+/// assert!(picture::encode_png(&image).starts_with(b"\x89PNG"));
+/// ```
+pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
+    draw(meshes, options, |shape, camera| panel(shape, camera, options.edges, Shading::default()))
+}
+
+/// Draws meshes as [`render`] does, with their colours, textures and stored normals.
+///
+/// ```
+/// # use neural_mesh_picture as neural_mesh;
+/// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture};
+/// let ball = shapes::icosphere(2);
+/// let mut red = Look::default();
+/// red.colour = [0.8, 0.1, 0.1];
+/// let materials = picture::DecodedMaterials::new(Attributes::NONE, &Looks::new(vec![red])).0.unwrap();
+/// let mut options = picture::PictureOptions::default();
+/// options.height = 120;
+/// let plain = picture::ShadedMesh::bare(&ball);
+/// let painted = picture::ShadedMesh { materials: Some(&materials), ..plain };
+/// let image = picture::render_shaded(&[painted, plain], &options);
+/// assert_eq!(image.height, 120);
+/// ```
+pub fn render_shaded(meshes: &[ShadedMesh], options: &PictureOptions) -> Image {
+    let surfaces: Vec<&TriMesh> = meshes.iter().map(|shaded| shaded.mesh).collect();
+    draw(&surfaces, options, |shape, camera| {
+        let points = camera.project(&shape.points);
+        let mesh = &meshes[shape.number];
+        mesh.with_shading(shape, &points, camera, |shading| panel(shape, camera, options.edges, shading))
+    })
+}
+
+/// Draws meshes as [`render`] does, coloured by values at their vertices, with contour lines.
+///
+/// Red is 0; blue is the end of the scale and beyond. Values that are missing or not finite are grey.
+///
+/// ```
+/// # use neural_mesh_picture as neural_mesh;
+/// use neural_mesh::{mesh::shapes, picture};
+/// let ball = shapes::icosphere(3);
+/// let heights: Vec<f64> = ball.positions().iter().map(|p| f64::from(p[1]) + 1.0).collect();
+/// let mut options = picture::PictureOptions::default();
+/// (options.height, options.edges) = (120, false);
+/// let scale = picture::Scale { end: 2.0, lines: 10 };
+/// let image = picture::render_painted(&[(&ball, &heights)], &scale, &options);
+/// assert_eq!(image.height, 120);
+/// ```
+pub fn render_painted(meshes: &[(&TriMesh, &[f64])], scale: &Scale, options: &PictureOptions) -> Image {
+    let (surfaces, values): (Vec<&TriMesh>, Vec<&[f64]>) = meshes.iter().copied().unzip();
+    // A mesh without values is drawn grey, not left out.
+    let nothing: Vec<f64> = vec![f64::NAN; surfaces.iter().map(|mesh| mesh.positions().len()).max().unwrap_or(0)];
+    let values = surfaces.iter().zip(values).map(|(mesh, values)| {
+        let n = mesh.positions().len();
+        if values.len() == n { values } else { &nothing[..n] }
+    });
+    let values: Vec<&[f64]> = values.collect();
+    draw(&surfaces, options, |shape, camera| {
+        let points = camera.project(&shape.points);
+        let paint = value_paint::ValuePaint {
+            points: &points,
+            faces: shape.faces,
+            values: values[shape.number],
+            scale: *scale,
+        };
+        let colours = |face, at| paint.colour(face, at);
+        panel(shape, camera, options.edges, Shading { colours: Some(&colours), normals: None })
+    })
+}
+
+fn draw(
+    meshes: &[&TriMesh],
+    options: &PictureOptions,
+    panel: impl Fn(&scaled_mesh::ScaledMesh, &camera::Camera) -> Image + Sync,
+) -> Image {
+    let height = options.height.clamp(64, 4096);
+    let world = scaled_mesh::PictureFrame::from_meshes(meshes);
+    let shapes = world.shapes(meshes);
+    let camera = match options.view {
+        Some(direction) => camera::Camera::fit_all(direction, &shapes, height),
+        None => camera::Camera::with_best_view(&shapes, height),
+    };
+    // Marks are drawn last, on top of surfaces that hide their points.
+    let marks: Vec<Vec3> = options.marks.iter().map(|&mark| camera.pixel(world.place(mark.into()))).collect();
+    let mut panels: Vec<Image> = shapes.par_iter().map(|shape| panel(shape, &camera)).collect();
+    for panel in &mut panels {
+        marks.iter().for_each(|&mark| mark::ring(panel, mark));
+    }
+    let mut image = side_by_side(&panels, &camera, caption::height(&options.captions));
+    for (column, text) in options.captions.iter().take(panels.len()).enumerate() {
+        let middle = column * camera.width + camera.width / 2;
+        caption::write(&mut image, text, middle, camera.height);
+    }
+    image
+}
+
+/// Returns the unit direction from a mesh to the eye of [`render`].
+///
+/// ```
+/// # use neural_mesh_picture as neural_mesh;
+/// use neural_mesh::{mesh::shapes, picture::toward_eye};
+/// let length2: f32 = toward_eye(&shapes::icosphere(1)).iter().map(|x| x * x).sum();
+/// assert!((length2 - 1.0).abs() < 1e-6);
+/// ```
+pub fn toward_eye(mesh: &TriMesh) -> [f32; 3] {
+    let shapes = scaled_mesh::scale_meshes(&[mesh]);
+    shapes.first().map_or([0.0, 0.0, 1.0], |shape| camera::toward_eye(shape).to_array())
+}
+
+fn panel(shape: &scaled_mesh::ScaledMesh, camera: &camera::Camera, edges: bool, shading: Shading) -> Image {
+    let points = camera.project(&shape.points);
+    let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
+    let faces = shade::faces(shape, camera, edges, shading.colours.is_some());
+    let open = occlusion::openness(&buffer, &faces, camera);
+    shade::resolve(&buffer, &faces, &open, camera, shading)
+}
+
+fn side_by_side(panels: &[Image], camera: &camera::Camera, strip: usize) -> Image {
+    let (width, height) = (camera.width * panels.len(), camera.height + strip);
+    let mut rgba = Vec::with_capacity(width * height * 4);
+    for row in 0..height {
+        for panel in panels {
+            let line = row * camera.width * 4..(row + 1) * camera.width * 4;
+            match panel.rgba.get(line) {
+                Some(pixels) => rgba.extend_from_slice(pixels),
+                None => rgba.extend(shade::background(1.0).repeat(camera.width)),
+            }
+        }
+    }
+    Image { width, height, rgba }
+}

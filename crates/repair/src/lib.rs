@@ -1,0 +1,10 @@
+//! Holes filled, broken meshes made solid.
+//!
+//! Use it through `neural-mesh`, which has its modules under their names.
+
+#[cfg(test)]
+use neural_mesh_measure::metrics;
+#[doc(hidden)]
+pub use neural_mesh_mesh::{geometry, linalg, mesh, spatial};
+
+pub mod repair;

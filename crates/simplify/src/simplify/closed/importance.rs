@@ -1,0 +1,194 @@
+//! Vertex importance, a factor on quadrics: from a formula, the Point Sampler (Sec. 3.1) or the caller.
+
+use std::sync::Arc;
+
+use super::prepare::surface::PreparedSurface;
+use super::request::Importance;
+use crate::linalg::{Csr, Stars};
+use crate::mesh::pulse::Pulse;
+use crate::model::{Weights, star_scores, surface_scores};
+
+// Largest difference of a score from the mean: importance stays within 33 times the mean. Scores of the shipped weights
+// stay within 2.
+const MOST_SCORE: f32 = 3.5;
+// Vertices sampled for the mean edge length: 12,000 edges estimate it within 1 %.
+const MEASURED_VERTICES: usize = 2048;
+/// Bending added to each vertex's: the bending of normals within two degrees.
+const LEAST_BENDING: f32 = 1e-3;
+const CHUNK: usize = 1 << 14;
+
+/// Multiplies a surface's quadrics by importance; `strength` scales the scores, `visibility` holds a factor per mesh
+/// vertex, or none.
+pub fn weigh(surface: &mut PreparedSurface, importance: Importance, strength: f32, visibility: &[f32]) {
+    let mut factors = match importance {
+        // Equal factors leave the quadrics as they are.
+        Importance::Even if visibility.is_empty() => return,
+        Importance::Even => vec![1.0; surface.n_vertices()],
+        Importance::Bending => importance_with_pulse(
+            surface.pulse,
+            &scale_scores(bending_scores(surface), strength),
+            &vertex_weights(surface),
+        ),
+        Importance::Network(weights) => {
+            let scores = score_stars(surface, weights).unwrap_or_else(|| score_with_graph(surface, weights));
+            importance_with_pulse(surface.pulse, &scale_scores(scores, strength), &vertex_weights(surface))
+        }
+        Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
+    };
+    surface.pulse.beat(0);
+    if !visibility.is_empty() {
+        factors.iter_mut().zip(surface.sources()).for_each(|(factor, v)| *factor *= visibility[v as usize]);
+    }
+    surface.weigh(factors);
+}
+
+/// Scores each vertex by half the logarithm of `1 - n'Qn / tr Q`, for normal n and plane quadric Q.
+// Sixteen meshes: a power of 0.3 of the bending raises the mean distance by 1 %, lowers the largest by 9 % and normal
+// errors by 8 %.
+fn bending_scores(surface: &PreparedSurface) -> Vec<f32> {
+    let score = |v: usize| {
+        // The quadratic form along the normal, over its trace.
+        let ([xx, xy, xz, yy, yz, zz], n) = (surface.quadrics[v], surface.normals[v]);
+        let along = n.x * (xx * n.x + 2.0 * (xy * n.y + xz * n.z)) + n.y * (yy * n.y + 2.0 * yz * n.z) + zz * n.z * n.z;
+        let all = xx + yy + zz;
+        0.5 * ((1.0 - along / all).max(0.0) + LEAST_BENDING).ln()
+    };
+    surface.pulse.counting_if(false).map_numbers(surface.n_vertices(), score)
+}
+
+fn scale_scores(mut scores: Vec<f32>, strength: f32) -> Vec<f32> {
+    scores.iter_mut().for_each(|score| *score *= strength);
+    scores
+}
+
+/// Scores each vertex from its one-ring alone; `None` if the network needs more.
+fn score_stars(surface: &PreparedSurface, weights: &Weights) -> Option<Vec<f32>> {
+    let edge_length = mean_edge_length(surface);
+    let n_vertices = surface.n_vertices();
+    let mut scores = Vec::with_capacity(n_vertices);
+    // A network that sees only one-rings needs no graph in memory.
+    for numbers in surface.pulse.ranges_of_size(CHUNK, 0..n_vertices) {
+        let star = |i: usize| (numbers.start + i, surface.neighbors((numbers.start + i) as u32));
+        let stars = Stars { x: [&surface.positions, &surface.normals], n: numbers.len(), star };
+        scores.extend(star_scores(weights, &stars, edge_length)?);
+    }
+    Some(scores)
+}
+
+fn mean_edge_length(surface: &PreparedSurface) -> f32 {
+    let (mut sum, mut n_edges) = (0.0, 0u32);
+    // A sample suffices: the mean only scales the network's input.
+    for v in (0..surface.n_vertices()).step_by(surface.n_vertices() / MEASURED_VERTICES + 1) {
+        for &w in surface.neighbors(v as u32) {
+            sum += f64::from(surface.positions[v].distance(surface.positions[w as usize]));
+            n_edges += 1;
+        }
+    }
+    if sum > 0.0 { (sum / f64::from(n_edges)) as f32 } else { 1.0 }
+}
+
+fn score_with_graph(surface: &PreparedSurface, weights: &Weights) -> Vec<f32> {
+    let rings = Arc::new(surface_graph(surface));
+    surface_scores(weights, &surface.positions, &surface.normals, &rings)
+}
+
+fn surface_graph(surface: &PreparedSurface) -> Csr {
+    Csr::from_neighbours(surface.n_vertices(), |v| surface.neighbors(v as u32))
+}
+
+/// Converts scores to importance: the exponential of score minus mean score, the mean weighted by area.
+///
+/// Scores that are not finite count as 0.
+///
+/// # Shapes
+/// - `scores` and `areas` (0 or more): n
+/// - returns n positive factors
+///
+/// ```
+/// # use neural_mesh_simplify as neural_mesh;
+/// use neural_mesh::simplify::importance_of_scores;
+/// let factors = importance_of_scores(&[1.0, 3.0], &[1.0, 1.0]);
+/// assert!((factors[1] / factors[0] - 2.0_f32.exp()).abs() < 1e-5);
+/// ```
+pub fn importance_of_scores(scores: &[f32], areas: &[f64]) -> Vec<f32> {
+    importance_with_pulse(Pulse::NONE, scores, areas)
+}
+
+fn importance_with_pulse(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
+    let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let finite = |s: f32| if s.is_finite() { s } else { 0.0 };
+    // The mean by area, so that dense regions do not shift it.
+    let mean = scores.iter().zip(areas).map(|(&s, area)| area * f64::from(finite(s))).sum::<f64>() / total;
+    pulse.counting_if(false).map(scores, |&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp())
+}
+
+fn vertex_weights(surface: &PreparedSurface) -> Vec<f64> {
+    (0..surface.n_vertices()).map(|v| surface.weight(v)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::simplify::{edge_graph, network_scores};
+
+    #[test]
+    fn scores_are_those_of_the_mesh() {
+        let mesh = shapes::wavy_sphere(3, 5.0);
+        let surface = PreparedSurface::new(&mesh, Pulse::NONE);
+        assert_eq!(surface_graph(&surface), edge_graph(&mesh));
+        let weights = Weights::random(1);
+        for (own, of_mesh) in score_with_graph(&surface, &weights).iter().zip(network_scores(&mesh, &weights)) {
+            assert!((own - of_mesh).abs() < 1e-3, "{own} {of_mesh}");
+        }
+    }
+
+    #[test]
+    fn scores_of_stars_are_those_of_the_mesh() {
+        for mesh in [shapes::wavy_sphere(3, 5.0), shapes::grid(9, 7)] {
+            let surface = PreparedSurface::new(&mesh, Pulse::NONE);
+            let weights = Weights::shipped_default();
+            let own = score_stars(&surface, weights).unwrap();
+            for (score, of_mesh) in own.iter().zip(network_scores(&mesh, weights)) {
+                assert!((score - of_mesh).abs() < 1e-2, "{score} {of_mesh}");
+            }
+            assert_eq!(score_stars(&surface, &Weights::random(1)), None);
+        }
+    }
+
+    #[test]
+    fn bent_regions_have_more_importance() {
+        let mesh = shapes::cuboid([1.0; 3], 8);
+        let mut surface = PreparedSurface::new(&mesh, Pulse::NONE);
+        weigh(&mut surface, Importance::Bending, 0.7, &[]);
+        let n_at_sides = |p: &[f32; 3]| p.iter().filter(|x| [0.0, 1.0].contains(*x)).count();
+        let at = |n: usize| mesh.positions().iter().position(|p| n_at_sides(p) == n).unwrap();
+        let [plane, edge, corner] = [1, 2, 3].map(|n| surface.importance[at(n)]);
+        assert!(edge > 3.0 * plane && corner > edge, "{plane} {edge} {corner}");
+        let sheet = shapes::grid(5, 5);
+        let mut flat = PreparedSurface::new(&sheet, Pulse::NONE);
+        weigh(&mut flat, Importance::Bending, 0.7, &[]);
+        assert!(flat.importance.iter().all(|factor| factor.is_finite() && *factor > 0.0));
+    }
+
+    #[test]
+    fn importance_multiplies_quadrics() {
+        let mesh = shapes::grid(5, 5);
+        let (plain, mut heavy) = (PreparedSurface::new(&mesh, Pulse::NONE), PreparedSurface::new(&mesh, Pulse::NONE));
+        weigh(&mut heavy, Importance::Given(&[2.0; 36]), 0.7, &[]);
+        assert!((0..36).all(|v| heavy.weight(v) == 2.0 * plain.weight(v)));
+        let (mut half, visibility) = (PreparedSurface::new(&mesh, Pulse::NONE), [[1.0; 18], [0.25; 18]].concat());
+        weigh(&mut half, Importance::Even, 0.7, &visibility);
+        assert!((0..36).all(|v| half.importance[v] == visibility[v]));
+        let even = importance_of_scores(&[7.0; 36], &vertex_weights(&plain));
+        assert!(even.iter().all(|factor| (factor - 1.0).abs() < 1e-5));
+        let spread: Vec<f32> = (0..36).map(|v| if v == 0 { 100.0 } else { 0.0 }).collect();
+        assert!(importance_of_scores(&spread, &vertex_weights(&plain))[0] <= MOST_SCORE.exp());
+        let wild: Vec<f32> = (0..36).map(|v| [1.0, f32::NAN, f32::INFINITY][v % 3]).collect();
+        assert!(
+            importance_of_scores(&wild, &vertex_weights(&plain))
+                .iter()
+                .all(|factor| factor.is_finite() && *factor > 0.0)
+        );
+    }
+}

@@ -1,0 +1,135 @@
+//! Mesh simplification: takes a mesh and a target size, returns a smaller mesh and a report (Secs. 3 and 4).
+
+mod assemblies;
+mod bending;
+mod block_mesh;
+mod cards;
+mod closed;
+mod components;
+mod driver;
+mod groups;
+mod hidden;
+mod input;
+mod levels;
+mod limits;
+mod map;
+mod mesh_points;
+mod network_scores;
+mod options;
+pub mod paper;
+mod progress;
+mod progression;
+mod progression_bytes;
+mod record;
+mod report;
+mod sample_vertices;
+mod scattered_samples;
+mod sub_mesh;
+mod symmetric;
+mod versions;
+mod with_importance;
+
+use crate::mesh::TriMesh;
+use crate::model::Weights;
+use driver::run;
+
+pub use crate::mesh::vertex_normals;
+pub use bending::bending_scores;
+#[doc(hidden)]
+pub use block_mesh::simplify_block_mesh;
+pub use closed::{Importance, importance_of_scores};
+#[doc(hidden)]
+pub use components::prune;
+pub use groups::{GroupRatio, SimplifiedGroups, simplify_groups};
+pub use hidden::hidden_faces;
+pub use input::{Input, importance_of_channel, importance_of_groups};
+#[doc(hidden)]
+pub use levels::simplify_forcing_size;
+pub use levels::simplify_levels_of_detail;
+pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
+pub use network_scores::{edge_graph, network_scores, vertex_areas};
+pub use options::{
+    Assembly, Axis, ClosedOptions, DroppedComponent, Effort, Event, Hidden, Listener, Map, MirrorPlane, Optimize,
+    Options, Outcome, PaperOptions, Purpose, Refinements, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError,
+    Symmetry, Target, count_of_share,
+};
+pub use progression::{Progression, ProvedLevel};
+pub use record::Record;
+pub use sample_vertices::gumbel_top_k;
+pub use scattered_samples::scattered_samples;
+pub use versions::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
+pub use with_importance::{WeightedResult, simplify_with_importance};
+
+/// Simplifies a mesh to the target of `options`; `progress` receives every stage and can stop the run.
+///
+/// The input is a mesh, or an [`Input`] with texture coordinates, normals, materials and skins; no face of the result
+/// mixes two groups or the two sides of a seam. Without `weights`, a network uses those shipped with this crate.
+///
+/// # Errors
+/// [`SimplifyError`] for an empty mesh, bad options or attributes of another mesh, or if `progress` stops the run. An
+/// unreachable target is no error: `report.outcome` names the obstacle.
+///
+/// ```
+/// # use neural_mesh_simplify as neural_mesh;
+/// use std::ops::ControlFlow;
+/// use neural_mesh::mesh::{Attributes, shapes};
+/// use neural_mesh::simplify::{ClosedOptions, Input, Options, ScoreSource, Target, simplify};
+/// let mesh = shapes::icosphere(4);
+/// let target = Target::Vertices(200);
+/// let result = simplify(&mesh, None, &Options::new(target), &mut |_| ControlFlow::Continue(())).unwrap();
+/// assert_eq!(result.mesh.positions().len(), 200);
+/// // Without scores, every vertex counts by its area; groups of faces are kept apart:
+/// let options = Options::with_closed(target, ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() });
+/// let is_north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
+/// let groups = mesh.faces().iter().map(|face| u32::from(is_north(face))).collect();
+/// let attributes = Attributes { groups, ..Attributes::default() };
+/// let mut input = Input::bare(&mesh);
+/// input.attributes = &attributes;
+/// let result = simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+/// assert_eq!(result.attributes.groups.len(), result.mesh.faces().len());
+/// ```
+pub fn simplify<'a>(
+    input: impl Into<Input<'a>>,
+    weights: Option<&Weights>,
+    options: &Options,
+    progress: &mut Listener,
+) -> Result<Simplified, SimplifyError> {
+    run(&input.into(), weights, options, false, progress).map(|(simplified, _)| simplified)
+}
+
+/// Simplifies as [`simplify`] does, and also returns how the result depends on the input positions.
+///
+/// # Errors
+/// As [`simplify`].
+///
+/// ```
+/// # use neural_mesh_simplify as neural_mesh;
+/// use std::ops::ControlFlow;
+/// use neural_mesh::mesh::shapes;
+/// use neural_mesh::simplify::{Options, Target, simplify_recorded};
+/// let mesh = shapes::icosphere(3);
+/// let options = Options::new(Target::Vertices(100));
+/// let (result, record) =
+///     simplify_recorded(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+/// // In which direction must the input vertices move for vertex 0 of the result to move along x?
+/// let mut gradient = vec![[0.0; 3]; 100];
+/// gradient[0] = [1.0, 0.0, 0.0];
+/// let to_input = record.backward(mesh.positions(), &gradient);
+/// // Moving all of them along x by 1 moves vertex 0 by 1.
+/// assert!((to_input.iter().map(|g| g[0]).sum::<f32>() - 1.0).abs() < 1e-3);
+/// assert_eq!(record.positions(mesh.positions()).len(), result.mesh.positions().len());
+/// ```
+pub fn simplify_recorded(
+    mesh: &TriMesh,
+    weights: Option<&Weights>,
+    options: &Options,
+    progress: &mut Listener,
+) -> Result<(Simplified, Record), SimplifyError> {
+    let (simplified, derivative) = run(&Input::bare(mesh), weights, options, true, progress)?;
+    let (n_input, n_output) = (mesh.positions().len(), simplified.mesh.positions().len());
+    let record = match derivative {
+        Some(derivative) => Record::from_derivative(n_input, n_output, derivative),
+        None => Record::from_selection(mesh, simplified.source_vertices.clone().unwrap_or_default()),
+    };
+    Ok((simplified, record))
+}

@@ -1,0 +1,532 @@
+//! Options, results and errors of the simplifier.
+
+use std::ops::ControlFlow;
+
+use crate::mesh::{Attributes, Frame, TriMesh};
+
+/// Size of the result.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// Share of the vertices that remain, the paper's N_s / N_org; above 0, at most 1.
+    Ratio(f64),
+    /// Number of vertices.
+    Vertices(usize),
+    /// Number of faces.
+    Faces(usize),
+}
+
+impl std::fmt::Display for Target {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Ratio(ratio) => write!(f, "{ratio}"),
+            Self::Vertices(n) => write!(f, "of {n} vertices"),
+            Self::Faces(n) => write!(f, "of {n} faces"),
+        }
+    }
+}
+
+impl Target {
+    /// Returns about the share of the mesh that remains: of its faces for [`Target::Faces`], else of its vertices.
+    ///
+    /// ```
+    /// # use neural_mesh_simplify as neural_mesh;
+    /// use neural_mesh::{mesh::shapes, simplify::Target};
+    /// let sphere = shapes::icosphere(0);
+    /// assert_eq!([Target::Ratio(0.3), Target::Vertices(6), Target::Faces(5)].map(|it| it.share_of(&sphere)), [0.3, 0.5, 0.25]);
+    /// ```
+    pub fn share_of(self, mesh: &TriMesh) -> f64 {
+        let of = |n: usize, n_all: usize| n as f64 / n_all.max(1) as f64;
+        match self {
+            Self::Ratio(ratio) => ratio,
+            Self::Vertices(n) => of(n, mesh.positions().len()),
+            Self::Faces(n) => of(n, mesh.faces().len()),
+        }
+    }
+}
+
+/// Returns a share of `n` as a number, rounded down so that no result is larger than its share; at least 1.
+///
+/// ```
+/// # use neural_mesh_simplify as neural_mesh;
+/// assert_eq!([0.29, 0.999, 1e-9].map(|share| neural_mesh::simplify::count_of_share(100, share)), [29, 99, 1]);
+/// ```
+pub fn count_of_share(n: usize, share: f64) -> usize {
+    // The factor is needed since 29 % of 100 is 28.999999999999996 in doubles.
+    ((n as f64 * share * (1.0 + 1e-12)) as usize).max(1)
+}
+
+/// Target and method of one simplification.
+///
+/// ```
+/// # use neural_mesh_simplify as neural_mesh;
+/// use neural_mesh::simplify::{ClosedOptions, Options, PaperOptions, Target};
+/// let target = Target::Ratio(0.1);
+/// // Edge collapse over vertices of the input:
+/// let closed = Options::with_closed(target, ClosedOptions { subset: true, ..ClosedOptions::default() });
+/// // The paper's network, with its holes filled:
+/// let paper = Options::with_paper(target, PaperOptions { close: true, ..PaperOptions::default() });
+/// assert_eq!(closed.target, paper.target);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Options {
+    /// Size of the result.
+    pub target: Target,
+    /// Method that builds the surface, with its own options.
+    pub assembly: Assembly,
+}
+
+impl Options {
+    /// Returns the closed assembly with its defaults.
+    pub fn new(target: Target) -> Self {
+        Self::with_closed(target, ClosedOptions::default())
+    }
+
+    /// Returns the assembly with its options.
+    pub fn with_assembly(target: Target, assembly: Assembly) -> Self {
+        Self { target, assembly }
+    }
+
+    /// Returns the closed assembly with these options.
+    pub fn with_closed(target: Target, options: ClosedOptions) -> Self {
+        Self { target, assembly: Assembly::Closed(options) }
+    }
+
+    /// Returns the paper's assembly with these options.
+    pub fn with_paper(target: Target, options: PaperOptions) -> Self {
+        Self { target, assembly: Assembly::Paper(options) }
+    }
+}
+
+/// Method that builds the surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Assembly {
+    /// Edge collapse, flips and fit; the result is closed if the input is closed.
+    Closed(ClosedOptions),
+    /// The paper's assembly (Sec. 4): faces of probability above 0.5 over input vertices.
+    Paper(PaperOptions),
+}
+
+impl Assembly {
+    /// Returns the options of the closed assembly; `None` for the paper's.
+    pub fn as_closed(&self) -> Option<&ClosedOptions> {
+        match self {
+            Self::Closed(options) => Some(options),
+            Self::Paper(_) => None,
+        }
+    }
+}
+
+/// Options of the paper's assembly; end a literal with `..PaperOptions::default()`, as versions may add fields.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+// Not `non_exhaustive`, which would forbid such literals to callers.
+pub struct PaperOptions {
+    /// Seed of the sampling.
+    pub seed: u64,
+    /// Closes the holes that the network leaves.
+    pub close: bool,
+    /// Samples again, more densely where regions have large errors, and moves vertices to the minimum of their region's
+    /// quadric.
+    pub place: bool,
+}
+
+/// Options of the closed assembly; end a literal with `..ClosedOptions::default()`, as versions may add fields.
+#[derive(Clone, Debug, PartialEq)]
+// Not `non_exhaustive`, which would forbid such literals to callers.
+pub struct ClosedOptions {
+    /// Source of the vertex scores.
+    pub scores: ScoreSource,
+    /// Error measure to optimise.
+    pub optimize: Optimize,
+    /// Trade-off between time and accuracy.
+    pub effort: Effort,
+    /// Drops components whose vertices are better spent elsewhere; no effect with `lock_boundaries`, `subset` or
+    /// `symmetric`.
+    pub prune: bool,
+    /// Largest distance of a component to the rest, in mesh units, at which `prune` may drop it. A finite value also
+    /// allows components to be deformed by that distance.
+    pub prune_within: f64,
+    /// Diagonal of the bounding box, in mesh units, below which components are dropped, except the largest by
+    /// area; 0 drops none.
+    pub prune_below: f64,
+    /// Treatment of surfaces that are invisible from outside.
+    pub hidden: Hidden,
+    /// Largest deformation of a component, over the diagonal of the mesh or scene, that no requested size may exceed;
+    /// `None` for no such limit.
+    pub hold_shape: Option<f64>,
+    /// Keeps boundary vertices and edges bit for bit.
+    pub lock_boundaries: bool,
+    /// Restricts output vertices to positions of input vertices.
+    pub subset: bool,
+    /// Distance that texture seams may move at a low price, as a share of the texture's side; 0 holds seams.
+    pub seam_error: f64,
+    /// Use of the result.
+    pub purpose: Purpose,
+    /// Least angle between face normals, in degrees, of edges that are kept as creases.
+    pub crease_angle: Option<f32>,
+    /// Returns a [`Map`] between input and output.
+    pub map: bool,
+    /// Makes the result its own mirror image, as the input must be.
+    pub symmetric: Option<Symmetry>,
+    /// Origin and precision of coordinates in the written file, where no two vertices may coincide.
+    pub frame: Frame,
+}
+
+impl Default for ClosedOptions {
+    fn default() -> Self {
+        Self {
+            scores: ScoreSource::default(),
+            optimize: Optimize::default(),
+            effort: Effort::default(),
+            prune: true,
+            prune_within: f64::INFINITY,
+            prune_below: 0.0,
+            hidden: Hidden::default(),
+            hold_shape: None,
+            lock_boundaries: false,
+            subset: false,
+            seam_error: SEAM_ERROR,
+            purpose: Purpose::default(),
+            crease_angle: None,
+            map: false,
+            symmetric: None,
+            frame: Frame::default(),
+        }
+    }
+}
+
+/// Use of a result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Purpose {
+    /// Shape in its present pose.
+    #[default]
+    Shape,
+    /// Shape in all poses given by morph targets, or else in unknown poses.
+    Poses,
+    /// Eigenfunctions of the Laplacian (metric LE): faces get similar areas.
+    Spectrum,
+}
+
+/// Treatment of surfaces that are invisible from outside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Hidden {
+    /// Hidden surfaces count like visible ones.
+    #[default]
+    Keep,
+    /// Hidden surfaces count a thousandth, so that they keep about a tenth of their vertices.
+    Cheap,
+    /// Components that are hidden as a whole are dropped.
+    Drop,
+}
+
+/// Default of [`ClosedOptions::seam_error`]: 16 of 1024 texels.
+// On five textured models at four ratios 8 texels give a 1 % larger mean distance, unlimited slack an equal one.
+pub const SEAM_ERROR: f64 = 16.0 / 1024.0;
+
+/// Coordinate axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// First axis.
+    X,
+    /// Second axis.
+    Y,
+    /// Third axis.
+    Z,
+}
+
+impl Axis {
+    /// All axes in order.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// Returns the coordinate's index.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+impl std::fmt::Display for Axis {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(["x", "y", "z"][self.index()])
+    }
+}
+
+/// Axis-aligned plane about which a mesh is symmetric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MirrorPlane {
+    /// Axis perpendicular to the plane.
+    pub axis: Axis,
+    /// Coordinate of the plane along that axis, in the file.
+    pub at: f64,
+}
+
+impl std::fmt::Display for MirrorPlane {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} = {}", self.axis, self.at)
+    }
+}
+
+/// Choice of the mirror plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Symmetry {
+    /// Best of six planes: across each axis, through 0 or the bounding box's centre.
+    Best,
+    /// Better of the planes across this axis through 0 or the bounding box's centre.
+    Across(Axis),
+    /// Given plane.
+    Plane(MirrorPlane),
+}
+
+/// Switches of the steps after the collapse, for measurements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Refinements {
+    /// Runs edge flips.
+    pub flips: bool,
+    /// Runs the fit.
+    pub fit: bool,
+}
+
+impl Default for Refinements {
+    fn default() -> Self {
+        Self { flips: true, fit: true }
+    }
+}
+
+/// Source of the scores; the result has more vertices where scores are larger.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ScoreSource {
+    /// Formula that favours bent regions; the network if weights are given.
+    #[default]
+    Bending,
+    /// The network's Point Sampler.
+    Network,
+    /// No scores: every vertex counts by its area.
+    Geometry,
+}
+
+/// Error measure to optimise (`docs/measured/benchmark.md`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Optimize {
+    /// All measures.
+    #[default]
+    Balanced,
+    /// Mean distance; takes longer.
+    Mean,
+    /// Largest distance, at the cost of the mean.
+    Max,
+    /// Normals, and so shading, at the cost of the mean distance.
+    Normals,
+    /// Appearance: surfaces count by how much of them is visible, and a component stays if a viewer would miss it.
+    Looks,
+}
+
+/// Trade-off between time and accuracy (`docs/measured/benchmark.md`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Effort {
+    /// Collapse without flips and fit.
+    Fast,
+    /// Default trade-off.
+    #[default]
+    Standard,
+    /// More sample points, and more steps of the fit.
+    Best,
+}
+
+/// Outcome for the requested size.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Requested size reached; the result may have one vertex or face less.
+    Reached,
+    /// Result larger than the target, or not proved within the requested distance; the text names the obstacle.
+    Stopped(String),
+}
+
+/// Statistics of one run.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Report {
+    /// Outcome for the requested size.
+    pub outcome: Outcome,
+    /// Source of the vertex scores.
+    pub scores: ScoreSource,
+    /// Number of components in their smallest form: tetrahedra or single triangles.
+    pub components_at_minimum: usize,
+    /// Numbers of vertices and faces at which shapes are kept, if the result is smaller.
+    ///
+    /// Shapes are kept within about 1 % of the diagonal; for single surfaces the size is estimated from the prices of
+    /// merges.
+    pub size_with_shape: Option<(usize, usize)>,
+    /// Number of dropped components.
+    pub components_pruned: usize,
+    /// Number of dropped components that were hidden.
+    pub components_hidden: usize,
+    /// Dropped components, ascending by their first face.
+    pub dropped: Vec<DroppedComponent>,
+    /// Number of feature edges in the input: creases, seams and edges between groups.
+    pub kept_edges: usize,
+    /// Number of locked input vertices.
+    pub locked_vertices: usize,
+    /// Number of vertices added where several sheets met at a vertex or edge and were split.
+    pub split_vertices: usize,
+    /// Number of flipped edges.
+    pub flipped_edges: usize,
+    /// Number of output vertices moved because their positions coincided.
+    pub separated_vertices: usize,
+    /// Number of spikes, vertices much farther from the original than their neighbours, that were moved back toward it.
+    pub shortened_spikes: usize,
+    /// Mirror plane of a symmetric result; most counts are those of one half.
+    pub mirror: Option<MirrorPlane>,
+}
+
+/// Dropped input component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct DroppedComponent {
+    /// First face in the input.
+    pub face: u32,
+    /// Number of faces.
+    pub n_faces: usize,
+}
+
+/// Simplified mesh with its report.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Simplified {
+    /// Simplified mesh.
+    pub mesh: TriMesh,
+    /// Attributes of corners and faces; empty with the paper's assembly.
+    pub attributes: Attributes,
+    /// Input vertex at the position of each output vertex, if all have one.
+    pub source_vertices: Option<Vec<u32>>,
+    /// Correspondence with the input, if requested.
+    pub map: Option<Map>,
+    /// Statistics of the run.
+    pub report: Report,
+}
+
+/// Correspondence between a result and its input.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Map {
+    /// Output vertex into which each input vertex was merged; `u32::MAX` if dropped or on no face.
+    pub output_vertices: Vec<u32>,
+    /// Nearest input vertex merged into each output vertex.
+    pub input_vertices: Vec<u32>,
+    /// Input face with the point closest to each output corner, on the corner's side of seams.
+    pub corner_faces: Vec<[u32; 3]>,
+    /// Barycentric weights, in its face of `corner_faces`, of the point closest to each output corner.
+    pub corner_weights: Vec<[[f32; 3]; 3]>,
+}
+
+/// Progress of a run.
+///
+/// Any thread may report, one at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
+    /// Name of the stage.
+    pub stage: &'static str,
+    /// Completed share of the stage, in 0..=1; never falls.
+    pub done: f32,
+    /// Completed share of the run, in 0..=1; never falls.
+    pub total: f32,
+}
+
+/// Progress callback; `ControlFlow::Break` stops the run.
+///
+/// The closed assembly stops within about a tenth of a second, the paper's (and any with `panic = "abort"`) at the end
+/// of its stage.
+pub type Listener<'a> = dyn FnMut(Event) -> ControlFlow<()> + Send + 'a;
+
+/// Reason why there is no result.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SimplifyError {
+    /// Mesh without faces.
+    Empty,
+    /// Too few points for a surface; holds their number.
+    TooFewPoints(usize),
+    /// Target that is no size: zero, not a number, or a ratio above 1.
+    BadTarget(Target),
+    /// Distance limit that is negative or not a number.
+    BadError(f64),
+    /// Attributes or importance of wrong length, or factors that are not positive.
+    BadInput,
+    /// Mesh that is not symmetric.
+    NotSymmetric {
+        /// Best plane tried.
+        plane: MirrorPlane,
+        /// Number of vertices without an image.
+        vertices: usize,
+        /// Number of faces without an image, counted if all vertices have one.
+        faces: usize,
+    },
+    /// Faces in the mirror plane; holds their number.
+    InMirrorPlane(usize),
+    /// Option that cannot be combined with symmetry.
+    NotWithSymmetry(&'static str),
+    /// Bytes that are no progression; the text says why.
+    BadProgression(&'static str),
+    /// Progression without proved distances.
+    NotProved,
+    /// Factors of wrong number or not positive, or a vertex on no face.
+    BadImportance,
+    /// No weights for the paper's assembly.
+    NoWeights,
+    /// No face with a probability above one half.
+    NothingKept,
+    /// Result coordinates beyond `f32`.
+    Overflow,
+    /// Run stopped by the progress callback.
+    Interrupted,
+}
+
+const NOT_PROVED: &str =
+    "no level has a proved distance: make it again with --prove or, if that proved none, give a size";
+
+impl std::fmt::Display for SimplifyError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Empty => write!(f, "the mesh has no faces: nothing to simplify"),
+            Self::TooFewPoints(n) => write!(f, "{n} points are too few for a surface: give at least 3"),
+            Self::BadTarget(target) => write!(
+                f,
+                "invalid size {target}: give a ratio above 0 and at most 1, or a count of at least 1, and levels from large to small"
+            ),
+            Self::BadError(x) => write!(f, "invalid distance {x}: must be at least 0"),
+            Self::BadInput => write!(
+                f,
+                "attributes or importance do not match the mesh: give one row per face and one positive number per vertex"
+            ),
+            Self::NotSymmetric { plane, vertices, faces } => {
+                let (n, what) = if *vertices == 0 { (faces, "faces") } else { (vertices, "vertices") };
+                let advice = "choose another plane or turn symmetry off";
+                write!(f, "not symmetric about {plane}: {n} {what} have no mirror image: {advice}")
+            }
+            Self::InMirrorPlane(n) => write!(f, "{n} faces lie in the mirror plane: remove them, or turn symmetry off"),
+            Self::NotWithSymmetry(what) => write!(f, "{what} and symmetry cannot be combined: leave one out"),
+            Self::BadProgression(why) => write!(f, "not a progression that this version reads: {why}: make it again"),
+            Self::NotProved => f.write_str(NOT_PROVED),
+            Self::BadImportance => write!(
+                f,
+                "invalid importance: must be one positive number per vertex, and every vertex must be on a face"
+            ),
+            Self::NoWeights => write!(
+                f,
+                "the paper's assembly needs weights, and this build has none: give weights or use the closed assembly"
+            ),
+            Self::NothingKept => write!(
+                f,
+                "the network kept no faces, as its weights do not fit this mesh: give other weights, or simplify with the closed assembly"
+            ),
+            Self::Overflow => write!(f, "coordinates near the limit of 32-bit floats: scale the mesh down first"),
+            Self::Interrupted => write!(f, "interrupted"),
+        }
+    }
+}
+
+impl std::error::Error for SimplifyError {}
