@@ -49,9 +49,7 @@ pub mod tests {
     pub fn textured_looks(image: &[u8]) -> Looks {
         let mut texture = BaseTexture::new(Arc::from(image));
         (texture.channel, texture.wrap) = ("uv".into(), [Wrap::Clamp, Wrap::Repeat]);
-        let mut look = Look::default();
-        look.texture = Some(texture);
-        Looks::new(vec![look])
+        Looks::new(vec![Look { texture: Some(texture), ..Look::default() }])
     }
 
     #[test]

@@ -40,8 +40,7 @@ impl Model {
         let pieces: Vec<ScenePiece> = parts.iter().zip(asset.parts()).map(piece).collect();
         let united = UnitedMesh::new(&pieces).context("its meshes are too far apart in size")?;
         let (of_parts, notes) = asset.looks();
-        let mut looks = Looks::default();
-        looks.linear_colours = true;
+        let mut looks = Looks { linear_colours: true, ..Looks::default() };
         for (piece, of_part) in of_parts.into_iter().enumerate() {
             looks.of_groups.resize(united.first_group(piece) as usize, Look::default());
             looks.of_groups.extend(of_part);
