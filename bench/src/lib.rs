@@ -3,16 +3,17 @@
 pub mod along_surface;
 #[cfg(test)]
 mod autodiff;
-mod axis_range;
 pub mod baselines;
-#[cfg(test)]
-#[path = "../../cli/tests/common/page_check.rs"]
-mod check_page;
+mod cells;
 mod command;
+mod error;
 pub mod evaluate;
 pub mod learned_baselines;
 #[cfg(test)]
 mod linalg;
 mod measure;
+pub mod rows;
+mod rows_file;
+mod tables;
 
 pub use command::run;

@@ -2,7 +2,7 @@
 
 pub use crate::escapes::escape_controls;
 pub use crate::failure::{Failure, display_path};
-pub use crate::messages::{MessageStream, print_error};
+pub use crate::messages::MessageStream;
 
 use std::process::ExitCode;
 
@@ -23,9 +23,9 @@ pub mod numbers {
     pub use neural_mesh::job::share;
 }
 
-/// Files that appear complete or not at all.
+/// Files, read with errors that name them.
 pub mod files {
-    pub use crate::files::{PendingFile, place_files, prepare_file, read};
+    pub use crate::files::read;
 }
 
 /// The command `train` for networks other than the paper's.
@@ -36,11 +36,4 @@ pub mod train {
 /// Ctrl-C for work that ends cleanly.
 pub mod stopping {
     pub use crate::stopping::{handle_stop_signals, is_stop_requested};
-}
-
-pub mod page {
-    pub use crate::page::packed::Packed;
-    pub use crate::page::pairs::{Distances, common_colour_scale, pack_surface};
-    pub use crate::page::surface_data::{SurfaceData, SurfaceLayout};
-    pub use crate::page::{data_script, fill_page, json_script};
 }

@@ -1,5 +1,5 @@
-// Builds dist/viewer.html, dist/report.html, dist/clusters.html and dist/progression.html from src: pages with style, script and the
-// licence of three.js inside. `scripts/viewer` runs it.
+// Builds dist/viewer.html, dist/clusters.html and dist/progression.html from src: pages with style, script and the licence of three.js
+// inside. `scripts/viewer` runs it.
 
 import { readFileSync, mkdirSync, writeFileSync } from 'node:fs';
 import { bundle, filled, licence, withParts } from './pages.js';
@@ -18,7 +18,6 @@ async function make(page, script, styles) {
 
 mkdirSync(folder, { recursive: true });
 await make('page.html', 'main.js', ['style.css']);
-await make('report.html', 'report.js', ['style.css', 'report.css']);
 await make('clusters.html', 'clusters/main.js', ['style.css', 'single.css', 'clusters.css']);
 await make('progression.html', 'progression/main.js', ['style.css', 'single.css', 'progression.css']);
 writeFileSync(`${folder}/LICENSE-three`, `${licence}\n`);

@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use super::Method;
 use super::engine::{Engine, RunResult, RunTarget, TimedScope};
 use super::limited::{RunFailure, join_lines};
+use super::method::Method;
 use crate::baselines::Size;
 use neural_mesh::mesh::TriMesh;
 

@@ -9,9 +9,9 @@ use std::time::Duration;
 use super::foreign::{self, ForeignRun};
 use super::job::{self, Job, Work};
 use super::limited::{RunFailure, append_last_output, run_limited, stderr_path};
+use super::method::Method;
 use super::settings::LearnedFile;
-use super::tool::Placeholders;
-use super::{Method, Tool};
+use super::tool::{Placeholders, Tool};
 use crate::baselines::Size;
 use neural_mesh::mesh::TriMesh;
 
@@ -27,8 +27,7 @@ pub struct Worker {
 }
 
 pub(super) struct Engine<'a> {
-    // Without a worker our own methods run in this process and cannot be stopped.
-    pub worker: Option<&'a Worker>,
+    pub worker: &'a Worker,
     pub time_limit: Duration,
     pub threads: usize,
     // Weights files of the closed and of the paper's assembly; shipped weights if `None`.
@@ -56,15 +55,6 @@ pub(super) enum TimedScope {
     Method,
     // The time is that of the whole process, with start, reading and writing.
     Process,
-}
-
-impl TimedScope {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Method => "method",
-            Self::Process => "process",
-        }
-    }
 }
 
 impl Engine<'_> {
@@ -105,10 +95,7 @@ impl Engine<'_> {
             weights: self.weights_of(method).map(Path::to_path_buf),
             threads: self.threads,
         };
-        let seconds = match self.worker {
-            Some(worker) => self.run_worker(worker, &Work::Method(job), wait)?,
-            None => job::run_job(&job).map_err(RunFailure::Failed)?,
-        };
+        let seconds = self.run_worker(&Work::Method(job), wait)?;
         let mesh = job::read_mesh(&output).and_then(check_has_faces).map_err(RunFailure::Failed)?;
         Ok(RunResult { mesh, seconds, timed: TimedScope::Method })
     }
@@ -124,19 +111,14 @@ impl Engine<'_> {
         }
     }
 
-    fn run_worker(
-        &self,
-        worker: &Worker,
-        work: &Work,
-        wait: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<f64, RunFailure> {
+    fn run_worker(&self, work: &Work, wait: &mut dyn FnMut() -> ControlFlow<()>) -> Result<f64, RunFailure> {
         let failed =
             |error: serde_json::Error| RunFailure::Failed(format!("the worker process gave no valid answer: {error}"));
         let line = serde_json::to_string(work).map_err(failed)?;
-        let mut command = Command::new(&worker.program);
-        command.args(&worker.arguments);
-        let finished = run_limited(command, &line, self.time_limit, self.scratch, wait)?;
-        let answer: Result<f64, String> = serde_json::from_str(&finished.out).map_err(failed)?;
+        let mut command = Command::new(&self.worker.program);
+        command.args(&self.worker.arguments);
+        let out = run_limited(command, &line, self.time_limit, self.scratch, wait)?;
+        let answer: Result<f64, String> = serde_json::from_str(&out).map_err(failed)?;
         let words = stderr_path(self.scratch);
         let out = if let Work::Foreign(foreign) = work { &foreign.out } else { &words };
         answer.map_err(|why| RunFailure::Failed(append_last_output(&why, &[&words, out])))
@@ -158,15 +140,7 @@ impl Engine<'_> {
         let given = Placeholders { input: &input, output: &output, ratio: target.ratio, size: target.size };
         let out = folder.path().join("stdout");
         let foreign = ForeignRun { words: tool.words(&given), threads: self.threads, out: out.clone() };
-        let seconds = match self.worker {
-            Some(worker) => self.run_worker(worker, &Work::Foreign(foreign), wait)?,
-            None => {
-                let command = foreign.command().map_err(RunFailure::Failed)?;
-                let finished = run_limited(command, "", self.time_limit, self.scratch, wait)?;
-                std::fs::write(&out, finished.out).map_err(|error| RunFailure::Failed(error.to_string()))?;
-                finished.seconds
-            }
-        };
+        let seconds = self.run_worker(&Work::Foreign(foreign), wait)?;
         let printed = std::fs::read(&out).unwrap_or_default();
         let reported =
             foreign::reported_seconds(&String::from_utf8_lossy(&printed)).map(|seconds| (seconds, TimedScope::Method));

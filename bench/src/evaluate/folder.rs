@@ -2,91 +2,40 @@
 
 use std::path::{Path, PathBuf};
 
-use super::rows_file::{RowsFile, read_rows};
 use super::settings::Origin;
-use super::{EvaluateError, ResultRow, Table, Tool};
+use crate::error::EvaluateError;
+use crate::rows_file::RowsFile;
 use neural_mesh::io::write_path;
 
 const TEMPORARY: &str = ".neural-mesh-";
 
 pub(super) const ROWS: &str = "rows.csv";
-pub(super) const SETTINGS: &str = "settings.json";
+const SETTINGS: &str = "settings.json";
 
-pub(super) struct FolderState {
-    pub table: Table,
-    holds_evaluation: bool,
-    // Tools whose command differs from that of the earlier run, with the earlier command; none of them has a result.
-    corrected: Vec<Tool>,
-}
-
-impl FolderState {
-    fn is_outdated(&self, row: &ResultRow) -> bool {
-        // A row of an unreadable mesh stays, since another command would not change it.
-        row.vertices_in > 0 && self.corrected.iter().any(|tool| tool.name == row.method)
-    }
-}
-
-/// Reads a folder and checks that it is empty, or that `resume` is set and all settings agree.
-///
-/// Commands of tools without a result may differ.
-pub(super) fn inspect_folder(folder: &Path, origin: &Origin, resume: bool) -> Result<FolderState, EvaluateError> {
-    let settings = folder.join(SETTINGS);
-    let mut found = FolderState { table: Table::default(), holds_evaluation: settings.exists(), corrected: Vec::new() };
-    if !found.holds_evaluation {
-        return check_is_empty(folder).map(|()| found);
-    }
-    if !resume {
-        let what = "already contains an evaluation: continue with --resume, or choose another folder";
-        return Err(EvaluateError::file(folder, what));
-    }
-    let (before, corrected) = read_origin(&settings)?.with_commands_of(origin);
-    if let Some(difference) = before.difference(origin) {
-        return Err(EvaluateError::Differs(difference));
-    }
-    found.corrected = corrected;
-    let rows = folder.join(ROWS);
-    if rows.exists() {
-        found.table = read_rows(&rows)?;
-    }
-    check_failed(&found.corrected, &found.table)?;
-    let mut table = std::mem::take(&mut found.table);
-    table.rows.retain(|row| !found.is_outdated(row));
-    Ok(FolderState { table, ..found })
-}
-
-fn check_failed(corrected: &[Tool], table: &Table) -> Result<(), EvaluateError> {
-    let has_result = |tool: &&Tool| table.rows.iter().any(|row| row.method == tool.name && row.error.is_empty());
-    corrected.iter().find(has_result).map_or(Ok(()), |Tool { name, command }| {
-        Err(EvaluateError::Differs(format!("the tool {name} already has results of another command, `{command}`")))
-    })
-}
-
+/// Opens the rows of a folder that is empty, or whose settings agree if `resume` is set.
 pub(super) fn open_folder(
     folder: &Path,
     origin: &Origin,
-    found: &FolderState,
+    resume: bool,
     figures: &[String],
 ) -> Result<RowsFile, EvaluateError> {
     let settings = folder.join(SETTINGS);
-    if !found.holds_evaluation {
+    if !settings.exists() {
+        check_is_empty(folder)?;
         let problem = |error| EvaluateError::file(folder, format!("cannot be created: {error}: choose another folder"));
         std::fs::create_dir_all(folder).map_err(problem)?;
-        write_origin(&settings, origin)?;
+        let text = serde_json::to_string_pretty(origin).map_err(|error| EvaluateError::file(&settings, error))?;
+        write_whole(&settings, &(text + "\n"))?;
+    } else if !resume {
+        let what = "already contains an evaluation: continue with --resume, or choose another folder";
+        return Err(EvaluateError::file(folder, what));
+    } else if let Some(difference) = read_origin(&settings)?.difference(origin) {
+        return Err(EvaluateError::Differs(difference));
     }
-    let mut rows = RowsFile::open(&folder.join(ROWS), figures)?;
+    let rows = RowsFile::open(&folder.join(ROWS), figures)?;
+    // Only the holder of the lock removes what a killed run left.
     remove_leftovers(folder);
-    // Rows of a corrected tool are removed only if the locked table still has no result of it.
-    if !found.corrected.is_empty() {
-        check_failed(&found.corrected, &rows.table)?;
-        rows.remove(|row| found.is_outdated(row))?;
-        write_origin(&settings, origin)?;
-    }
     Ok(rows)
-}
-
-fn write_origin(path: &Path, origin: &Origin) -> Result<(), EvaluateError> {
-    let text = serde_json::to_string_pretty(origin).map_err(|error| EvaluateError::file(path, error))?;
-    write_whole(path, &(text + "\n"))
 }
 
 fn read_origin(path: &Path) -> Result<Origin, EvaluateError> {

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::Method;
 use super::clock::Moment;
 use super::foreign::{self, ForeignRun};
+use super::method::Method;
 use crate::baselines::{Size, simplify_by};
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_learned};
 use neural_mesh::io::{Format, read_path, write, write_path};

@@ -19,26 +19,20 @@ const WORDS: &str = "stderr";
 // Characters of output kept with a failure.
 const MAX_OUTPUT: usize = 300;
 
-#[derive(Debug)]
-pub(super) struct FinishedProcess {
-    pub seconds: f64,
-    pub out: String,
-}
-
 #[derive(Debug, PartialEq)]
 pub(super) enum RunFailure {
     Stopped,
     Failed(String),
 }
 
-/// Runs a process with `line` on its standard input; `wait` is called regularly and can stop it.
+/// Runs a process with `line` on its standard input and returns its output; `wait` is called regularly and can stop it.
 pub(super) fn run_limited(
     mut command: Command,
     line: &str,
     limit: Duration,
     scratch: &Path,
     wait: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<FinishedProcess, RunFailure> {
+) -> Result<String, RunFailure> {
     let [out, words] = [OUT, WORDS].map(|name| scratch.join(name));
     let failed = |error: std::io::Error| RunFailure::Failed(format!("cannot be run: {error}"));
     command.stdin(Stdio::piped());
@@ -54,7 +48,6 @@ pub(super) fn run_limited(
         let _ = writeln!(stdin, "{line}");
     }
     let ended = wait_for_end(child.as_mut(), began, limit, wait);
-    let seconds = began.elapsed().as_secs_f64();
     // Its children must not outlive it, even after success.
     let _ = child.start_kill();
     let _ = child.wait();
@@ -63,7 +56,7 @@ pub(super) fn run_limited(
         return Err(RunFailure::Failed(append_last_output(&describe_status(status), &[&words, &out])));
     }
     let out = std::fs::read(&out).map_err(failed)?;
-    Ok(FinishedProcess { seconds, out: String::from_utf8_lossy(&out).into_owned() })
+    Ok(String::from_utf8_lossy(&out).into_owned())
 }
 
 fn wrap_in_group(command: Command) -> CommandWrap {
@@ -132,7 +125,7 @@ pub(super) fn append_last_output(failure: &str, files: &[&Path]) -> String {
 mod tests {
     use super::*;
 
-    fn shell(script: &str, limit: f64) -> Result<FinishedProcess, RunFailure> {
+    fn shell(script: &str, limit: f64) -> Result<String, RunFailure> {
         let folder = tempfile::tempdir().unwrap();
         let mut command = Command::new("sh");
         command.args(["-c", script]).current_dir(folder.path());
@@ -141,8 +134,7 @@ mod tests {
 
     #[test]
     fn output_of_a_program_is_captured() {
-        let finished = shell("read x; echo got $x", 600.0).unwrap();
-        assert_eq!(finished.out, "got a line\n");
+        assert_eq!(shell("read x; echo got $x", 600.0).unwrap(), "got a line\n");
         let Err(RunFailure::Failed(why)) = shell("echo alas >&2; exit 3", 600.0) else { panic!() };
         assert_eq!(why, "ended with exit code 3: alas");
         let Err(RunFailure::Failed(why)) = shell("kill -SEGV $$", 600.0) else { panic!() };

@@ -1,7 +1,8 @@
 //! The compared methods by name.
 
-use super::{EvaluateError, Tool};
+use super::tool::Tool;
 use crate::baselines::Baseline;
+use crate::error::EvaluateError;
 use crate::learned_baselines::LearnedBaseline;
 
 /// A compared method.

@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::meshes::sha256;
-use super::method::choose_methods;
-use super::{EvaluateError, Method, Tool};
+use super::method::{Method, choose_methods};
+use super::tool::Tool;
+use crate::error::EvaluateError;
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 use neural_mesh::model::Weights;
 
@@ -90,8 +91,7 @@ impl Settings {
     }
 }
 
-// All that determines the figures in the rows; a resumed run must have it unchanged, except commands of tools without
-// a result.
+// All that determines the figures in the rows; a resumed run must have it unchanged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Origin {
     pub version: String,
@@ -122,19 +122,6 @@ impl Origin {
             return Some("they were made with other --learned-weights".into());
         }
         differing_field(&self.settings, &now.settings).or_else(|| self.changed_file(now))
-    }
-
-    pub fn with_commands_of(&self, now: &Self) -> (Self, Vec<Tool>) {
-        let names = |origin: &Self| origin.settings.tools.iter().map(|tool| tool.name.clone()).collect::<Vec<_>>();
-        // Commands are replaced only if names and order of the tools agree.
-        let mut corrected = self.clone();
-        let mut changed = Vec::new();
-        if names(self) == names(now) {
-            changed = self.settings.tools.clone();
-            changed.retain(|tool| !now.settings.tools.contains(tool));
-            corrected.settings.tools = now.settings.tools.clone();
-        }
-        (corrected, changed)
     }
 
     fn changed_file(&self, now: &Self) -> Option<String> {

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::EvaluateError;
 use crate::baselines::Size;
+use crate::error::EvaluateError;
 
 // Extensions allowed in placeholders such as `{in.obj}`; `{in}` means `ply`.
 const ENDINGS: [&str; 4] = ["ply", "obj", "stl", "off"];

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::evaluate::{median, thread_time};
+use crate::evaluate::thread_time;
 use anyhow::{Context, Result, ensure};
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeValLike;
@@ -49,22 +49,9 @@ pub fn peak_bytes() -> Result<u64> {
     Ok(1024 * kib.parse::<u64>().with_context(|| format!("VmHWM: {kib}"))?)
 }
 
-/// Formats median, least and largest as `0.98 (0.70 to 1.20)`.
-pub fn format_spread(values: &[f64]) -> String {
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    median(values.to_vec()).map_or("-".into(), |middle| format!("{middle:.2} ({least:.2} to {most:.2})"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_median_stands_before_the_ends() {
-        assert_eq!(format_spread(&[3.0, 1.0, 10.0, 2.0]), "2.50 (1.00 to 10.00)");
-        assert_eq!(format_spread(&[]), "-");
-    }
 
     #[test]
     fn work_has_its_time() {

@@ -6,6 +6,8 @@ use anyhow::{Context, Result};
 use neural_mesh::simplify::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
 use neural_mesh::train;
 
+use crate::tables::replace_between;
+
 // A part of the library with a version of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subsystem {
@@ -54,12 +56,14 @@ pub fn stamp(subsystems: &[Subsystem]) -> String {
     words.join(", ")
 }
 
-pub fn describe_versions(subsystems: &[Subsystem]) -> String {
+/// Replaces the stamp of a page, and the sentence in italics below it.
+pub fn restamp(page: &str, subsystems: &[Subsystem]) -> Result<String> {
     let words: Vec<String> = subsystems
         .iter()
         .map(|subsystem| format!("version {} of {}", subsystem.version(), subsystem.label()))
         .collect();
-    words.join(" and ")
+    let page = replace_between(page, "<!-- ", " -->", &stamp(subsystems))?;
+    replace_between(&page, "*Measured with ", ", by ", &words.join(" and "))
 }
 
 // The stamp of a page that depends on no version.
@@ -69,7 +73,7 @@ const NONE: &str = "none";
 pub const TABLE_BEGINS: &str = "<!-- neural-mesh-bench measure: ";
 pub const TABLE_ENDS: &str = "<!-- /neural-mesh-bench measure -->";
 
-/// Start of a section that another script makes; its stamp follows.
+/// Start of a section with a stamp of its own, which follows.
 pub const KEPT: &str = "<!-- kept by measure: ";
 
 /// Lists the pages whose stamp is missing or outdated.
@@ -118,8 +122,16 @@ mod tests {
     }
 
     #[test]
+    fn a_page_gets_the_present_versions() {
+        let page = "# A\n\n<!-- closed 0 -->\n*Measured with version 0 of the closed assembly, by hand. More.*\n";
+        let restamped = restamp(page, &[Subsystem::Closed]).unwrap();
+        assert_eq!(stamp_fault(&restamped, "<!-- "), None);
+        assert!(restamped.contains(&format!("version {CLOSED_VERSION} of the closed assembly, by hand. More.*")));
+    }
+
+    #[test]
     fn no_page_is_of_another_version() {
-        let stale = stale_pages(crate::measure::root()).unwrap();
+        let stale = stale_pages(super::super::bench::root()).unwrap();
         assert!(stale.is_empty(), "make these pages again with `neural-mesh-bench measure`:\n{}", stale.join("\n"));
     }
 }

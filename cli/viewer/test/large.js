@@ -1,5 +1,5 @@
-// Large pages out of small ones: node large.js REPORT.html COMPARE.html FOLDER writes large-report.html and large-compare.html, both of
-// more than 25 MB and not longer than the program makes them: meshes of up to a million faces, points of thousands of meshes.
+// A large page out of a small one: node large.js COMPARE.html FOLDER writes large-compare.html of more than 25 MB, not longer than the
+// program makes it: meshes of up to a million faces.
 
 import { readFileSync, writeFileSync } from 'node:fs';
 import { deflateRawSync } from 'node:zlib';
@@ -7,38 +7,15 @@ import { deflateRawSync } from 'node:zlib';
 /** Characters per script element, as in the program. */
 const LETTERS = 1 << 18;
 const STEPS = 65_535;
-/** Number of values of all points, as in the program. */
-const MOST_VALUES = 3_000_000;
 
-const [report, compare, folder] = process.argv.slice(2);
+const [compare, folder] = process.argv.slice(2);
 let state = 1;
 const random = () => {
   state = (Math.imul(state, 1_664_525) + 1_013_904_223) >>> 0;
   return state / 2 ** 32;
 };
 
-writeFileSync(`${folder}/large-report.html`, largeReport(readFileSync(report, 'utf8')));
 writeFileSync(`${folder}/large-compare.html`, largeCompare(readFileSync(compare, 'utf8')));
-
-function largeReport(page) {
-  const words = wordsOf(page, 'evaluation');
-  const { columns, ratios, methods } = words.overview;
-  const nLines = ratios.length * methods.length;
-  const nMeshes = Math.floor(MOST_VALUES / (nLines * columns.length));
-  words.meshes = Array.from({ length: nMeshes }, (_, i) => [`mesh-${i}.ply`, 100 + i, 200 + 2 * i]);
-  const islands = columns.map((_, i) => island(`points-${i}`, packed(Array.from({ length: nLines * nMeshes }, point))));
-  const pairs = [[700, 500], ...Array(8).fill([340, 240])].map((sides) => pairOf(...sides.map(grid)));
-  words.surfaces = pairs.flatMap(({ original, result }) => [original.layout, result.layout]);
-  words.eyes = pairs.flatMap(() => [[0.5, -0.6, 0.6], null]);
-  words.worst = pairs.map((_, i) => ({
-    mesh: `mesh-${i}.ply`, ratio: ratios[0], seed: 0, method: methods[i % methods.length], distance: 0.5, quotient: 9 - i,
-    shown: { original: 2 * i, result: 2 * i + 1, distances: `distances-${i}`, scale: { p95: 0.1, p99: 0.2, max: 0.4 } },
-  }));
-  pairs.forEach(({ original, result, distances }, i) => {
-    islands.push(island(`surface-${2 * i}`, original.text), island(`surface-${2 * i + 1}`, result.text), island(`distances-${i}`, distances));
-  });
-  return filled(page, 'evaluation', words, islands);
-}
 
 function largeCompare(page) {
   const words = wordsOf(page, 'comparison');
@@ -89,11 +66,6 @@ function differences(numbers) {
     before = number;
     return difference < 0 ? -2 * difference - 1 : 2 * difference;
   });
-}
-
-/** Encodes a value above 0 as points.rs does. */
-function point() {
-  return 1 + (new Uint32Array(new Float32Array([Math.exp(4 * random())]).buffer)[0] >>> 11);
 }
 
 /** Encodes a rough plate of n x n vertices in the order of their first use, as surface_data.rs does. */

@@ -1,10 +1,12 @@
 // The page in a browser: it draws, every control does what it says, and nothing is asked from elsewhere.
 //
-// `scripts/viewer_test` makes the pages of PAGES: several.html (closed meshes), open.html (one with marked edges) and textured.html.
+// `scripts/viewer_test` makes the pages of PAGES: several.html (closed meshes), open.html (one with marked edges) and textured.html,
+// and large-compare.html.
 
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { launch, open, visit } from './browser.js';
+import { opening } from './load_time.js';
 import { makeEye, shoot } from './pixels.js';
 
 const SEVERAL = `${process.env.PAGES}/several.html`;
@@ -228,3 +230,10 @@ test('every control has a name', () => withPage(SEVERAL, {}, async (page) => {
     .map((element) => element.outerHTML));
   assert.deepEqual(nameless, []);
 }));
+
+test('a large page opens within three seconds', async (context) => {
+  const { size, drawn, total } = await opening(browser, `${process.env.PAGES}/large-compare.html`);
+  context.diagnostic(`${size.toFixed(1)} MB, drawn after ${drawn} ms, ${total} ms of the page's own thread`);
+  // Time of the processor holds on a busy machine as well.
+  assert.ok(size > 25 && total < 3000, `${size} MB, ${total} ms`);
+});

@@ -17,15 +17,13 @@ In the command of a tool, {in} and {out} are PLY files ({in.obj}, {out.stl}, {in
 {ratio}, {faces} and {vertices} are the target size. Quotes work as in a shell, but no shell runs it. A line `seconds: 0.25` \
 on its standard output is taken as its time; otherwise the whole process is timed.
 
-RUN is created. It holds settings.json, rows.csv and rows.json (a row for each mesh, ratio, method \
-and seed), report.html (tables, plots, the worst cases in 3-D), tables.md, error-size.svg, time-size.svg, error-time.svg \
-and worst (meshes of the worst cases). docs/evaluate.md explains them.
+RUN is created. It holds settings.json, rows.csv (a row for each mesh, ratio, method and seed) and report.md (tables). \
+docs/evaluate.md explains them.
 
-Each tool is first tried on a small mesh. If evaluate is killed, only the current case is lost, and the same command with --resume \
-continues; a tool without results may then have another command. A method that fails or takes too long becomes a row with its error. \
+If evaluate is killed, only the current case is lost, and the same command with --resume continues. A method that fails or takes too long becomes a row with its error. \
 Exit codes: 0 done, 1 the input, a tool, the disk or standard output failed, 2 wrong usage, 130 interrupted.";
 
-/// Measure methods at several sizes on a folder of meshes: tables, plots
+/// Measure methods at several sizes on a folder of meshes
 #[derive(Debug, Parser)]
 #[command(after_help = EVALUATE_NOTES, override_usage = "neural-mesh-bench evaluate --data DIR --out RUN [OPTIONS]
        neural-mesh-bench evaluate --report RUN [--relative-to METHOD]")]
@@ -96,7 +94,7 @@ pub struct EvaluateArgs {
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    /// Write page, tables and plots of an evaluation, finished or not, and do nothing else
+    /// Write the report of an evaluation, finished or not, and do nothing else
     #[arg(long, value_name = "RUN", conflicts_with_all = ["data", "out", "methods", "tools", "ratios", "seeds", "resume"])]
     pub report: Option<PathBuf>,
 }

@@ -1,21 +1,16 @@
-//! `neural-mesh-bench evaluate`: measurement, progress, tables and charts.
+//! `neural-mesh-bench evaluate`: measurement, progress and report.
 
 mod args;
-mod chart;
-mod page;
 mod progress;
 
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::evaluate::{Ending, EvaluateError, Request, Settings, Tool, charts, evaluate, write_report};
-
-use neural_mesh::io::FilesRead;
-use neural_mesh_cli::shared::{Failure, MessageStream, display_path, files, print_error, stopping};
+use crate::evaluate::{Ending, EvaluateError, REPORT, Request, Settings, Tool, evaluate, write_report};
+use neural_mesh_cli::shared::{Failure, MessageStream, display_path, stopping};
 
 use super::work::worker;
 pub use args::EvaluateArgs;
-use chart::draw_chart;
 use progress::EvaluateProgress;
 
 pub fn run(args: &EvaluateArgs) -> Result<(), Failure> {
@@ -41,12 +36,9 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     });
     drop(progress);
     let ending = ending.map_err(to_failure)?;
-    if ending == Ending::NotBegun {
-        return Err(Failure::Stopped("interrupted while tools were tried: nothing was measured: start again".into()));
-    }
     publish(out, args)?;
     match ending {
-        Ending::Finished | Ending::NotBegun => Ok(()),
+        Ending::Finished => Ok(()),
         Ending::Stopped => {
             let what =
                 format!("interrupted: the rows so far are kept in {}: continue with --resume", display_path(out));
@@ -56,13 +48,13 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
 }
 
 fn make_request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Failure> {
-    let mut request = Request::new(data, out);
+    let worker = worker().map_err(|error| Failure::Failed(format!("{error:#}: start it by its full path")))?;
+    let mut request = Request::new(data, out, worker);
     request.settings = make_settings(args)?;
     request.weights = args.weights.clone();
     request.paper_weights = args.paper_weights.clone();
     request.learned_weights = args.learned_weights.clone();
     request.resume = args.resume;
-    request.worker = Some(worker().map_err(|error| Failure::Failed(format!("{error:#}: start it by its full path")))?);
     Ok(request)
 }
 
@@ -94,21 +86,7 @@ fn message_stream(args: &EvaluateArgs) -> MessageStream {
 }
 
 fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
-    let table = write_report(folder, args.relative_to.as_deref()).map_err(to_failure)?;
-    for chart in charts(&table) {
-        let path = folder.join(chart.name).with_extension("svg");
-        // A chart that cannot be drawn does not fail the evaluation.
-        match draw_chart(&chart).and_then(|picture| files::prepare_file(&path, picture.as_bytes(), true)) {
-            Ok(pending) => files::place_files(vec![pending], &FilesRead::default())?,
-            Err(failure) => {
-                print_error(&Failure::Failed(format!("the chart {} was not drawn: {failure}", display_path(&path))))
-            }
-        }
-    }
-    let path = folder.join("report.html");
-    let page = page::make_page(folder, &table, args.relative_to.as_deref());
-    files::place_files(vec![files::prepare_file(&path, page.as_bytes(), true)?], &FilesRead::default())?;
-    message_stream(args).print_line(&format!("tables    {}", folder.join("tables.md").display()));
-    message_stream(args).print_line(&format!("page      {}", path.display()));
+    write_report(folder, args.relative_to.as_deref()).map_err(to_failure)?;
+    message_stream(args).print_line(&format!("wrote     {}", display_path(&folder.join(REPORT))));
     Ok(())
 }

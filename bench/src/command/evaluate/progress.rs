@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use crate::evaluate::{Event, ResultRow};
+use crate::evaluate::Event;
+use crate::rows::ResultRow;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use neural_mesh_cli::shared::{MessageStream, escape_controls};
@@ -31,7 +32,6 @@ impl EvaluateProgress {
 
     pub fn show_event(&mut self, event: Event) {
         match event {
-            Event::Trying(tool) => self.show(&format!("{}: tried on a small mesh", tool.name)),
             Event::Case { mesh, ratio, seed, n_done, n_cases } => {
                 self.bar.set_length(n_cases as u64);
                 self.bar.set_position(n_done as u64);

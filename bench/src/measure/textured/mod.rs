@@ -8,51 +8,29 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use neural_mesh::appearance::VIEWS;
-use neural_mesh::mesh::{Attributes, TriMesh};
 use neural_mesh::metrics::{Surface, psnr, surface_distance};
 use neural_mesh::picture::{CornerNormals, DecodedMaterials, ShadedMesh, view_shaded};
 use neural_mesh::simplify::{Input, Options, Target, simplify};
-use serde::{Deserialize, Serialize};
+
+use crate::rows::ResultRow;
 
 use attributed::{Weighting, simplify_weighted};
-use model::Model;
+use model::{AttributedMesh, Model};
 
-pub const SAMPLES: usize = 50_000;
-pub const HEIGHT: usize = 384;
+const SAMPLES: usize = 50_000;
+const HEIGHT: usize = 384;
 
-struct AttributedMesh {
-    mesh: TriMesh,
-    attributes: Attributes,
-}
-
-// Arrays hold our value first, then meshoptimizer's for each weighting.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct ModelComparison {
-    pub ratio: f64,
-    pub faces: [usize; 3],
-    // Two-sided mean distances as fractions of the diagonal.
-    pub distances: [f64; 3],
-    // PSNR against the original's pictures, in decibels.
-    pub likeness: [f64; 3],
-}
-
-impl ModelComparison {
-    pub fn quotient(&self) -> f64 {
-        self.distances[0] / self.distances[1].min(self.distances[2])
-    }
-
-    pub fn gain(&self) -> f64 {
-        self.likeness[0] - self.likeness[1].max(self.likeness[2])
-    }
-}
-
-pub fn compare_model(path: &Path, ratios: &[f64]) -> Result<Vec<ModelComparison>> {
+/// Simplifies a model by neural-mesh and by meshoptimizer with each weighting; rows have faces, distance and likeness.
+///
+/// Distances are two-sided means as fractions of the diagonal, likenesses are PSNR against the original's pictures, in
+/// decibels. Our row also has its distance over the better one of meshoptimizer, and its gain over the better likeness.
+pub fn compare_model(name: &str, path: &Path, ratios: &[f64]) -> Result<Vec<ResultRow>> {
     let model = Model::read(path).with_context(|| path.display().to_string())?;
     model.notes.iter().for_each(|note| eprintln!("{}: {note}", path.display()));
-    ratios.iter().map(|&ratio| compare_at_ratio(&model, ratio)).collect()
+    Ok(ratios.iter().map(|&ratio| compare_at_ratio(name, &model, ratio)).collect::<Result<Vec<_>>>()?.concat())
 }
 
-fn compare_at_ratio(model: &Model, ratio: f64) -> Result<ModelComparison> {
+fn compare_at_ratio(name: &str, model: &Model, ratio: f64) -> Result<Vec<ResultRow>> {
     let ours = simplify_ours(&model.attributed, ratio)?;
     let [first, second] =
         Weighting::ALL.map(|weighting| simplify_weighted(&model.attributed, ours.mesh.faces().len(), weighting));
@@ -63,8 +41,14 @@ fn compare_at_ratio(model: &Model, ratio: f64) -> Result<ModelComparison> {
         let found = surface_distance(&original, &Surface::new(&attributed.mesh, SAMPLES, 1)).context("no faces")?;
         *distance = found.both.mean / found.diagonal;
     }
-    let faces = contestants.each_ref().map(|attributed| attributed.mesh.faces().len());
-    Ok(ModelComparison { ratio, faces, distances, likeness: picture_likeness(model, &contestants)? })
+    let likeness = picture_likeness(model, &contestants)?;
+    let quotient = distances[0] / distances[1].min(distances[2]);
+    let gain = likeness[0] - likeness[1].max(likeness[2]);
+    let row = |at: usize, method: &str, [quotient, gain]: [f64; 2]| {
+        let n_faces = contestants[at].mesh.faces().len() as f64;
+        ResultRow::new(name, ratio, method, &[n_faces, distances[at], likeness[at], quotient, gain])
+    };
+    Ok(vec![row(0, "ours", [quotient, gain]), row(1, "normals", [f64::NAN; 2]), row(2, "uv", [f64::NAN; 2])])
 }
 
 fn simplify_ours(original: &AttributedMesh, ratio: f64) -> Result<AttributedMesh> {

@@ -5,9 +5,12 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use neural_mesh::io::{Asset, Format, read_attributed_path, read_looks};
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{Look, Looks, ScenePiece, UnitedMesh};
+use neural_mesh::mesh::{Attributes, Look, Looks, ScenePiece, TriMesh, UnitedMesh};
 
-use super::AttributedMesh;
+pub struct AttributedMesh {
+    pub mesh: TriMesh,
+    pub attributes: Attributes,
+}
 
 pub struct Model {
     pub attributed: AttributedMesh,
