@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 /// An error that ends an evaluation; a failing method is a row instead.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum EvaluateError {
     /// An unknown setting or one out of range.
     Settings(String),

@@ -7,12 +7,12 @@ pub mod baselines;
 mod cells;
 mod command;
 mod error;
-pub mod evaluate;
-pub mod learned_baselines;
+mod evaluate;
+mod learned_baselines;
 #[cfg(test)]
 mod linalg;
 mod measure;
-pub mod rows;
+mod rows;
 mod rows_file;
 mod tables;
 

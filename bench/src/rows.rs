@@ -71,6 +71,7 @@ impl ResultRow {
 
 impl Table {
     /// Makes a table of rows with these figures.
+    #[cfg(test)]
     pub fn new(figures: &[&str], rows: Vec<ResultRow>) -> Self {
         Self { figures: figures.iter().map(|name| name.to_string()).collect(), rows }
     }
@@ -151,10 +152,6 @@ pub(crate) fn distinct<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
 }
 
 /// Returns the median, for an even number the mean of the middle two; `None` for no values.
-///
-/// ```
-/// assert_eq!(neural_mesh_bench::rows::median(vec![3.0, 1.0, 2.0, 9.0]), Some(2.5));
-/// ```
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let n = values.len();
@@ -174,6 +171,11 @@ mod tests {
         assert_eq!(fields.len(), Table::columns(&["x".into(), "y".into()]).len());
         assert_eq!(ResultRow::from_fields(&fields), Some(row));
         assert_eq!(ResultRow::from_fields(&fields[..5]), None);
+    }
+
+    #[test]
+    fn the_median_of_an_even_number_is_between_the_middle_two() {
+        assert_eq!([median(vec![3.0, 1.0, 2.0, 9.0]), median(vec![5.0]), median(vec![])], [Some(2.5), Some(5.0), None]);
     }
 
     #[test]

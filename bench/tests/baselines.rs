@@ -116,6 +116,8 @@ fn balls_close_an_evenly_sampled_sphere() {
 
 #[test]
 fn balls_cover_a_plane_once() {
+    let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0]];
+    assert_eq!(ball_pivoting(&points, &[[0.0, 0.0, 1.0]; 3]), [[0, 1, 2]]);
     // A square lattice: four points on every ball.
     let grid = shapes::grid(30, 30);
     let normals = vec![[0.0, 0.0, 1.0]; grid.positions().len()];

@@ -197,7 +197,7 @@ fn changes_of_a_tool_to_its_files_do_not_affect_others() {
     let done = run(folder.path(), &evaluation("run", &more));
     assert_eq!(done.code, Some(0), "{}", done.stderr);
     let rows = rows(folder.path(), "run");
-    assert!(rows.len() == 4 && rows.iter().all(|row| row["error"] == ""), "{rows:?}");
+    assert!(rows.len() == 4 && rows.iter().all(|row| row["error"].is_empty()), "{rows:?}");
     assert_eq!(std::fs::read_to_string(folder.path().join("threads")).unwrap(), "1\n".repeat(2));
 }
 

@@ -4,7 +4,6 @@ use neural_mesh::mesh::InvalidMesh;
 
 /// Reason why a method made no mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum BaselineError {
     /// The input has no faces.
     Empty,

@@ -9,12 +9,6 @@ use neural_mesh::mesh::{TriMesh, compact};
 const NO_LIMIT: f32 = 1e10;
 
 /// Returns the faces of meshoptimizer's `simplify`, which may stop above `n_faces`.
-///
-/// ```
-/// use neural_mesh_bench::baselines::meshoptimizer_faces;
-/// let sphere = neural_mesh::mesh::shapes::icosphere(3);
-/// assert!(meshoptimizer_faces(&sphere, 100).len() <= 100);
-/// ```
 pub fn meshoptimizer_faces(mesh: &TriMesh, n_faces: usize) -> Vec<[u32; 3]> {
     let Some(vertices) = vertex_adapter(mesh) else { return Vec::new() };
     let indices = mesh.faces().as_flattened();

@@ -49,10 +49,6 @@ impl Baseline {
     ];
 
     /// Returns the name in tables and arguments.
-    ///
-    /// ```
-    /// assert_eq!(neural_mesh_bench::baselines::Baseline::Qem.name(), "qem");
-    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Self::Qem => "qem",
@@ -66,12 +62,6 @@ impl Baseline {
     }
 
     /// Returns the method with a name.
-    ///
-    /// ```
-    /// use neural_mesh_bench::baselines::Baseline;
-    /// assert_eq!(Baseline::from_name("farthest-bpa"), Some(Baseline::FarthestBallPivoting));
-    /// assert_eq!(Baseline::from_name("magic"), None);
-    /// ```
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|baseline| baseline.name() == name)
     }
@@ -92,13 +82,6 @@ pub struct Size {
 ///
 /// # Errors
 /// [`BaselineError::Empty`] for an input without faces, [`BaselineError::NothingLeft`] for such a result.
-///
-/// ```
-/// use neural_mesh_bench::baselines::{Baseline, Size, simplify_by};
-/// let sphere = neural_mesh::mesh::shapes::icosphere(3);
-/// let simplified = simplify_by(Baseline::Qem, &sphere, Size { vertices: 66, faces: 128 }, 0).unwrap();
-/// assert_eq!(simplified.faces().len(), 128);
-/// ```
 pub fn simplify_by(baseline: Baseline, mesh: &TriMesh, size: Size, seed: u64) -> Result<TriMesh, BaselineError> {
     if mesh.faces().is_empty() {
         return Err(BaselineError::Empty);

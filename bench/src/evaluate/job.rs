@@ -35,11 +35,6 @@ pub(super) enum Work {
 }
 
 /// Runs a job given as a line of JSON; returns its seconds or its error as JSON.
-///
-/// ```
-/// let answer = neural_mesh_bench::evaluate::answer_job("no work");
-/// assert!(answer.starts_with("{\"Err\":"));
-/// ```
 pub fn answer_job(line: &str) -> String {
     let done = match serde_json::from_str(line) {
         Ok(Work::Method(job)) => run_job(&job),
@@ -66,23 +61,8 @@ pub(super) fn run_job(job: &Job) -> Result<f64, String> {
 }
 
 fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) -> Result<TriMesh, String> {
-    let (target, default) = (Target::Vertices(job.vertices), ClosedOptions::default());
-    let closed = |options| Options::with_closed(target, options);
-    let paper = |close, place| Options::with_paper(target, PaperOptions { seed: job.seed, close, place });
-    let options = match method {
-        Method::Closed => closed(default),
-        Method::Network => closed(ClosedOptions { scores: ScoreSource::Network, ..default }),
-        Method::Geometry => closed(ClosedOptions { scores: ScoreSource::Geometry, ..default }),
-        Method::Mean => closed(ClosedOptions { optimize: Optimize::Mean, ..default }),
-        Method::Max => closed(ClosedOptions { optimize: Optimize::Max, ..default }),
-        Method::Normals => closed(ClosedOptions { optimize: Optimize::Normals, ..default }),
-        Method::Looks => closed(ClosedOptions { optimize: Optimize::Looks, ..default }),
-        Method::Fast => closed(ClosedOptions { effort: Effort::Fast, ..default }),
-        Method::Best => closed(ClosedOptions { effort: Effort::Best, ..default }),
-        Method::BestMean => closed(ClosedOptions { optimize: Optimize::Mean, effort: Effort::Best, ..default }),
-        Method::Paper => paper(false, false),
-        Method::PaperClosed => paper(true, false),
-        Method::PaperPlaced => paper(true, true),
+    let name = match method {
+        Method::Ours(name) => *name,
         Method::Baseline(baseline) => {
             let size = Size { vertices: job.vertices, faces: job.faces };
             return simplify_by(*baseline, mesh, size, job.seed).map_err(|error| error.to_string());
@@ -94,8 +74,30 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
         }
         Method::Tool(tool) => return Err(format!("{} is an external tool and cannot run in the worker", tool.name)),
     };
+    let options = options(name, Target::Vertices(job.vertices), job.seed);
     let simplified = simplify(mesh, weights.ours.as_ref(), &options, &mut |_| ControlFlow::Continue(()));
     simplified.map(|simplified| simplified.mesh).map_err(|error| error.to_string())
+}
+
+fn options(name: &str, target: Target, seed: u64) -> Options {
+    let default = ClosedOptions::default();
+    let paper = |close, place| Options::with_paper(target, PaperOptions { seed, close, place });
+    let closed = match name {
+        "paper" => return paper(false, false),
+        "paper-closed" => return paper(true, false),
+        "paper-placed" => return paper(true, true),
+        "network" => ClosedOptions { scores: ScoreSource::Network, ..default },
+        "geometry" => ClosedOptions { scores: ScoreSource::Geometry, ..default },
+        "mean" => ClosedOptions { optimize: Optimize::Mean, ..default },
+        "max" => ClosedOptions { optimize: Optimize::Max, ..default },
+        "normals" => ClosedOptions { optimize: Optimize::Normals, ..default },
+        "looks" => ClosedOptions { optimize: Optimize::Looks, ..default },
+        "fast" => ClosedOptions { effort: Effort::Fast, ..default },
+        "best" => ClosedOptions { effort: Effort::Best, ..default },
+        "best-mean" => ClosedOptions { optimize: Optimize::Mean, effort: Effort::Best, ..default },
+        _ => default,
+    };
+    Options::with_closed(target, closed)
 }
 
 #[derive(Default)]
@@ -144,6 +146,7 @@ mod tests {
         let mesh = shapes::icosphere(3);
         write_mesh(&input, &mesh).unwrap();
         assert_eq!(read_mesh(&input).unwrap(), mesh);
+        assert!(answer_job("no work").starts_with("{\"Err\":"));
         for method in Method::names() {
             let job = Job {
                 input: input.clone(),

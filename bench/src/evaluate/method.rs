@@ -7,34 +7,9 @@ use crate::learned_baselines::LearnedBaseline;
 
 /// A compared method.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum Method {
-    /// Closed assembly with default options.
-    Closed,
-    /// Closed assembly with a network's scores.
-    Network,
-    /// Closed assembly without scores.
-    Geometry,
-    /// Closed assembly optimised for the mean distance.
-    Mean,
-    /// Closed assembly optimised for the largest distance.
-    Max,
-    /// Closed assembly optimised for normals.
-    Normals,
-    /// Closed assembly optimised for appearance.
-    Looks,
-    /// Closed assembly with effort `fast`.
-    Fast,
-    /// Closed assembly with effort `best`.
-    Best,
-    /// Effort `best`, optimised for the mean distance.
-    BestMean,
-    /// The paper's assembly.
-    Paper,
-    /// The paper's assembly with holes closed.
-    PaperClosed,
-    /// The paper's assembly, closed, with vertices placed.
-    PaperPlaced,
+    /// One of neural-mesh, by its name in [`OURS`].
+    Ours(&'static str),
     /// A baseline.
     Baseline(Baseline),
     /// A learned baseline.
@@ -43,74 +18,56 @@ pub enum Method {
     Tool(Tool),
 }
 
-const OURS: [(&str, Method); 13] = [
-    ("closed", Method::Closed),
-    ("network", Method::Network),
-    ("geometry", Method::Geometry),
-    ("mean", Method::Mean),
-    ("max", Method::Max),
-    ("normals", Method::Normals),
-    ("looks", Method::Looks),
-    ("fast", Method::Fast),
-    ("best", Method::Best),
-    ("best-mean", Method::BestMean),
-    ("paper", Method::Paper),
-    ("paper-closed", Method::PaperClosed),
-    ("paper-placed", Method::PaperPlaced),
+/// Names of our methods; `job` has their options.
+const OURS: [&str; 13] = [
+    "closed",
+    "network",
+    "geometry",
+    "mean",
+    "max",
+    "normals",
+    "looks",
+    "fast",
+    "best",
+    "best-mean",
+    "paper",
+    "paper-closed",
+    "paper-placed",
 ];
 
 impl Method {
     /// Returns the names of all methods except tools, ours first.
-    ///
-    /// ```
-    /// use neural_mesh_bench::evaluate::Method;
-    /// assert_eq!(Method::names()[..4], ["closed", "network", "geometry", "mean"]);
-    /// ```
     pub fn names() -> Vec<&'static str> {
         let baselines = Baseline::ALL.map(Baseline::name);
         let learned = LearnedBaseline::ALL.map(LearnedBaseline::name);
-        OURS.iter().map(|&(name, _)| name).chain(baselines).chain(learned).collect()
+        OURS.into_iter().chain(baselines).chain(learned).collect()
     }
 
     /// Returns the method of a name, except tools.
-    ///
-    /// ```
-    /// use neural_mesh_bench::evaluate::Method;
-    /// assert_eq!(Method::from_name("paper"), Some(Method::Paper));
-    /// ```
     pub fn from_name(name: &str) -> Option<Self> {
-        let ours = OURS.into_iter().find(|(its, _)| *its == name).map(|(_, method)| method);
+        let ours = OURS.into_iter().find(|ours| *ours == name).map(Self::Ours);
         let baseline = || Baseline::from_name(name).map(Self::Baseline);
         let learned = || LearnedBaseline::from_name(name).map(Self::Learned);
         ours.or_else(baseline).or_else(learned)
     }
 
     /// Returns the name in tables and arguments.
-    ///
-    /// ```
-    /// assert_eq!(neural_mesh_bench::evaluate::Method::Geometry.name(), "geometry");
-    /// ```
     pub fn name(&self) -> &str {
         match self {
             Self::Baseline(baseline) => baseline.name(),
             Self::Learned(baseline) => baseline.name(),
             Self::Tool(tool) => &tool.name,
-            ours => OURS.iter().find(|(_, method)| method == ours).map_or("", |(name, _)| name),
+            Self::Ours(name) => name,
         }
     }
 
     pub(super) fn is_paper(&self) -> bool {
-        matches!(self, Self::Paper | Self::PaperClosed | Self::PaperPlaced)
+        matches!(self, Self::Ours(name) if name.starts_with("paper"))
     }
 
     /// Returns whether the method is ours.
-    ///
-    /// ```
-    /// use neural_mesh_bench::evaluate::Method;
-    /// assert!(Method::Paper.is_ours() && !Method::from_name("qem").unwrap().is_ours());
-    /// ```
     pub fn is_ours(&self) -> bool {
-        !matches!(self, Self::Baseline(_) | Self::Learned(_) | Self::Tool(_))
+        matches!(self, Self::Ours(_))
     }
 }
 

@@ -19,7 +19,6 @@ pub(crate) use clock::thread_time;
 pub use engine::Worker;
 pub use job::answer_job;
 pub(crate) use meshes::mesh_files;
-pub use method::Method;
 pub use report::{REPORT, write_report};
 pub use run::{Ending, Event, Request, evaluate};
 pub use settings::Settings;

@@ -38,12 +38,6 @@ const LARGER: f64 = 1.1;
 ///
 /// # Errors
 /// [`EvaluateError`] where the folder or the method `relative_to` has no rows.
-///
-/// ```
-/// let folder = tempfile::tempdir().unwrap();
-/// let error = neural_mesh_bench::evaluate::write_report(folder.path(), None).unwrap_err();
-/// assert!(error.to_string().contains("rows.csv"));
-/// ```
 pub fn write_report(folder: &Path, relative_to: Option<&str>) -> Result<Table, EvaluateError> {
     let table = read_rows(&folder.join(ROWS))?;
     let methods = table.methods();

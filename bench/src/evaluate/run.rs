@@ -36,7 +36,6 @@ const SIZES: [&str; 9] = [
 
 /// Input of an evaluation.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub struct Request {
     /// Folder of the meshes.
     pub data: PathBuf,
@@ -74,7 +73,6 @@ impl Request {
 
 /// An event during an evaluation.
 #[derive(Clone, Copy, Debug)]
-#[non_exhaustive]
 pub enum Event<'a> {
     /// A case begins.
     Case {

@@ -15,7 +15,6 @@ use neural_mesh::model::Weights;
 
 /// Settings of an evaluation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
 pub struct Settings {
     /// Names of methods; `all` means every one.
     pub methods: Vec<String>,
@@ -64,15 +63,6 @@ impl Settings {
     ///
     /// # Errors
     /// [`EvaluateError::Settings`] for an unknown method or a number out of range.
-    ///
-    /// ```
-    /// use neural_mesh_bench::evaluate::Settings;
-    /// let mut settings = Settings::default();
-    /// settings.methods = vec!["qem".into()];
-    /// assert_eq!(settings.resolve_methods().unwrap().len(), 1);
-    /// settings.ratios = vec![2.0];
-    /// assert!(settings.resolve_methods().is_err());
-    /// ```
     pub fn resolve_methods(&self) -> Result<Vec<Method>, EvaluateError> {
         let refusal = |what: String| Err(EvaluateError::Settings(what));
         if let Some(ratio) = self.ratios.iter().find(|ratio| !(**ratio > 0.0 && **ratio <= 1.0)) {

@@ -32,12 +32,6 @@ impl Tool {
     ///
     /// # Errors
     /// [`EvaluateError::Settings`] for an invalid name, open quotes, or a missing `{in}` or `{out}`.
-    ///
-    /// ```
-    /// use neural_mesh_bench::evaluate::Tool;
-    /// assert_eq!(Tool::parse("copy=cp {in} {out}").unwrap().name, "copy");
-    /// assert!(Tool::parse("copy=cp {in}").unwrap_err().to_string().contains("{out}"));
-    /// ```
     pub fn parse(text: &str) -> Result<Self, EvaluateError> {
         let refusal = |what: &str| EvaluateError::Settings(format!("tool {text}: {what}"));
         let (name, command) = text.split_once('=').ok_or_else(|| refusal("give NAME='command {in} {out}'"))?;

@@ -7,7 +7,7 @@ pub mod potamias;
 mod training;
 mod weights;
 
-use neural_mesh::autodiff::Tensors;
+use neural_mesh::autodiff::{Tensors, Value};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::mesh::{TriMesh, compact};
 use std::sync::Arc;
@@ -17,7 +17,6 @@ pub use weights::LearnedWeights;
 
 /// A learned method of others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
 pub enum LearnedBaseline {
     /// Delaunay surface elements (Rakotosaona et al. 2021).
     Dse,
@@ -32,10 +31,6 @@ impl LearnedBaseline {
     pub const ALL: [Self; 3] = [Self::Dse, Self::Potamias, Self::PointTriNet];
 
     /// Returns the name in tables and arguments, and of the training objective.
-    ///
-    /// ```
-    /// assert_eq!(neural_mesh_bench::learned_baselines::LearnedBaseline::Potamias.name(), "potamias");
-    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Self::Dse => "dse",
@@ -45,23 +40,11 @@ impl LearnedBaseline {
     }
 
     /// Returns the method with a name.
-    ///
-    /// ```
-    /// use neural_mesh_bench::learned_baselines::LearnedBaseline;
-    /// assert_eq!(LearnedBaseline::from_name("potamias"), Some(LearnedBaseline::Potamias));
-    /// assert_eq!(LearnedBaseline::from_name("magic"), None);
-    /// ```
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|baseline| baseline.name() == name)
     }
 
     /// Returns the shapes of the tensors; `width_share` is in (0, 1].
-    ///
-    /// ```
-    /// use neural_mesh_bench::learned_baselines::LearnedBaseline;
-    /// let [full, half] = [1.0, 0.5].map(|share| LearnedBaseline::Potamias.shapes(share).n_parameters());
-    /// assert!(half < full / 3);
-    /// ```
     pub fn shapes(self, width_share: f64) -> Tensors<[usize; 2]> {
         match self {
             Self::Dse => dse::shapes(width_share),
@@ -84,14 +67,6 @@ impl LearnedBaseline {
 ///
 /// # Errors
 /// [`LearnedBaselineError`] where the result has no face or is no mesh.
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_learned};
-/// let sphere = neural_mesh::mesh::shapes::icosphere(3);
-/// let weights = LearnedWeights::load_shipped(LearnedBaseline::Potamias);
-/// let simplified = simplify_by_learned(weights, &sphere, 160, 0).unwrap();
-/// assert!((100..=160).contains(&simplified.positions().len()));
-/// ```
 pub fn simplify_by_learned(
     weights: &LearnedWeights,
     mesh: &TriMesh,
@@ -99,11 +74,29 @@ pub fn simplify_by_learned(
     seed: u64,
 ) -> Result<TriMesh, LearnedBaselineError> {
     let simplified = match weights.baseline() {
-        LearnedBaseline::Dse => dse::remesh(mesh, n_vertices, seed, dse::Maps::Learned(weights.tensors())),
+        LearnedBaseline::Dse => dse::simplify(mesh, n_vertices, seed, weights.tensors()),
         LearnedBaseline::Potamias => potamias::simplify(mesh, n_vertices, seed, weights.tensors()),
         LearnedBaseline::PointTriNet => pointtrinet::simplify(mesh, n_vertices, seed, weights.tensors()),
     }?;
     if simplified.faces().is_empty() { Err(LearnedBaselineError::NothingLeft) } else { Ok(simplified) }
+}
+
+/// Returns a tensor of checked weights by name.
+///
+/// # Panics
+/// If there is none of this name; [`LearnedWeights`] have all of their network.
+fn named<'a>(tensors: &'a Tensors<Value>, name: &str) -> &'a Value {
+    tensors.find_tensor(name).expect("the tensors of this network")
+}
+
+/// Returns weights and bias of a layer.
+fn layer<'a>(tensors: &'a Tensors<Value>, name: &str) -> [&'a Value; 2] {
+    [".weights", ".bias"].map(|of| named(tensors, &format!("{name}{of}")))
+}
+
+/// Returns the first `n` layers `name_0`, `name_1`, and so on.
+fn layers<'a>(tensors: &'a Tensors<Value>, name: &str, n: usize) -> Vec<[&'a Value; 2]> {
+    (0..n).map(|i| layer(tensors, &format!("{name}_{i}"))).collect()
 }
 
 fn scale_width(width: usize, share: f64) -> usize {

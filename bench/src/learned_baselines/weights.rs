@@ -16,12 +16,6 @@ static POTAMIAS: LazyLock<LearnedWeights> = LazyLock::new(|| parse_shipped(POTAM
 static POINTTRINET: LazyLock<LearnedWeights> = LazyLock::new(|| parse_shipped(POINTTRINET_FILE));
 
 /// Finite weights with the shapes of a network.
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights};
-/// let weights = LearnedWeights::random(LearnedBaseline::Potamias, 0.25, 7);
-/// assert_eq!(LearnedWeights::from_bytes(&weights.to_bytes()), Ok(weights));
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LearnedWeights {
     baseline: LearnedBaseline,
@@ -85,11 +79,6 @@ impl LearnedWeights {
         self.baseline
     }
 
-    /// Returns the fraction of the full widths.
-    pub fn width_share(&self) -> f64 {
-        self.width_share
-    }
-
     /// Returns all tensors.
     pub fn tensors(&self) -> &Tensors<Arc<Matrix>> {
         &self.tensors
@@ -111,7 +100,9 @@ mod tests {
     #[test]
     fn shipped_weights_are_of_their_method() {
         for baseline in LearnedBaseline::ALL {
-            assert_eq!(LearnedWeights::load_shipped(baseline).baseline(), baseline);
+            let weights = LearnedWeights::load_shipped(baseline);
+            assert_eq!((weights.baseline(), LearnedBaseline::from_name(baseline.name())), (baseline, Some(baseline)));
+            assert_eq!(LearnedWeights::from_bytes(&weights.to_bytes()).as_ref(), Ok(weights));
         }
     }
 

@@ -246,7 +246,7 @@ fn wide_tables(
 
 fn measure_levels(bench: &Bench) -> Result<String> {
     let names = ["faces", "seconds", "time", "distance_0", "distance_1", "distance_2", "distance_3"];
-    let rows = bench.measure("levels", &names, bench.meshes("test")?, compare_levels)?;
+    let rows = bench.measure("levels", &names, bench.meshes("test")?, |name, path| compare_levels(name, path))?;
     let first = vec![
         Column::of_figure("faces", "faces", 1.0, whole_number),
         Column::of_figure("four runs, s", "seconds", 1.0, three_decimals),
@@ -257,7 +257,7 @@ fn measure_levels(bench: &Bench) -> Result<String> {
     wide_tables(bench, "assets-levels", &rows, first, &figures)
 }
 
-fn compare_levels(name: &str, path: &PathBuf) -> Result<Vec<ResultRow>> {
+fn compare_levels(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
     let mesh = load(path)?;
     if mesh.faces().len() <= LARGE {
         return Ok(Vec::new());
@@ -297,7 +297,7 @@ fn measure_mirrored(bench: &Bench) -> Result<String> {
     // Poses of a class share their connectivity; the first pose, number 0, is symmetric.
     meshes.extend(bench.meshes("tosca")?.into_iter().filter(|(name, _)| name.ends_with('0')));
     let names = ["vertices", "mean_0", "mean_1", "mean_2", "largest_0", "largest_1", "largest_2"];
-    let rows = bench.measure("mirrored", &names, meshes, compare_mirrored)?;
+    let rows = bench.measure("mirrored", &names, meshes, |name, path| compare_mirrored(name, path))?;
     let plane = |_: &Table, rows: &[&ResultRow]| Cell {
         text: rows.first().map_or(String::new(), |row| row.method.clone()),
         value: None,
@@ -309,7 +309,7 @@ fn measure_mirrored(bench: &Bench) -> Result<String> {
 }
 
 // Mean and largest distances over those of the plain result of the same size; the plane takes the place of the method.
-fn compare_mirrored(name: &str, path: &PathBuf) -> Result<Vec<ResultRow>> {
+fn compare_mirrored(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
     let mesh = load(path)?;
     let original = Surface::new(&mesh, SAMPLES, 0);
     let (mut means, mut figures) = (Vec::new(), Vec::new());

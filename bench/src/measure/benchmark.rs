@@ -1,6 +1,6 @@
 //! The benchmark against meshoptimizer's `simplify`, and the README's table.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use anyhow::Result;
 use neural_mesh::io::write_path;
@@ -46,7 +46,7 @@ const METHODS: [(&str, &str, bool); 12] = [
 ];
 
 pub fn measure(bench: &Bench) -> Result<Blocks> {
-    let inputs = bench.measure("inputs", &["faces", "is_closed_manifold"], bench.meshes("test")?, inspect_input)?;
+    let inputs = inspect_inputs(bench)?;
     let input = |row: &ResultRow, figure: &str| {
         let input = inputs.rows.iter().find(|input| input.mesh == row.mesh)?;
         inputs.value(input, figure)
@@ -80,7 +80,14 @@ pub fn evaluate_all(bench: &Bench) -> Result<Table> {
     bench.evaluate_set("benchmark", "test", settings, None)
 }
 
-fn inspect_input(name: &str, path: &PathBuf) -> Result<Vec<ResultRow>> {
+/// Returns the number of faces of each benchmark mesh, and 1 if it is closed and manifold.
+pub fn inspect_inputs(bench: &Bench) -> Result<Table> {
+    bench.measure("inputs", &["faces", "is_closed_manifold"], bench.meshes("test")?, |name, path| {
+        inspect_input(name, path)
+    })
+}
+
+fn inspect_input(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
     let found = topology(&load(path)?);
     let is_whole = found.is_closed_manifold() && found.non_manifold_vertices == 0;
     Ok(vec![ResultRow::new(name, 1.0, "", &[found.faces as f64, f64::from(u8::from(is_whole))])])

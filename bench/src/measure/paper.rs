@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 
 use super::bench::{Bench, RATIOS, root};
+use super::benchmark::inspect_inputs;
 use super::pages::Blocks;
 use super::samplers;
 use crate::cells::{Cell, mean_digits, median_digits, n_values, number};
@@ -26,29 +27,8 @@ const METHODS: [&str; 10] = [
     "farthest-bpa",
     "uniform-bpa",
 ];
-// First letters of the meshes of `test` with at most 41 thousand faces; `pointtrinet` takes minutes for more.
-const OF_TEST: [&str; 20] = [
-    "eight",
-    "suzanne",
-    "cow",
-    "spot",
-    "teapot",
-    "duck",
-    "anchor",
-    "fertility",
-    "casting",
-    "max_planck",
-    "knot2",
-    "homer",
-    "fandisk",
-    "cheburashka",
-    "screwdriver",
-    "rocker_arm",
-    "camelhead",
-    "mannequin_devil",
-    "beetle",
-    "elephant",
-];
+// Largest number of faces of other meshes; `pointtrinet` takes minutes for more.
+const MOST_FACES: f64 = 41_000.0;
 // Time limit of a run in seconds.
 const TIME_LIMIT: f64 = 1800.0;
 // Method by whose figures the others are divided.
@@ -65,8 +45,10 @@ const COLUMNS: [(&str, &str, f64); 5] = [
 pub fn measure(bench: &Bench) -> Result<Blocks> {
     let with_spectrum = |only: &[&str]| Settings { spectrum: true, ..settings(&METHODS, only) };
     let tosca = bench.evaluate_set("paper", "tosca", with_spectrum(&CLASSES), Some(weights()))?.over(REFERENCE);
-    let test = bench.evaluate_set("paper-test", "test", with_spectrum(&present(bench, &OF_TEST)?), None)?;
-    let test = test.over(REFERENCE);
+    let inputs = inspect_inputs(bench)?;
+    let small = inputs.rows.iter().filter(|row| inputs.value(row, "faces") <= Some(MOST_FACES));
+    let small: Vec<&str> = small.map(|row| row.mesh.as_str()).collect();
+    let test = bench.evaluate_set("paper-test", "test", with_spectrum(&small), None)?.over(REFERENCE);
     let csv = [("TOSCA", &tosca), ("test", &test)].map(|(meshes, rows)| csv_table(meshes, rows));
     let csv = csv.into_iter().fold(TextTable::default(), TextTable::with_lines_of);
     bench.write_csv("paper-table-1", &csv)?;
@@ -85,12 +67,6 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
     ]);
     blocks.extend(samplers::measure(bench)?);
     Ok(blocks)
-}
-
-// Prefixes that no mesh of a smaller set has would end the evaluation.
-fn present<'a>(bench: &Bench, prefixes: &[&'a str]) -> Result<Vec<&'a str>> {
-    let meshes = bench.meshes("test")?;
-    Ok(prefixes.iter().copied().filter(|prefix| meshes.iter().any(|mesh| mesh.0.starts_with(prefix))).collect())
 }
 
 /// Returns the settings of an evaluation of methods at all ratios.
@@ -161,8 +137,11 @@ fn short(title: &str) -> &str {
 // The paper's columns: CD, WA in percent, LE, NE, and seconds for 20 meshes.
 type PaperCells = [f64; 5];
 
-// Method, and the cells of the paper's Table 1 (Potamias et al. 2022) at each ratio.
-const TABLE_1: [(&str, [PaperCells; 4]); 5] = [
+// Method, and the cells at each ratio.
+type PaperLine = (&'static str, [PaperCells; 4]);
+
+// The paper's Table 1 (Potamias et al. 2022).
+const TABLE_1: [PaperLine; 5] = [
     (
         "paper",
         [
@@ -224,7 +203,7 @@ fn mean_cells(rows: &Table, ratio: f64, method: &str) -> [Option<f64>; 5] {
 }
 
 fn comparison(rows: &Table) -> TextTable {
-    let line = |at: usize, (method, printed): &(&str, [PaperCells; 4])| {
+    let line = |at: usize, (method, printed): &PaperLine| {
         let [own, qem] = [method, REFERENCE].map(|method| mean_cells(rows, RATIOS[at], method));
         let over = |own: Option<f64>, qem: Option<f64>| own.zip(qem).map(|(own, qem)| own / qem);
         let cells = (0..5).map(|column| {
@@ -243,15 +222,14 @@ fn comparison(rows: &Table) -> TextTable {
 }
 
 fn order_table(rows: &Table) -> TextTable {
-    let sorted = |value: &dyn Fn(&(&str, [PaperCells; 4])) -> f64| {
+    let sorted = |value: &dyn Fn(&PaperLine) -> f64| {
         let mut methods: Vec<_> = TABLE_1.iter().collect();
         methods.sort_by(|a, b| value(a).total_cmp(&value(b)));
         methods.iter().map(|printed| printed.0).collect::<Vec<_>>().join(", ")
     };
     let line = |(name, column): (&str, usize)| {
-        let here = |printed: &(&str, [PaperCells; 4])| {
-            mean_cells(rows, RATIOS[ORDER_RATIO], printed.0)[column].unwrap_or(f64::INFINITY)
-        };
+        let here =
+            |printed: &PaperLine| mean_cells(rows, RATIOS[ORDER_RATIO], printed.0)[column].unwrap_or(f64::INFINITY);
         vec![name.into(), sorted(&here), sorted(&|printed| printed.1[ORDER_RATIO][column])]
     };
     let head = ["figure", "here", "in the paper"].map(String::from).into();

@@ -39,7 +39,8 @@ const RIGHT: f64 = 0.97;
 
 pub fn measure(bench: &Bench) -> Result<Blocks> {
     let test = bench.meshes("test")?;
-    let speed = bench.measure("speed", &["quotient", "nanoseconds"], test.clone(), measure_speed)?;
+    let speed =
+        bench.measure("speed", &["quotient", "nanoseconds"], test.clone(), |name, path| measure_speed(name, path))?;
     let plys = test.iter().filter(|(_, path)| path.extension().is_some_and(|ending| ending == "ply")).cloned();
     let whole = bench.measure("whole", &["wall", "processor"], plys, |name, path| measure_whole(bench, name, path))?;
     let sizes = GROWTH.map(|n_faces| (count(n_faces), n_faces));
@@ -49,7 +50,8 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
     let formats = FORMATS.map(|format| (format.to_owned(), ()));
     let files =
         bench.measure("files", &["size", "read", "clean", "write"], formats, |name, ()| measure_format(bench, name))?;
-    let check = bench.measure("check", &["deviation", "largest", "nanoseconds"], test, measure_check)?;
+    let check = bench
+        .measure("check", &["deviation", "largest", "nanoseconds"], test, |name, path| measure_check(name, path))?;
     let spreads = |titles: &[(&str, &str, &str)]| -> Vec<Column<'static>> {
         let column =
             |&(title, figure, method): &(&str, &str, &str)| Column::of_figure(title, figure, 1.0, spread).of(method);
@@ -80,7 +82,7 @@ fn middle(values: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 // Rows are of the default on one thread and on two, without scores, of each stage, of all stages, and of meshoptimizer.
-fn measure_speed(name: &str, path: &PathBuf) -> Result<Vec<ResultRow>> {
+fn measure_speed(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
     let mesh = load(path)?;
     if mesh.faces().len() <= LARGE {
         return Ok(Vec::new());
@@ -273,7 +275,7 @@ fn file_table(files: &Table) -> TextTable {
 }
 
 // Deviation of the mean in percent, largest distance over the certified one, nanoseconds per input face.
-fn measure_check(name: &str, path: &PathBuf) -> Result<Vec<ResultRow>> {
+fn measure_check(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
     let mesh = load(path)?;
     let original = Surface::new(&mesh, MANY_SAMPLES, 77);
     let mut rows = Vec::new();

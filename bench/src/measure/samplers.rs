@@ -1,6 +1,6 @@
 //! The paper's Table 2: drawn points against all vertices of the input, with noise and without.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use anyhow::Result;
 use glam::{DVec3, Vec3};
@@ -62,7 +62,7 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
     ])
 }
 
-fn measure_mesh(name: &str, path: &PathBuf, noise: f64) -> Result<Vec<ResultRow>> {
+fn measure_mesh(name: &str, path: &Path, noise: f64) -> Result<Vec<ResultRow>> {
     let mesh = load(path)?;
     let weights = Weights::from_bytes(&std::fs::read(weights())?)?;
     let noisy = with_noise(&mesh, 0.01 * noise);

@@ -1,6 +1,6 @@
 //! Results of the shipped weights, and effects of scores and stages of the closed assembly.
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
@@ -38,7 +38,8 @@ const CASES: [(&str, &str); 5] = [
 pub fn measure(bench: &Bench) -> Result<Blocks> {
     let closed = bench.for_subsystems(&[Subsystem::Closed])?;
     let figures = ["distance_mean", "distance_max", "normal_error_signed", "seconds"];
-    let stages = closed.measure("stages", &figures, bench.meshes("test")?, measure_stages)?.over(WHOLE);
+    let stages =
+        closed.measure("stages", &figures, bench.meshes("test")?, |name, path| measure_stages(name, path))?.over(WHOLE);
     bench.write_csv("weights-scores", &csv_table(&stages))?;
     let scores = benchmark::evaluate_all(bench)?.over("geometry");
     let both = paper::class_settings(&["closed", "paper"]);
@@ -56,7 +57,7 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
     ])
 }
 
-fn measure_stages(name: &str, path: &PathBuf) -> Result<Vec<ResultRow>> {
+fn measure_stages(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
     let mesh = load(path)?;
     let weights = Weights::shipped_default();
     let shuffled = shuffle_weights(weights, 0)?;

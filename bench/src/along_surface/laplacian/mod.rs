@@ -17,14 +17,6 @@ const MOLLIFICATION: f64 = 1e-5;
 /// The Laplacian `(L u)_i = sum_j w_ij (u_i - u_j)` and the masses `M` of the used vertices.
 ///
 /// Boundaries are natural (Neumann). Eigenvalues of `L u = lambda M u` are in inverse squares of the mesh's unit.
-///
-/// ```
-/// use neural_mesh::mesh::shapes;
-/// use neural_mesh_bench::along_surface::Laplacian;
-/// let laplacian = Laplacian::new(&shapes::icosphere(3)).unwrap();
-/// assert!((laplacian.mass.iter().sum::<f64>() - 4.0 * std::f64::consts::PI).abs() < 0.1);
-/// assert!(laplacian.edges.iter().all(|&(_, weight)| weight > -1e-6));
-/// ```
 #[derive(Clone, Debug)]
 pub struct Laplacian {
     /// Used vertices of the mesh, ascending, n.
@@ -128,6 +120,7 @@ mod tests {
     fn on_good_meshes_it_is_the_cotangent_laplacian() {
         let sphere = shapes::icosphere(2);
         let laplacian = Laplacian::new(&sphere).unwrap();
+        assert!((laplacian.mass.iter().sum::<f64>() - 4.0 * std::f64::consts::PI).abs() < 1.0);
         let naive = naive(&sphere);
         assert_eq!(laplacian.edges.len(), naive.len());
         for (edge, weight) in &laplacian.edges {

@@ -8,14 +8,6 @@ impl Eigenpairs {
     /// The squared distance is `sum_k (u_k(x) - u_k(y))^2 / lambda_k^2` over those of the first `n_pairs` eigenpairs
     /// with `lambda_k > 0`.
     ///
-    /// ```
-    /// use neural_mesh::mesh::shapes;
-    /// use neural_mesh_bench::along_surface::{Eigenpairs, Laplacian};
-    /// let torus = Laplacian::new(&shapes::torus(24, 12, 1.0, 0.3)).unwrap();
-    /// let distances = Eigenpairs::compute_lowest(&torus, 40).unwrap().biharmonic_distances(0, 40);
-    /// assert!(distances[0] == 0.0 && distances[1..].iter().all(|&distance| distance > 0.0));
-    /// ```
-    ///
     /// # Panics
     /// If `source` is not below n.
     pub fn biharmonic_distances(&self, source: u32, n_pairs: usize) -> Vec<f64> {

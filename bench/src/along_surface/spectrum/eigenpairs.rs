@@ -24,14 +24,6 @@ impl Eigenpairs {
     /// Computes the `n_pairs` lowest eigenpairs, at most n; `None` where the solver fails.
     ///
     /// Some pairs of an eigenvalue with a multiplicity above eight may be missed.
-    ///
-    /// ```
-    /// use neural_mesh::mesh::shapes;
-    /// use neural_mesh_bench::along_surface::{Eigenpairs, Laplacian};
-    /// let sphere = Laplacian::new(&shapes::icosphere(3)).unwrap();
-    /// let values = Eigenpairs::compute_lowest(&sphere, 4).unwrap().values;
-    /// assert!(values[0] < 1e-9 && values[1..].iter().all(|value| (value - 2.0).abs() < 0.02));
-    /// ```
     pub fn compute_lowest(laplacian: &Laplacian, n_pairs: usize) -> Option<Self> {
         let n = laplacian.mass.len();
         let mut components = components(laplacian);

@@ -19,15 +19,6 @@ pub struct HeatMethod {
 
 impl HeatMethod {
     /// Factorises the matrices of the heat and Poisson equations; `None` where rounding makes one indefinite.
-    ///
-    /// ```
-    /// use neural_mesh::mesh::shapes;
-    /// use neural_mesh_bench::along_surface::{HeatMethod, Laplacian};
-    /// let sphere = Laplacian::new(&shapes::icosphere(4)).unwrap();
-    /// let distances = HeatMethod::new(&sphere).unwrap().distances(&sphere, 0);
-    /// let farthest = distances.iter().fold(0.0, |a: f64, b| a.max(*b));
-    /// assert!(distances[0] == 0.0 && (farthest - std::f64::consts::PI).abs() < 0.1);
-    /// ```
     pub fn new(laplacian: &Laplacian) -> Option<Self> {
         // The usual time step is the squared edge length; on long surfaces heat would underflow with it.
         let time = laplacian.surface.mean_length().max(longest_path(laplacian) / MOST_FALLS).powi(2);

@@ -25,12 +25,6 @@ const RADII: [f64; 4] = [1.0, 1.5, 2.0, 4.0];
 ///
 /// # Panics
 /// If there is not one normal per point.
-///
-/// ```
-/// use neural_mesh_bench::baselines::ball_pivoting;
-/// let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0]];
-/// assert_eq!(ball_pivoting(&points, &[[0.0, 0.0, 1.0]; 3]), [[0, 1, 2]]);
-/// ```
 pub fn ball_pivoting(points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<[u32; 3]> {
     assert_eq!(points.len(), normals.len(), "one normal per point");
     let [points, normals] = [points, normals].map(to_double);

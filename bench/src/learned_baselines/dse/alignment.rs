@@ -17,15 +17,6 @@ type WeightedPoint = ([f64; 2], f64);
 ///
 /// # Shapes
 /// - `patches`: one per point of the cloud, in order
-///
-/// ```
-/// use neural_mesh::mesh::shapes;
-/// use neural_mesh_bench::learned_baselines::dse::{align_maps, exact_patches};
-/// let grid = shapes::grid(6, 6);
-/// let patches = exact_patches(&grid, &(0..49).collect::<Vec<u32>>(), 24);
-/// let change = |i: usize| (align_maps(&patches)[24].map[i][0] - patches[24].map[i][0]).abs();
-/// assert!((0..25).all(|i| change(i) < 1e-6));
-/// ```
 pub fn align_maps(patches: &[Patch]) -> Vec<Patch> {
     patches.par_iter().map(|patch| Patch { points: patch.points.clone(), map: mean_map(patch, patches) }).collect()
 }

@@ -94,13 +94,6 @@ impl WalkSurface {
     ///
     /// # Panics
     /// If `source` does not exist.
-    ///
-    /// ```
-    /// use neural_mesh_bench::learned_baselines::dse::WalkSurface;
-    /// let grid = neural_mesh::mesh::shapes::grid(8, 8);
-    /// let nearest = WalkSurface::new(&grid).logarithmic_map(40, 3, |v| v % 2 == 1);
-    /// assert_eq!(nearest.len(), 3);
-    /// ```
     pub fn logarithmic_map(&self, source: u32, n: usize, is_wanted: impl Fn(u32) -> bool) -> Vec<(u32, [f64; 2])> {
         let mut front = Front { surface: self, reached: FxHashMap::default(), waiting: BinaryHeap::new() };
         front.reach(source, 0.0);
@@ -205,13 +198,7 @@ fn unfold_distance(distances: [f64; 2], base: f64, sides: [f64; 2]) -> Option<f6
 /// # Shapes
 /// - `samples`: n distinct vertices; patches hold indices of samples
 /// - returns n patches, shorter in small components
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::dse::exact_patches;
-/// let sphere = neural_mesh::mesh::shapes::icosphere(3);
-/// let patches = exact_patches(&sphere, &[0, 5, 9, 300], 2);
-/// assert!(patches.iter().all(|patch| patch.points.len() == 3 && patch.map[0] == [0.0; 2]));
-/// ```
+#[cfg(test)]
 pub fn exact_patches(mesh: &TriMesh, samples: &[u32], kept: usize) -> Vec<Patch> {
     let all: Vec<u32> = (0..samples.len() as u32).collect();
     exact_patches_around(&WalkSurface::new(mesh), samples, &all, kept)
@@ -302,6 +289,7 @@ mod tests {
     fn small_components_have_small_patches() {
         let boxes = shapes::many_boxes(2);
         let samples: Vec<u32> = (0..boxes.positions().len() as u32).collect();
+        assert_eq!(WalkSurface::new(&boxes).logarithmic_map(0, 3, |v| v % 2 == 1).len(), 3);
         let patches = exact_patches(&boxes, &samples, 1000);
         assert!(patches.iter().all(|patch| patch.points.len() < samples.len()));
     }

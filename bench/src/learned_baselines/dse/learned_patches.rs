@@ -1,6 +1,6 @@
 //! Patches of a cloud, predicted by the networks.
 
-use super::{Dse, KEPT, Neighbourhoods, Patch, PatchFrame, forward};
+use super::{KEPT, Neighbourhoods, Patch, PatchFrame, forward};
 use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::linalg::Matrix;
 use rayon::prelude::*;
@@ -15,31 +15,24 @@ const BATCH: usize = 64;
 ///
 /// # Panics
 /// If tensors are missing or have wrong shapes.
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::dse::{initial_tensors, learned_patches};
-/// let sphere = neural_mesh::mesh::shapes::icosphere(2);
-/// let patches = learned_patches(sphere.positions(), &initial_tensors(0.05, 1));
-/// assert_eq!((patches.len(), patches[9].points[0], patches[9].points.len()), (162, 9, 25));
-/// ```
 pub fn learned_patches(points: &[[f32; 3]], tensors: &Tensors<Arc<Matrix>>) -> Vec<Patch> {
-    let net = Dse::from_tensors(&tensors.constants()).expect("the tensors of these networks");
+    let tensors = tensors.constants();
     let around = Neighbourhoods::new(points);
     let centres: Vec<u32> = (0..points.len() as u32).collect();
-    let batches = centres.par_chunks(BATCH).map(|centres| predict_batch(&net, &around, centres));
+    let batches = centres.par_chunks(BATCH).map(|centres| predict_batch(&tensors, &around, centres));
     batches.collect::<Vec<_>>().concat()
 }
 
-fn predict_batch(net: &Dse<Value>, around: &Neighbourhoods, centres: &[u32]) -> Vec<Patch> {
+fn predict_batch(tensors: &Tensors<Value>, around: &Neighbourhoods, centres: &[u32]) -> Vec<Patch> {
     let tape = &mut Tape::default();
     let frames: Vec<PatchFrame> = centres.iter().map(|&centre| around.frame(centre)).collect();
     let candidates: Vec<Vec<u32>> = centres.iter().map(|&centre| around.candidates(centre)).collect();
     let places = Value::constant(around.places(&candidates, &frames));
-    let logits = forward(tape, &net.classifier, &places, around.group());
+    let logits = forward(tape, tensors, "classifier", &places, around.group());
     let rows = candidates.iter().zip(logits.matrix().data().chunks_exact(around.group()));
     let kept: Vec<Vec<u32>> = rows.map(|(candidates, logits)| most_likely(candidates, logits)).collect();
     let group = kept.first().map_or(1, Vec::len);
-    let map = forward(tape, &net.map, &Value::constant(around.places(&kept, &frames)), group);
+    let map = forward(tape, tensors, "map", &Value::constant(around.places(&kept, &frames)), group);
     let in_unit = |place: &[f32], unit: f64| [0, 1].map(|axis: usize| f64::from(place[axis]) * unit);
     let patch = |(points, (rows, frame)): (Vec<u32>, (&[f32], &PatchFrame))| Patch {
         points,

@@ -16,14 +16,6 @@ pub struct Loss {
 ///
 /// # Shapes
 /// - `logits`: (n_patches * group) x 1, `are_neighbours` one each; the first of each group is skipped
-///
-/// ```
-/// use neural_mesh::linalg::Matrix;
-/// use neural_mesh_bench::learned_baselines::dse::neighbour_loss;
-/// let loss = neighbour_loss(&Matrix::new(3, 1, vec![9.0, 0.0, 0.0]), &[true, true, false], 3);
-/// assert!((loss.value - 2f64.ln()).abs() < 1e-9);
-/// assert_eq!(loss.gradient.data(), [0.0, -0.25, 0.25]);
-/// ```
 pub fn neighbour_loss(logits: &Matrix, are_neighbours: &[bool], group: usize) -> Loss {
     // Cross entropy replaces the squared error of the paper's program, whose gradient vanishes for confident errors.
     let n_counted = (logits.n_rows() - logits.n_rows() / group).max(1) as f64;
@@ -44,14 +36,6 @@ pub fn neighbour_loss(logits: &Matrix, are_neighbours: &[bool], group: usize) ->
 ///
 /// # Shapes
 /// - `map`: (n_patches * group) x 2, `exact` one each
-///
-/// ```
-/// use neural_mesh::linalg::Matrix;
-/// use neural_mesh_bench::learned_baselines::dse::map_loss;
-/// let turned = Matrix::new(2, 2, vec![0.0, 0.0, 0.0, 3.0]);
-/// assert!(map_loss(&turned, &[[0.0; 2], [3.0, 0.0]], 2).value < 1e-12);
-/// assert_eq!(map_loss(&turned, &[[0.0; 2], [1.0, 0.0]], 2).value, 4.0);
-/// ```
 pub fn map_loss(map: &Matrix, exact: &[[f64; 2]], group: usize) -> Loss {
     let scale = 1.0 / map.n_rows().max(1) as f64;
     let (mut value, mut gradient) = (0.0, Matrix::zeros(map.n_rows(), 2));
@@ -102,6 +86,16 @@ mod tests {
         let are_neighbours: Vec<bool> = (0..12).map(|i| i % 3 == 1).collect();
         check(&random(12, 1, 1), |logits| neighbour_loss(logits, &are_neighbours, 4));
         check(&random(12, 2, 2), |map| map_loss(map, &exact(12), 6));
+    }
+
+    #[test]
+    fn losses_have_the_values_of_their_formulas() {
+        let loss = neighbour_loss(&Matrix::new(3, 1, vec![9.0, 0.0, 0.0]), &[true, true, false], 3);
+        assert!((loss.value - 2f64.ln()).abs() < 1e-9);
+        assert_eq!(loss.gradient.data(), [0.0, -0.25, 0.25]);
+        let turned = Matrix::new(2, 2, vec![0.0, 0.0, 0.0, 3.0]);
+        assert!(map_loss(&turned, &[[0.0; 2], [3.0, 0.0]], 2).value < 1e-12);
+        assert_eq!(map_loss(&turned, &[[0.0; 2], [1.0, 0.0]], 2).value, 4.0);
     }
 
     #[test]

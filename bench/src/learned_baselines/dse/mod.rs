@@ -14,7 +14,6 @@ mod overlap;
 mod patch;
 mod reconstruct;
 mod selection;
-mod sizes;
 mod step;
 mod turn;
 mod umbrella;
@@ -28,55 +27,53 @@ use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
 use neural_mesh::spatial::farthest_points;
 use std::sync::Arc;
 
-pub use alignment::align_maps;
-pub use exact_map::{WalkSurface, exact_patches, exact_patches_around};
-pub use forward::forward;
-pub use learned_patches::learned_patches;
-pub use losses::{Loss, map_loss, neighbour_loss};
-pub use neighbourhoods::{Neighbourhoods, PatchFrame};
-pub use network::{Dse, JoinedLayers, PointNetwork, initial_tensors, shapes};
-pub use overlap::are_overlapping;
-pub use patch::Patch;
-pub use reconstruct::reconstruct;
-pub use selection::select_triangles;
-pub use sizes::{CANDIDATES, KEPT, Widths};
+pub use network::{initial_tensors, shapes};
 pub use step::dse_step;
-pub use turn::Turn;
-pub use umbrella::umbrella;
-pub use votes::count_votes;
 
-/// Source of the logarithmic maps.
-#[derive(Clone, Copy, Debug)]
-pub enum Maps<'a> {
-    /// Networks with these tensors.
-    Learned(&'a Tensors<Arc<Matrix>>),
-    /// Exact maps on the mesh.
-    Exact,
-}
+use alignment::align_maps;
+#[cfg(test)]
+use exact_map::exact_patches;
+use exact_map::{WalkSurface, exact_patches_around};
+use forward::forward;
+use learned_patches::learned_patches;
+use losses::{Loss, map_loss, neighbour_loss};
+use neighbourhoods::{Neighbourhoods, PatchFrame};
+use network::{CANDIDATES, KEPT};
+use overlap::are_overlapping;
+use patch::Patch;
+use reconstruct::reconstruct;
+use selection::select_triangles;
+use turn::Turn;
+use umbrella::umbrella;
+use votes::count_votes;
 
 /// Draws farthest points of a mesh and meshes them.
 ///
 /// # Errors
 /// [`LearnedBaselineError`] where no face is left.
-///
-/// ```
-/// use neural_mesh::mesh::shapes;
-/// use neural_mesh_bench::learned_baselines::dse::{Maps, remesh};
-/// let simplified = remesh(&shapes::icosphere(3), 160, 0, Maps::Exact).unwrap();
-/// assert!((310..=316).contains(&simplified.faces().len()));
-/// ```
-pub fn remesh(mesh: &TriMesh, n_vertices: usize, seed: u64, maps: Maps<'_>) -> Result<TriMesh, LearnedBaselineError> {
+pub fn simplify(
+    mesh: &TriMesh,
+    n_vertices: usize,
+    seed: u64,
+    tensors: &Tensors<Arc<Matrix>>,
+) -> Result<TriMesh, LearnedBaselineError> {
     let (mesh, first) = compact_with_first_point(mesh, seed)?;
-    let mut samples = farthest_points(mesh.positions(), n_vertices, first);
-    samples.sort_unstable();
+    let samples = draw_samples(&mesh, n_vertices, first);
     let points: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
-    let patches = match maps {
-        Maps::Learned(tensors) => learned_patches(&points, tensors),
-        Maps::Exact => exact_patches(&mesh, &samples, KEPT),
-    };
-    let all = vertex_normals(&mesh);
+    mesh_samples(&mesh, &samples, &learned_patches(&points, tensors))
+}
+
+fn draw_samples(mesh: &TriMesh, n: usize, first: u32) -> Vec<u32> {
+    let mut samples = farthest_points(mesh.positions(), n, first);
+    samples.sort_unstable();
+    samples
+}
+
+fn mesh_samples(mesh: &TriMesh, samples: &[u32], patches: &[Patch]) -> Result<TriMesh, LearnedBaselineError> {
+    let points: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
+    let all = vertex_normals(mesh);
     let normals: Vec<Vec3> = samples.iter().map(|&v| all[v as usize].into()).collect();
-    let faces = reconstruct(&points, &patches).into_iter().map(|face| orient_face(face, &points, &normals));
+    let faces = reconstruct(&points, patches).into_iter().map(|face| orient_face(face, &points, &normals));
     Ok(compact(&points, faces.collect())?.0)
 }
 
@@ -164,11 +161,11 @@ mod tests {
 
     #[test]
     fn networks_and_losses_agree_with_numpy() {
-        let net = Dse::from_tensors(&tensors().constants()).unwrap();
-        let (tape, places) = (&mut Tape::default(), Value::constant(places()));
-        let logits = forward(tape, &net.classifier, &places, GROUP);
+        let (tensors, places) = (tensors().constants(), Value::constant(places()));
+        let tape = &mut Tape::default();
+        let logits = forward(tape, &tensors, "classifier", &places, GROUP);
         assert_near(logits.matrix().data(), &LOGITS);
-        let map = forward(tape, &net.map, &places, GROUP);
+        let map = forward(tape, &tensors, "map", &places, GROUP);
         assert_near(map.matrix().data(), &MAP);
         assert!(tape.is_empty());
         let are_neighbours: Vec<bool> = (0..2 * GROUP).map(|row| row % 3 == 1).collect();
@@ -183,10 +180,9 @@ mod tests {
         check_gradients(&matrices, |tape, values| {
             let named: Tensors<Value> =
                 shapes.iter().map(|(name, _)| name).zip(values).map(|(name, value)| (name, value.clone())).collect();
-            let net = Dse::from_tensors(&named).unwrap();
             let places = Value::constant(places());
-            let logits = forward(tape, &net.classifier, &places, GROUP);
-            let map = forward(tape, &net.map, &places, GROUP);
+            let logits = forward(tape, &named, "classifier", &places, GROUP);
+            let map = forward(tape, &named, "map", &places, GROUP);
             let identity = Matrix::from_fn(3, 3, |i, j| f32::from(u8::from(i == j)));
             tape.concat_product(&logits, &map, &Value::constant(identity))
         });
@@ -200,6 +196,8 @@ mod tests {
         assert_eq!(one[0].points, [0]);
         let three = learned_patches(&[[0.0; 3], [0.0; 3], [1.0, 0.0, 0.0]], &tensors);
         assert!(three.iter().all(|patch| patch.points.len() == 3));
+        let patches = learned_patches(neural_mesh::mesh::shapes::icosphere(2).positions(), &tensors);
+        assert_eq!((patches.len(), patches[9].points[0], patches[9].points.len()), (162, 9, 25));
     }
 
     #[test]
@@ -216,13 +214,15 @@ mod tests {
     #[test]
     fn a_mesh_is_made_again_on_its_side() {
         let sphere = neural_mesh::mesh::shapes::icosphere(3);
-        let simplified = remesh(&sphere, 160, 3, Maps::Exact).unwrap();
+        let samples = draw_samples(&sphere, 160, 3);
+        let simplified = mesh_samples(&sphere, &samples, &exact_patches(&sphere, &samples, KEPT)).unwrap();
+        assert!((310..=316).contains(&simplified.faces().len()));
         let outward = |corners: &[u32; 3]| {
             let [a, b, c] = corners.map(|v| Vec3::from(simplified.positions()[v as usize]));
             (b - a).cross(c - a).dot(a + b + c) > 0.0
         };
         assert!(simplified.faces().iter().all(outward));
         let nothing = TriMesh::new(Vec::new(), Vec::new()).unwrap();
-        assert_eq!(remesh(&nothing, 9, 0, Maps::Exact), Err(LearnedBaselineError::NothingLeft));
+        assert_eq!(simplify(&nothing, 9, 0, &initial_tensors(0.05, 1)), Err(LearnedBaselineError::NothingLeft));
     }
 }

@@ -31,12 +31,6 @@ impl<'a> Neighbourhoods<'a> {
     ///
     /// # Shapes
     /// - `points`: n x 3, finite
-    ///
-    /// ```
-    /// use neural_mesh_bench::learned_baselines::dse::Neighbourhoods;
-    /// let points = [[0.0; 3], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
-    /// assert_eq!(Neighbourhoods::new(&points).candidates(1), [1, 0, 2]);
-    /// ```
     pub fn new(points: &'a [[f32; 3]]) -> Self {
         let k = CANDIDATES.min(points.len().saturating_sub(1));
         Self { points, nearest: nearest_neighbours(points, CANDIDATES), k }
@@ -149,6 +143,12 @@ mod tests {
         }
         assert!(moment(axes[0], axes[0]) > moment(axes[1], axes[1]));
         assert!(moment(axes[1], axes[1]) > moment(axes[2], axes[2]));
+    }
+
+    #[test]
+    fn few_points_are_all_candidates() {
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
+        assert_eq!(Neighbourhoods::new(&points).candidates(1), [1, 0, 2]);
     }
 
     #[test]

@@ -1,79 +1,39 @@
-//! Tensors of both networks by name.
+//! Shapes of the tensors of both networks, each over a patch (PointNet, Qi et al. 2017).
+//!
+//! `classifier` gives each point the logit of being a neighbour, `map` its two map coordinates. Layers `pointwise` see
+//! each point, `pooled` the patch's pooled features; the stages `coarse` and `fine` join both.
 
-use super::Widths;
-use neural_mesh::autodiff::{Tensors, WeightsError};
+use crate::learned_baselines::scale_width;
+use neural_mesh::autodiff::Tensors;
 use neural_mesh::linalg::Matrix;
 use std::sync::Arc;
 
-/// Both networks; `T` is a shape, a matrix or a value on a tape.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Dse<T> {
-    /// Network that gives each point the logit of being a neighbour.
-    pub classifier: PointNetwork<T>,
-    /// Network that gives each point its two map coordinates.
-    pub map: PointNetwork<T>,
+/// Candidates per point; 120 in the paper.
+pub const CANDIDATES: usize = 60;
+/// Points of a patch besides its own; 30 in the paper.
+pub const KEPT: usize = 24;
+
+// Smallest width before the pooling, where layers cost little.
+const LEAST_BEFORE_POOLING: usize = 32;
+
+// Layer widths of one network: before the pooling, of the pooled features, and of both stages after the pooling.
+struct Widths {
+    pointwise: [usize; 5],
+    pooled: [usize; 2],
+    joined: [usize; 2],
 }
 
-/// A network over a patch (PointNet, Qi et al. 2017).
-#[derive(Clone, Debug, PartialEq)]
-pub struct PointNetwork<T> {
-    /// Layers applied to each point, as `[weights, bias]`.
-    pub pointwise: Vec<[T; 2]>,
-    /// Layers applied to the patch's pooled features.
-    pub pooled: Vec<[T; 2]>,
-    /// First stage after the pooling, with three outputs per point.
-    pub coarse: JoinedLayers<T>,
-    /// Second stage, with the network's outputs.
-    pub fine: JoinedLayers<T>,
-}
-
-/// Layers that join each point with the patch's pooled features.
-#[derive(Clone, Debug, PartialEq)]
-pub struct JoinedLayers<T> {
-    /// Weights of a position and its distance from the patch's first point, 4 x width.
-    pub of_point: T,
-    /// Weights and bias of pooled features, n_pooled x width and 1 x width.
-    pub of_patch: [T; 2],
-    /// Hidden layer, width x width.
-    pub hidden: [T; 2],
-    /// Output layer, width x n_out.
-    pub out: [T; 2],
-}
-
-impl<T: Clone> Dse<T> {
-    /// Makes the networks of named tensors.
-    ///
-    /// # Errors
-    /// [`WeightsError::Missing`] names the first missing tensor.
-    ///
-    /// ```
-    /// use neural_mesh_bench::learned_baselines::dse::{Dse, shapes};
-    /// assert_eq!(Dse::from_tensors(&shapes(1.0)).unwrap().map.fine.out, [[528, 2], [1, 2]]);
-    /// ```
-    pub fn from_tensors(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
-        Ok(Self { classifier: point_network(tensors, "classifier")?, map: point_network(tensors, "map")? })
+impl Widths {
+    /// Scales the widths of the paper's program by a factor in (0, 1].
+    fn from_share(share: f64) -> Self {
+        let at_least = |full: usize| scale_width(full, share).max(LEAST_BEFORE_POOLING);
+        let [a, b, c, d] = [64, 64, 128, 256].map(at_least);
+        Self {
+            pointwise: [a, b, c, d, scale_width(1024, share)],
+            pooled: [1024, 1024].map(|full| scale_width(full, share)),
+            joined: [1024, 528].map(|full| scale_width(full, share)),
+        }
     }
-}
-
-fn point_network<T: Clone>(tensors: &Tensors<T>, network: &str) -> Result<PointNetwork<T>, WeightsError> {
-    let named = |name: &str| tensors.find_tensor(&format!("{network}.{name}")).cloned();
-    let layer = |name: &str| Ok([named(&format!("{name}.weights"))?, named(&format!("{name}.bias"))?]);
-    let layers =
-        |name: &str, n: usize| (0..n).map(|i| layer(&format!("{name}_{i}"))).collect::<Result<_, WeightsError>>();
-    let joined = |name: &str| {
-        Ok(JoinedLayers {
-            of_point: named(&format!("{name}.of_point"))?,
-            of_patch: layer(&format!("{name}.of_patch"))?,
-            hidden: layer(&format!("{name}.hidden"))?,
-            out: layer(&format!("{name}.out"))?,
-        })
-    };
-    Ok(PointNetwork {
-        pointwise: layers("pointwise", 5)?,
-        pooled: layers("pooled", 2)?,
-        coarse: joined("coarse")?,
-        fine: joined("fine")?,
-    })
 }
 
 /// Returns the shapes of all tensors.
@@ -113,4 +73,20 @@ fn push_network(shapes: &mut Tensors<[usize; 2]>, network: &str, widths: &Widths
 /// Returns random initial tensors.
 pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
     shapes(width_share).draw(seed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn full_widths_are_those_of_the_papers_program() {
+        let [full, eighth] = [1.0, 0.125].map(|share| Widths::from_share(share).pointwise);
+        assert_eq!((full, eighth), ([64, 64, 128, 256, 1024], [32, 32, 32, 32, 128]));
+        let shapes = shapes(1.0);
+        assert_eq!(
+            ["weights", "bias"].map(|of| shapes.get(&format!("map.fine.out.{of}"))),
+            [Some(&[528, 2]), Some(&[1, 2])]
+        );
+    }
 }

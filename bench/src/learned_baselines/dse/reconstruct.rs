@@ -7,14 +7,6 @@ use neural_mesh::mesh::orient_outward;
 ///
 /// # Shapes
 /// - `points`: n x 3, finite; `patches`: one per point, in order
-///
-/// ```
-/// use neural_mesh::mesh::shapes;
-/// use neural_mesh_bench::learned_baselines::dse::{exact_patches, reconstruct};
-/// let sphere = shapes::icosphere(3);
-/// let patches = exact_patches(&sphere, &(0..642).collect::<Vec<u32>>(), 24);
-/// assert_eq!(reconstruct(sphere.positions(), &patches).len(), 1280);
-/// ```
 pub fn reconstruct(points: &[[f32; 3]], patches: &[Patch]) -> Vec<[u32; 3]> {
     orient_outward(points, &select_triangles(points, &count_votes(&align_maps(patches))))
 }
@@ -50,6 +42,9 @@ mod tests {
 
     #[test]
     fn round_surfaces_are_nearly_closed() {
+        let sphere = shapes::icosphere(3);
+        let patches = exact_patches(&sphere, &(0..642).collect::<Vec<u32>>(), 24);
+        assert_eq!(reconstruct(sphere.positions(), &patches).len(), 1280);
         for (mesh, n) in
             [(shapes::icosphere(4), 400), (shapes::wavy_sphere(4, 5.0), 600), (shapes::torus(80, 40, 1.0, 0.4), 500)]
         {

@@ -23,13 +23,6 @@ struct SelectedTriangles<'a> {
 ///
 /// # Shapes
 /// - `points`: n x 3; `voted`: distinct triangles with 1 to 3 votes
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::dse::select_triangles;
-/// let points = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
-/// let voted = [([0, 1, 2], 2), ([0, 1, 3], 1), ([0, 2, 3], 3)];
-/// assert_eq!(select_triangles(&points, &voted), [[0, 2, 3], [0, 1, 2]]);
-/// ```
 pub fn select_triangles(points: &[[f32; 3]], voted: &[([u32; 3], u8)]) -> Vec<[u32; 3]> {
     let mut queue: Vec<(u8, f32, [u32; 3])> =
         voted.iter().map(|&(corners, votes)| (votes, longest_edge(points, corners), corners)).collect();
@@ -103,6 +96,9 @@ mod tests {
             vec![[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.5], [-1.0, 1.5, 0.5], [-1.0, -2.0, 0.5]];
         let voted = [([0, 1, 2], 1), ([0, 1, 3], 1), ([0, 1, 4], 2)];
         assert_eq!(select_triangles(&points, &voted), [[0, 1, 4], [0, 1, 2]]);
+        let square = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let voted = [([0, 1, 2], 2), ([0, 1, 3], 1), ([0, 2, 3], 3)];
+        assert_eq!(select_triangles(&square, &voted), [[0, 2, 3], [0, 1, 2]]);
     }
 
     #[test]

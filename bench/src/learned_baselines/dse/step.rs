@@ -1,8 +1,8 @@
 //! Training step of the objective "dse".
 
 use super::{
-    CANDIDATES, Dse, KEPT, Loss, Neighbourhoods, Patch, PatchFrame, WalkSurface, exact_patches_around, forward,
-    map_loss, neighbour_loss,
+    CANDIDATES, KEPT, Loss, Neighbourhoods, Patch, PatchFrame, WalkSurface, exact_patches_around, forward, map_loss,
+    neighbour_loss,
 };
 use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::linalg::Matrix;
@@ -42,10 +42,9 @@ pub fn dse_step(
     let batch = PatchBatch::new(&WalkSurface::new(&mesh), &samples, &points, random)?;
     let mut tape = Tape::default();
     let parameters = tensors.parameters(&mut tape);
-    let net = Dse::from_tensors(&parameters).map_err(|error| error.to_string())?;
-    let (logits, of_logits) = batch.classify(&mut tape, &net);
+    let (logits, of_logits) = batch.classify(&mut tape, &parameters);
     // The map network gets the exact neighbours, not the classifier's, so that both networks learn independently.
-    let (map, of_map) = batch.predict_map(&mut tape, &net);
+    let (map, of_map) = batch.predict_map(&mut tape, &parameters);
     let gradients = tape.backward(&[(&logits, of_logits.gradient), (&map, of_map.gradient)]);
     let terms = vec![("neighbours", of_logits.value), ("map", of_map.value)];
     Ok(StepResult { terms, gradients: parameters.gradients(&gradients) })
@@ -72,21 +71,21 @@ impl<'a> PatchBatch<'a> {
         Ok(Self { around, centres, exact, frames })
     }
 
-    fn classify(&self, tape: &mut Tape, net: &Dse<Value>) -> (Value, Loss) {
+    fn classify(&self, tape: &mut Tape, tensors: &Tensors<Value>) -> (Value, Loss) {
         let candidates: Vec<Vec<u32>> = self.centres.iter().map(|&centre| self.around.candidates(centre)).collect();
         let pairs = candidates.iter().zip(&self.exact);
         let labels: Vec<bool> =
             pairs.flat_map(|(all, exact)| all.iter().map(|point| exact.points.contains(point))).collect();
         let places = Value::constant(self.around.places(&candidates, &self.frames));
-        let logits = forward(tape, &net.classifier, &places, self.around.group());
+        let logits = forward(tape, tensors, "classifier", &places, self.around.group());
         let loss = neighbour_loss(logits.matrix(), &labels, self.around.group());
         (logits, loss)
     }
 
-    fn predict_map(&self, tape: &mut Tape, net: &Dse<Value>) -> (Value, Loss) {
+    fn predict_map(&self, tape: &mut Tape, tensors: &Tensors<Value>) -> (Value, Loss) {
         let points: Vec<Vec<u32>> = self.exact.iter().map(|patch| patch.points.clone()).collect();
         let places = Value::constant(self.around.places(&points, &self.frames));
-        let map = forward(tape, &net.map, &places, KEPT + 1);
+        let map = forward(tape, tensors, "map", &places, KEPT + 1);
         let pairs = self.exact.iter().zip(&self.frames);
         let exact: Vec<[f64; 2]> =
             pairs.flat_map(|(patch, frame)| patch.map.iter().map(|at| at.map(|x| x / frame.unit))).collect();

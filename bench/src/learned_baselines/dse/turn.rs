@@ -11,14 +11,6 @@ pub struct Turn {
 
 impl Turn {
     /// Returns the turn that minimises the weighted sum of `|turned x - y|^2` over pairs (x, y, weight).
-    ///
-    /// ```
-    /// use neural_mesh_bench::learned_baselines::dse::Turn;
-    /// let pairs = [([1.0, 0.0], [0.0, 2.0], 1.0), ([0.0, 1.0], [2.0, 0.0], 1.0)];
-    /// let turn = Turn::fit(pairs);
-    /// assert!(turn.reflects);
-    /// assert_eq!(turn.apply([3.0, 4.0]), [4.0, 3.0]);
-    /// ```
     pub fn fit(pairs: impl IntoIterator<Item = ([f64; 2], [f64; 2], f64)>) -> Self {
         let (mut rotation, mut reflection) = ([0.0; 2], [0.0; 2]);
         for (x, y, weight) in pairs {

@@ -6,14 +6,6 @@ use rustc_hash::FxHashMap;
 
 /// Returns each triangle with its votes: the corners whose umbrella contains it, 1 to 3; sorted by
 /// corners.
-///
-/// ```
-/// use neural_mesh::mesh::shapes;
-/// use neural_mesh_bench::learned_baselines::dse::{count_votes, exact_patches};
-/// let sphere = shapes::icosphere(1);
-/// let patches = exact_patches(&sphere, &(0..42).collect::<Vec<u32>>(), 12);
-/// assert!(count_votes(&patches).iter().all(|(_, votes)| (1..=3).contains(votes)));
-/// ```
 pub fn count_votes(patches: &[Patch]) -> Vec<([u32; 3], u8)> {
     let umbrellas: Vec<Vec<[u32; 3]>> = patches.par_iter().map(umbrella).collect();
     let mut counts: FxHashMap<[u32; 3], u8> = FxHashMap::default();

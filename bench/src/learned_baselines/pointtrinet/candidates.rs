@@ -16,12 +16,6 @@ pub struct Candidates {
 
 impl Candidates {
     /// Returns the first candidates: each vertex with its two nearest.
-    ///
-    /// ```
-    /// use neural_mesh_bench::learned_baselines::pointtrinet::Candidates;
-    /// let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [5.0, 0.0, 0.0]];
-    /// assert_eq!(Candidates::seeds(&points).triangles, [[0, 1, 2], [0, 1, 3]]);
-    /// ```
     pub fn seeds(vertices: &[[f32; 3]]) -> Self {
         if vertices.len() < 3 {
             return Self::default();
@@ -79,7 +73,9 @@ mod tests {
     }
 
     #[test]
-    fn too_few_vertices_have_no_seeds() {
+    fn seeds_are_vertices_with_their_two_nearest() {
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [5.0, 0.0, 0.0]];
+        assert_eq!(Candidates::seeds(&points).triangles, [[0, 1, 2], [0, 1, 3]]);
         assert_eq!(Candidates::seeds(&[[0.0; 3], [1.0; 3]]), Candidates::default());
         assert_eq!(Candidates::seeds(&[[0.0; 3]; 3]).triangles, [[0, 1, 2]]);
     }

@@ -28,20 +28,21 @@ use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
 use neural_mesh::spatial::farthest_points;
 use std::sync::Arc;
 
-pub use candidates::Candidates;
-pub use classifier::classifier;
-pub use local_frame::LocalFrame;
-pub use network::{Classifier, Layer, PointTriNet, Proposals, initial_tensors, shapes};
-pub use overlap_kernel::overlap_kernel;
-pub use patches::{CandidateNeighbourhoods, NEIGHBOURS, point_features, triangle_features};
-pub use proposal_match::proposal_match;
-pub use proposals::{Draw, Proposal, point_probabilities, proposals};
-pub use rounds::{ROUNDS, last_candidates, triangulate};
+pub use network::{initial_tensors, shapes};
 pub use step::pointtrinet_step;
-pub use surface_to_triangles::surface_to_triangles;
-pub use triangle_samples::{TriangleSample, triangle_samples};
-pub use triangles_to_surface::{SurfacePoint, triangles_to_surface};
-pub use watertightness::watertightness;
+
+use candidates::Candidates;
+use classifier::classifier;
+use local_frame::LocalFrame;
+use overlap_kernel::overlap_kernel;
+use patches::CandidateNeighbourhoods;
+use proposal_match::proposal_match;
+use proposals::{Draw, Proposal, point_probabilities, proposals};
+use rounds::{last_candidates, triangulate};
+use surface_to_triangles::surface_to_triangles;
+use triangle_samples::{TriangleSample, triangle_samples};
+use triangles_to_surface::{SurfacePoint, triangles_to_surface};
+use watertightness::watertightness;
 
 pub(super) fn simplify(
     mesh: &TriMesh,
@@ -55,8 +56,7 @@ pub(super) fn simplify(
     let all = vertex_normals(&mesh);
     let pick = |rows: &[[f32; 3]]| -> Vec<[f32; 3]> { samples.iter().map(|&v| rows[v as usize]).collect() };
     let (points, normals) = (pick(mesh.positions()), pick(&all));
-    let net = PointTriNet::from_tensors(&tensors.constants()).expect("the tensors of this network");
-    let faces = triangulate(&net, &points, seed);
+    let faces = triangulate(&tensors.constants(), &points, seed);
     let faces = faces.into_iter().map(|face| orient_face(face, &points, &normals)).collect();
     Ok(compact(&points, faces)?.0)
 }

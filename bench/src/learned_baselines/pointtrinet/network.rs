@@ -1,43 +1,12 @@
-//! Tensors of both networks by name.
+//! Shapes of the tensors of both networks, as rows of layers.
+//!
+//! The classifier has layers of nearby points and of nearby triangles, each before a maximum, and of both maxima. The
+//! proposal network has layers of nearby points before a maximum, and of a point joined with the maximum.
 
 use crate::learned_baselines::scale_width;
-use neural_mesh::autodiff::{Tensors, WeightsError};
+use neural_mesh::autodiff::Tensors;
 use neural_mesh::linalg::Matrix;
 use std::sync::Arc;
-
-/// Weights, n_in x n_out, and bias, 1 x n_out.
-pub type Layer<T> = [T; 2];
-
-/// Both networks; `T` is a shape, a matrix or a value on a tape.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PointTriNet<T> {
-    /// Network that classifies triangles.
-    pub classifier: Classifier<T>,
-    /// Network that proposes triangles.
-    pub proposals: Proposals<T>,
-}
-
-/// The classification network.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Classifier<T> {
-    /// Layers of nearby points, of widths 6-64-128-1024, before a maximum.
-    pub points: Vec<Layer<T>>,
-    /// Layers of nearby triangles, of widths 13-64-128-1024, before a maximum.
-    pub triangles: Vec<Layer<T>>,
-    /// Layers of both maxima, of widths 2048-512-256-1.
-    pub decision: Vec<Layer<T>>,
-}
-
-/// The proposal network.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Proposals<T> {
-    /// Layers of nearby points, of widths 6-64-64-128, before a maximum.
-    pub points: Vec<Layer<T>>,
-    /// First weights of `score` for the maximum, 128 x 128.
-    pub pooled: T,
-    /// Layers of a point joined with the maximum, of widths 134-128-64-64-1.
-    pub score: Vec<Layer<T>>,
-}
 
 /// Number of features of a point.
 pub const POINT_NUMBERS: usize = 6;
@@ -49,43 +18,12 @@ const DECISION: [usize; 2] = [512, 256];
 const PROPOSALS_POOLED: [usize; 3] = [64, 64, 128];
 const SCORE: [usize; 3] = [128, 64, 64];
 
-const ROWS: [(&str, usize); 5] = [
-    ("classifier.points", 3),
-    ("classifier.triangles", 3),
-    ("classifier.decision", 3),
-    ("proposals.points", 3),
-    ("proposals.score", 4),
-];
-
-impl<T: Clone> PointTriNet<T> {
-    /// Makes the networks of named tensors.
-    ///
-    /// # Errors
-    /// [`WeightsError::Missing`] names the first missing tensor.
-    ///
-    /// ```
-    /// use neural_mesh_bench::learned_baselines::pointtrinet::{PointTriNet, shapes};
-    /// let net = PointTriNet::from_tensors(&shapes(1.0)).unwrap();
-    /// let decision: Vec<[usize; 2]> = net.classifier.decision.iter().map(|&[weights, _]| weights).collect();
-    /// assert_eq!(decision, [[2048, 512], [512, 256], [256, 1]]);
-    /// ```
-    pub fn from_tensors(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
-        let layer = |name: &str, i: usize| -> Result<Layer<T>, WeightsError> {
-            let named = |of: &str| tensors.find_tensor(&format!("{name}_{i}.{of}")).cloned();
-            Ok([named("weights")?, named("bias")?])
-        };
-        let [points, triangles, decision, edge_points, score] =
-            ROWS.map(|(name, n)| (0..n).map(|i| layer(name, i)).collect::<Result<Vec<_>, _>>());
-        Ok(Self {
-            classifier: Classifier { points: points?, triangles: triangles?, decision: decision? },
-            proposals: Proposals {
-                points: edge_points?,
-                pooled: tensors.find_tensor("proposals.pooled")?.clone(),
-                score: score?,
-            },
-        })
-    }
-}
+const ROWS: [&str; 5] =
+    ["classifier.points", "classifier.triangles", "classifier.decision", "proposals.points", "proposals.score"];
+/// Layers before a maximum, and of the decision.
+pub const DEPTH: usize = 3;
+/// Layers of `proposals.score`.
+pub const SCORE_DEPTH: usize = 4;
 
 /// Returns the shapes of all tensors.
 pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
@@ -102,7 +40,7 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
         after(POINT_NUMBERS, &[part(&SCORE), vec![1]].concat()),
     ];
     let mut shapes = Tensors::default();
-    for ((name, _), widths) in ROWS.iter().zip(&rows) {
+    for (name, widths) in ROWS.iter().zip(&rows) {
         for (i, pair) in widths.windows(2).enumerate() {
             shapes.push(format!("{name}_{i}.weights"), [pair[0], pair[1]]);
             shapes.push(format!("{name}_{i}.bias"), [1, pair[1]]);

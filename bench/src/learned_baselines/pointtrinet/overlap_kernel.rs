@@ -16,14 +16,6 @@ const LEAST: f64 = 1e-8;
 /// # Shapes
 /// - `samples`: n, drawn by area times probability; treated as constant
 /// - returns the mean and its gradient by the probabilities
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::pointtrinet::{TriangleSample, overlap_kernel};
-/// let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-/// let sample = TriangleSample { triangle: 0, point: [0.2, 0.2, 0.0] };
-/// let alone = overlap_kernel(&[sample], &points, &[[0, 1, 2]], &[0.75]);
-/// assert!((alone.value - 2.0 * 0.0625).abs() < 1e-6 && (alone.gradient[0] + 1.0).abs() < 1e-6);
-/// ```
 pub fn overlap_kernel(
     samples: &[TriangleSample],
     vertices: &[[f32; 3]],
@@ -116,6 +108,9 @@ mod tests {
     #[test]
     fn a_triangle_over_another_costs_and_one_alone_does_not() {
         let points = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let inside = TriangleSample { triangle: 0, point: [0.8, 0.2, 0.0] };
+        let alone = overlap_kernel(&[inside], &points, &[[0, 1, 2]], &[0.75]);
+        assert!((alone.value - 2.0 * 0.0625).abs() < 1e-6 && (alone.gradient[0] + 1.0).abs() < 1e-6);
         let sample = TriangleSample { triangle: 0, point: [0.5, 0.25, 0.0] };
         let loss = |p: [f32; 2]| overlap_kernel(&[sample], &points, &[[0, 1, 2], [0, 1, 3]], &p).value;
         assert_eq!([loss([1.0, 0.0]), loss([1.0, 1.0])].map(|x| (x * 1e6).round() / 1e6), [0.0, 1.0]);

@@ -7,14 +7,6 @@ use neural_mesh::loss::Term;
 ///
 /// # Shapes
 /// - returns the loss and its gradient by q; p is constant
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::pointtrinet::{Candidates, Proposal, proposal_match};
-/// let candidates = Candidates { triangles: vec![[0, 1, 2]], probabilities: vec![0.75] };
-/// let proposal = |probability: f32| Proposal { triangle: [0, 1, 2], probability, query: 0, row: 0 };
-/// let term = proposal_match(&candidates, &[proposal(0.25), proposal(0.5)]);
-/// assert!((term.value - 0.03125).abs() < 1e-4 && term.gradient[0] == 0.0 && (term.gradient[1] + 0.25).abs() < 1e-3);
-/// ```
 pub fn proposal_match(candidates: &Candidates, proposals: &[Proposal]) -> Term {
     let mut order: Vec<usize> = (0..proposals.len()).collect();
     let before = |a: &Proposal, b: &Proposal| a.triangle.cmp(&b.triangle).then(b.probability.total_cmp(&a.probability));
@@ -52,6 +44,15 @@ mod tests {
             let proposal = |(&triangle, &probability)| Proposal { triangle, probability, query: 0, row: 0 };
             proposal_match(&candidates, &proposed.iter().zip(q).map(proposal).collect::<Vec<_>>())
         });
+    }
+
+    #[test]
+    fn the_largest_proposal_of_a_triangle_counts() {
+        let candidates = Candidates { triangles: vec![[0, 1, 2]], probabilities: vec![0.75] };
+        let proposal = |probability: f32| Proposal { triangle: [0, 1, 2], probability, query: 0, row: 0 };
+        let term = proposal_match(&candidates, &[proposal(0.25), proposal(0.5)]);
+        assert!((term.value - 0.03125).abs() < 1e-4);
+        assert!(term.gradient[0] == 0.0 && (term.gradient[1] + 0.25).abs() < 1e-3);
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! The proposal network.
 
-use super::classifier::{layers, pool};
-use super::network::Proposals;
+use super::classifier::pool;
+use super::network::{DEPTH, SCORE_DEPTH};
 use super::patches::{CandidateNeighbourhoods, point_features};
-use neural_mesh::autodiff::{Tape, Value};
+use crate::learned_baselines::{layers, named};
+use neural_mesh::autodiff::{Tape, Tensors, Value};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
@@ -32,7 +33,7 @@ pub struct Proposal {
 /// - returns (n * 3 * n_points) x 1, edge by edge
 pub fn point_probabilities(
     tape: &mut Tape,
-    net: &Proposals<Value>,
+    tensors: &Tensors<Value>,
     neighbourhoods: &CandidateNeighbourhoods,
     queries: &[u32],
 ) -> Value {
@@ -42,12 +43,12 @@ pub fn point_probabilities(
     };
     let features = point_features(neighbourhoods.vertices, &queries.iter().flat_map(edges).collect::<Vec<_>>());
     let n_edges = 3 * queries.len();
-    let of_edges = pool(tape, features.clone(), &net.points, n_edges);
-    let of_edges = tape.product(&of_edges, &net.pooled);
+    let of_edges = pool(tape, features.clone(), &layers(tensors, "proposals.points", DEPTH), n_edges);
+    let of_edges = tape.product(&of_edges, named(tensors, "proposals.pooled"));
     let logits = tape.layers_with_group_rows(
         &Value::constant(features),
         &of_edges,
-        &layers(&net.score),
+        &layers(tensors, "proposals.score", SCORE_DEPTH),
         neighbourhoods.n_points,
     );
     tape.sigmoid(&logits)

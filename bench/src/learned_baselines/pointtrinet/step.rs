@@ -1,12 +1,12 @@
 //! Training step of the objective "pointtrinet".
 
 use super::{
-    CandidateNeighbourhoods, Candidates, Draw, PointTriNet, Proposal, SurfacePoint, classifier, last_candidates,
-    overlap_kernel, point_probabilities, proposal_match, proposals, surface_to_triangles, triangle_samples,
-    triangles_to_surface, watertightness,
+    CandidateNeighbourhoods, Candidates, Draw, Proposal, SurfacePoint, classifier, last_candidates, overlap_kernel,
+    point_probabilities, proposal_match, proposals, surface_to_triangles, triangle_samples, triangles_to_surface,
+    watertightness,
 };
 use glam::{DVec3, Vec3};
-use neural_mesh::autodiff::{Tape, Tensors, Value, WeightsError};
+use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::loss::Term;
 use neural_mesh::mesh::TriMesh;
@@ -38,15 +38,12 @@ pub fn pointtrinet_step(
     random: &mut Xoshiro256PlusPlus,
 ) -> Result<StepResult, String> {
     let patch = SurfacePatch::draw(&item.mesh, random).ok_or("has too little surface for a patch")?;
-    let missing = |error: WeightsError| error.to_string();
-    let net = PointTriNet::from_tensors(&tensors.constants()).map_err(missing)?;
     let draw = Draw { seed: random.next_u64(), random_share: RANDOM_SHARE };
-    let candidates = last_candidates(&net, &patch.vertices, draw);
+    let candidates = last_candidates(&tensors.constants(), &patch.vertices, draw);
     let mut tape = Tape::default();
     let parameters = tensors.parameters(&mut tape);
-    let net = PointTriNet::from_tensors(&parameters).map_err(missing)?;
     // As in the paper, gradients pass through the last round only.
-    let last = LastRound::run(&mut tape, &net, &patch, candidates, Draw { seed: random.next_u64(), ..draw });
+    let last = LastRound::run(&mut tape, &parameters, &patch, candidates, Draw { seed: random.next_u64(), ..draw });
     let terms = last.terms(&patch, random);
     let [to_queries, to_points] = last.gradients(&terms);
     let gradients = tape.backward(&[(&last.probabilities, to_queries), (&last.of_points, to_points)]);
@@ -117,13 +114,13 @@ struct LastRound {
 }
 
 impl LastRound {
-    fn run(tape: &mut Tape, net: &PointTriNet<Value>, patch: &SurfacePatch, before: Candidates, draw: Draw) -> Self {
+    fn run(tape: &mut Tape, tensors: &Tensors<Value>, patch: &SurfacePatch, before: Candidates, draw: Draw) -> Self {
         let neighbourhoods = CandidateNeighbourhoods::new(&patch.vertices, &before);
         let all: Vec<u32> = (0..before.triangles.len() as u32).collect();
-        let probabilities = classifier(tape, &net.classifier, &neighbourhoods, &all);
+        let probabilities = classifier(tape, tensors, &neighbourhoods, &all);
         let first = (draw.seed % PROPOSING_STRIDE as u64) as usize;
         let queries: Vec<u32> = all.into_iter().skip(first).step_by(PROPOSING_STRIDE).collect();
-        let of_points = point_probabilities(tape, &net.proposals, &neighbourhoods, &queries);
+        let of_points = point_probabilities(tape, tensors, &neighbourhoods, &queries);
         let p = probabilities.matrix().data();
         let of_queries: Vec<f32> = queries.iter().map(|&query| p[query as usize]).collect();
         let proposals = proposals(&neighbourhoods, &queries, &of_queries, of_points.matrix().data(), draw);
@@ -193,14 +190,12 @@ mod tests {
         let draw = Draw { seed: 1, random_share: RANDOM_SHARE };
         let mut tensors = initial_tensors(1.0 / 16.0, 1);
         let mut moments = Moments::zero(&tensors.map(|_, matrix| matrix.shape()));
-        let candidates =
-            last_candidates(&PointTriNet::from_tensors(&tensors.constants()).unwrap(), &patch.vertices, draw);
+        let candidates = last_candidates(&tensors.constants(), &patch.vertices, draw);
         let mut totals = Vec::new();
         for _ in 0..6 {
             let mut tape = Tape::default();
             let parameters = tensors.parameters(&mut tape);
-            let net = PointTriNet::from_tensors(&parameters).unwrap();
-            let last = LastRound::run(&mut tape, &net, &patch, candidates.clone(), draw);
+            let last = LastRound::run(&mut tape, &parameters, &patch, candidates.clone(), draw);
             let terms = last.terms(&patch, &mut seeded_rng());
             totals.push(terms.iter().map(|(_, term)| term.value).sum::<f64>());
             let [to_queries, to_points] = last.gradients(&terms);

@@ -15,14 +15,6 @@ const NEAREST: usize = 32;
 /// - `surface`: n x 3; `probabilities`: n_triangles
 /// - `length`: unit of length, about the size of the patch, above 0
 /// - returns the mean in this unit and its gradient by the probabilities
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::pointtrinet::surface_to_triangles;
-/// let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-/// let term = surface_to_triangles(&[[0.2, 0.2, 0.5]], &points, &[[0, 1, 2]], &[0.75], 2.0);
-/// assert!((term.value - (0.75 * 0.5 + 0.25 * 2.0) / 2.0).abs() < 1e-6);
-/// assert!((term.gradient[0] - (0.5 - 2.0) / 2.0).abs() < 1e-6);
-/// ```
 pub fn surface_to_triangles(
     surface: &[[f32; 3]],
     vertices: &[[f32; 3]],

@@ -74,22 +74,18 @@ fn tensors() -> Tensors<Arc<Matrix>> {
     })
 }
 
-fn run_both(tape: &mut Tape, net: &PointTriNet<Value>) -> [Value; 2] {
+fn run_both(tape: &mut Tape, tensors: &Tensors<Value>) -> [Value; 2] {
     let (vertices, candidates) = (vertices(), candidates());
     let neighbourhoods = CandidateNeighbourhoods::new(&vertices, &candidates);
-    let p = classifier(tape, &net.classifier, &neighbourhoods, &[0, 7, 23]);
-    let of_points = point_probabilities(tape, &net.proposals, &neighbourhoods, &[5]);
+    let p = classifier(tape, tensors, &neighbourhoods, &[0, 7, 23]);
+    let of_points = point_probabilities(tape, tensors, &neighbourhoods, &[5]);
     [p, of_points]
-}
-
-fn constant_networks(tensors: &Tensors<Arc<Matrix>>) -> PointTriNet<Value> {
-    PointTriNet::from_tensors(&tensors.constants()).expect("all tensors")
 }
 
 #[test]
 fn both_networks_agree_with_numpy() {
     let tape = &mut Tape::default();
-    let [p, of_points] = run_both(tape, &constant_networks(&tensors()));
+    let [p, of_points] = run_both(tape, &tensors().constants());
     let first_two = |edge: usize| [0, 1].map(|place| of_points.matrix().data()[20 * edge + place]);
     let found: Vec<f32> = p.matrix().data().iter().copied().chain((0..3).flat_map(first_two)).collect();
     let expected = CLASSIFIED.into_iter().chain(PROPOSED.into_iter().flatten());
@@ -113,11 +109,10 @@ fn weighted_sum(outputs: &[Value; 2]) -> (f64, [Matrix; 2]) {
 #[test]
 fn gradients_of_both_networks() {
     let tensors = tensors();
-    let loss =
-        |tensors: &Tensors<Arc<Matrix>>| weighted_sum(&run_both(&mut Tape::default(), &constant_networks(tensors))).0;
+    let loss = |tensors: &Tensors<Arc<Matrix>>| weighted_sum(&run_both(&mut Tape::default(), &tensors.constants())).0;
     let mut tape = Tape::default();
     let parameters = tensors.parameters(&mut tape);
-    let outputs = run_both(&mut tape, &PointTriNet::from_tensors(&parameters).expect("all tensors"));
+    let outputs = run_both(&mut tape, &parameters);
     let [to_p, to_points] = weighted_sum(&outputs).1;
     let gradients = parameters.gradients(&tape.backward(&[(&outputs[0], to_p), (&outputs[1], to_points)]));
     for (name, gradient) in gradients.iter() {
@@ -137,12 +132,12 @@ fn gradients_of_both_networks() {
 
 #[test]
 fn moving_turning_and_scaling_the_points_changes_no_probability() {
-    let net = constant_networks(&initial_tensors(SHARE, 2));
+    let tensors = initial_tensors(SHARE, 2).constants();
     let candidates = candidates();
     let of = |vertices: &[[f32; 3]]| {
         let neighbourhoods = CandidateNeighbourhoods::new(vertices, &candidates);
         let queries: Vec<u32> = (0..24).collect();
-        classifier(&mut Tape::default(), &net.classifier, &neighbourhoods, &queries)
+        classifier(&mut Tape::default(), &tensors, &neighbourhoods, &queries)
     };
     let here = vertices();
     let there: Vec<[f32; 3]> = here.iter().map(|[x, y, z]| [5.0 - 2.0 * y, 2.0 * x + 1.0, 2.0 * z - 2.0]).collect();

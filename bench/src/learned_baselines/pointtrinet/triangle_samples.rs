@@ -19,13 +19,6 @@ pub struct TriangleSample {
 ///
 /// # Shapes
 /// - `weights`: n_triangles, non-negative
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::pointtrinet::triangle_samples;
-/// let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [5.0, 5.0, 5.0]];
-/// let samples = triangle_samples(&points, &[[0, 1, 2], [1, 2, 3]], &[1.0, 0.0], 9, 0);
-/// assert!(samples.len() == 9 && samples.iter().all(|sample| sample.triangle == 0 && sample.point[2] == 0.0));
-/// ```
 pub fn triangle_samples(
     vertices: &[[f32; 3]],
     triangles: &[[u32; 3]],

@@ -20,14 +20,6 @@ pub struct SurfacePoint {
 /// - `samples`: n, drawn by area; p is the probability of their triangle
 /// - `length`: unit of length, about the size of the patch, above 0
 /// - returns the mean in this unit and its gradient by p
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::pointtrinet::{SurfacePoint, TriangleSample, triangles_to_surface};
-/// let surface = [SurfacePoint { point: [0.0; 3], normal: [0.0, 0.0, 1.0] }];
-/// let sample = TriangleSample { triangle: 0, point: [3.0, 4.0, -0.5] };
-/// let term = triangles_to_surface(&surface, &[sample], &[0.25], 2.0);
-/// assert_eq!((term.value, term.gradient), (0.0625, vec![0.25]));
-/// ```
 pub fn triangles_to_surface(
     surface: &[SurfacePoint],
     samples: &[TriangleSample],

@@ -7,13 +7,6 @@ use neural_mesh::loss::Term;
 /// # Shapes
 /// - `triangles`: n x 3, distinct; `probabilities`: n
 /// - returns a fraction in 0..=1 and its gradient by the probabilities
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::pointtrinet::watertightness;
-/// let tetrahedron = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]];
-/// assert!(watertightness(&tetrahedron, &[1.0; 4]).value.abs() < 1e-4);
-/// assert!((watertightness(&tetrahedron[..2], &[1.0; 2]).value - 4.0 / 6.0).abs() < 1e-4);
-/// ```
 pub fn watertightness(triangles: &[[u32; 3]], probabilities: &[f32]) -> Term {
     let p = |t: u32| f64::from(probabilities[t as usize]);
     // The share is `1 - 2 sum over edges of P_e(2) / sum over sides of p`, with the probability P_e(2) of exactly two

@@ -4,12 +4,6 @@ use super::PointLoss;
 use neural_mesh::spatial::nearest_to;
 
 /// Returns the weights of points: half uniform, half proportional to curvature, with mean 1.
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::potamias::adaptive_weights;
-/// assert_eq!(adaptive_weights(&[0.0, 0.5, 0.25]), [0.5, 1.5, 1.0]);
-/// assert_eq!(adaptive_weights(&[0.0; 2]), [1.0; 2]);
-/// ```
 pub fn adaptive_weights(curvature: &[f64]) -> Vec<f64> {
     // The paper weighs points by curvature; the proportion is ours.
     let mean = curvature.iter().sum::<f64>() / curvature.len() as f64;
@@ -20,13 +14,6 @@ pub fn adaptive_weights(curvature: &[f64]) -> Vec<f64> {
 ///
 /// # Shapes
 /// - `samples`: n x 3, S; `points`: n_points x 3, P; `weights`: n_points; none empty
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::potamias::adaptive_chamfer;
-/// let loss = adaptive_chamfer(&[[1.0, 0.0, 0.0]], &[[0.0; 3], [3.0, 0.0, 0.0]], &[1.0, 0.5]);
-/// // 1 to the nearest point; (1 + 0.5 * 4) / 2 from both.
-/// assert_eq!((loss.value, loss.gradient[0][0]), (2.5, 2.0 + 1.0 - 1.0));
-/// ```
 pub fn adaptive_chamfer(samples: &[[f32; 3]], points: &[[f32; 3]], weights: &[f64]) -> PointLoss {
     let mut loss = PointLoss { value: 0.0, gradient: vec![[0.0; 3]; samples.len()] };
     let mut add = |s: usize, p: usize, weight: f64| {
@@ -48,6 +35,12 @@ mod tests {
 
     fn points(n: usize, seed: u64) -> Vec<[f32; 3]> {
         random(n, 3, seed).data().as_chunks().0.to_vec()
+    }
+
+    #[test]
+    fn weights_are_half_uniform() {
+        assert_eq!(adaptive_weights(&[0.0, 0.5, 0.25]), [0.5, 1.5, 1.0]);
+        assert_eq!(adaptive_weights(&[0.0; 2]), [1.0; 2]);
     }
 
     #[test]

@@ -25,13 +25,6 @@ impl Cloud {
     ///
     /// # Shapes
     /// - `points`: n x 3, finite
-    ///
-    /// ```
-    /// use neural_mesh_bench::learned_baselines::potamias::Cloud;
-    /// let cloud = Cloud::new(&[[5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]).unwrap();
-    /// assert_eq!(cloud.points, [[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0]]);
-    /// assert_eq!(cloud.to_input(&cloud.points), [[5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
-    /// ```
     pub fn new(points: &[[f32; 3]]) -> Option<Self> {
         let n = points.len();
         let neighbours = nearest_neighbours(points, NEIGHBOURS);
@@ -74,6 +67,13 @@ mod tests {
     fn equal_points_make_no_cloud() {
         assert_eq!(Cloud::new(&[]), None);
         assert_eq!(Cloud::new(&[[1.0; 3]; 20]), None);
+    }
+
+    #[test]
+    fn points_are_centred_and_scaled() {
+        let cloud = Cloud::new(&[[5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]).unwrap();
+        assert_eq!(cloud.points, [[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0]]);
+        assert_eq!(cloud.to_input(&cloud.points), [[5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
     }
 
     #[test]

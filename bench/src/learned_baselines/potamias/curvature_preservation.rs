@@ -15,12 +15,6 @@ const NEIGHBOURS: usize = 10;
 /// # Shapes
 /// - `points`: n x 3, finite
 /// - returns n numbers in 0..=1/3
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::potamias::mean_curvature;
-/// let plane: Vec<[f32; 3]> = (0..100).map(|i| [(i % 10) as f32, (i / 10) as f32, 0.0]).collect();
-/// assert!(mean_curvature(&plane).iter().all(|kappa| *kappa < 1e-9));
-/// ```
 pub fn mean_curvature(points: &[[f32; 3]]) -> Vec<f64> {
     PointStars::new(points).means()
 }
@@ -29,13 +23,6 @@ pub fn mean_curvature(points: &[[f32; 3]]) -> Vec<f64> {
 ///
 /// # Shapes
 /// - `samples`: n x 3; `wanted`: n
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::potamias::{curvature_preservation, mean_curvature};
-/// let sphere = neural_mesh::mesh::shapes::icosphere(2);
-/// let loss = curvature_preservation(sphere.positions(), &mean_curvature(sphere.positions()));
-/// assert_eq!(loss.value, 0.0);
-/// ```
 pub fn curvature_preservation(samples: &[[f32; 3]], wanted: &[f64]) -> PointLoss {
     let n = samples.len() as f64;
     let stars = PointStars::new(samples);
@@ -186,6 +173,10 @@ mod tests {
 
     #[test]
     fn equal_points_have_no_curvature_and_no_slope() {
+        let plane: Vec<[f32; 3]> = (0..100).map(|i| [(i % 10) as f32, (i / 10) as f32, 0.0]).collect();
+        assert!(mean_curvature(&plane).iter().all(|kappa| *kappa < 1e-9));
+        let sphere = neural_mesh::mesh::shapes::icosphere(2);
+        assert_eq!(curvature_preservation(sphere.positions(), &mean_curvature(sphere.positions())).value, 0.0);
         let loss = curvature_preservation(&[[1.0; 3]; 20], &[0.0; 20]);
         assert!(loss.value == 0.0 && loss.gradient.iter().flatten().all(|&g| g == 0.0));
     }

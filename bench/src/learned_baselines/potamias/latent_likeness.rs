@@ -12,15 +12,6 @@ const LEAST: f64 = 1e-6;
 /// # Shapes
 /// - `latent`: n x n_latent; `curvature`: n, non-negative
 /// - `offsets`: pairs are each point and the ones that many places later
-///
-/// ```
-/// use neural_mesh::linalg::Matrix;
-/// use neural_mesh_bench::learned_baselines::potamias::latent_likeness;
-/// let rows = Matrix::new(2, 1, vec![0.0, 3.0]);
-/// let (value, gradient) = latent_likeness(&rows, &[0.0, 0.01], &[1]);
-/// // The rows are 3 apart, the target is 1, from either side.
-/// assert!((value - 4.0).abs() < 1e-4 && (gradient.data()[1] - 4.0).abs() < 1e-4);
-/// ```
 pub fn latent_likeness(latent: &Matrix, curvature: &[f64], offsets: &[usize]) -> (f64, Matrix) {
     let [n, width] = latent.shape();
     // The loss is ours, because farthest points pass no gradient.

@@ -21,15 +21,16 @@ use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
 use neural_mesh::spatial::nearest_to;
 use std::sync::Arc;
 
-pub use adaptive_chamfer::{adaptive_chamfer, adaptive_weights};
-pub use cloud::{Cloud, NEIGHBOURS};
-pub use curvature_preservation::{curvature_preservation, mean_curvature};
-pub use latent_likeness::latent_likeness;
-pub use network::{Potamias, initial_tensors, shapes};
-pub use projection::projection;
-pub use refinement::{Refinement, refinement};
-pub use selection::selection;
+pub use network::{initial_tensors, shapes};
 pub use step::potamias_step;
+
+use adaptive_chamfer::{adaptive_chamfer, adaptive_weights};
+use cloud::Cloud;
+use curvature_preservation::{curvature_preservation, mean_curvature};
+use latent_likeness::latent_likeness;
+use projection::projection;
+use refinement::refinement;
+use selection::selection;
 
 /// A loss of points and its gradient.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,20 +48,13 @@ pub struct PointLoss {
 ///
 /// # Panics
 /// If tensors are missing or have wrong shapes, or `first` does not exist.
-///
-/// ```
-/// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplify_points};
-/// let sphere = neural_mesh::mesh::shapes::icosphere(3);
-/// let weights = LearnedWeights::load_shipped(LearnedBaseline::Potamias);
-/// assert_eq!(simplify_points(sphere.positions(), 100, 0, weights.tensors()).len(), 100);
-/// ```
 pub fn simplify_points(points: &[[f32; 3]], n: usize, first: u32, tensors: &Tensors<Arc<Matrix>>) -> Vec<[f32; 3]> {
     let Some(cloud) = Cloud::new(points) else { return points[..n.min(points.len())].to_vec() };
-    let net = Potamias::from_tensors(&tensors.constants()).expect("the tensors of this network");
+    let tensors = tensors.constants();
     let tape = &mut Tape::default();
-    let latent = projection(tape, &net, &cloud);
+    let latent = projection(tape, &tensors, &cloud);
     let samples = selection(&cloud, latent.matrix(), n, first);
-    let refinement = refinement(tape, &net, &cloud, &latent, &samples);
+    let refinement = refinement(tape, &tensors, &cloud, &latent, &samples);
     cloud.to_input(&refinement.points())
 }
 
@@ -129,11 +123,11 @@ mod tests {
 
     #[test]
     fn projection_and_refinement_agree_with_numpy() {
-        let (cloud, net) = (cloud(), Potamias::from_tensors(&tensors().constants()).unwrap());
+        let (cloud, tensors) = (cloud(), tensors().constants());
         let tape = &mut Tape::default();
-        let latent = projection(tape, &net, &cloud);
+        let latent = projection(tape, &tensors, &cloud);
         assert_near(&latent.matrix().data()[..6], LATENT);
-        let refined = refinement(tape, &net, &cloud, &latent, &SAMPLES).points();
+        let refined = refinement(tape, &tensors, &cloud, &latent, &SAMPLES).points();
         assert_near(refined.as_flattened(), REFINED.into_iter().flatten());
         assert!(tape.is_empty());
     }
@@ -145,9 +139,8 @@ mod tests {
         check_gradients(&matrices, |tape, values| {
             let named: Tensors<Value> =
                 shapes.iter().map(|(name, _)| name).zip(values).map(|(name, value)| (name, value.clone())).collect();
-            let net = Potamias::from_tensors(&named).unwrap();
-            let latent = projection(tape, &net, &cloud);
-            refinement(tape, &net, &cloud, &latent, &SAMPLES).displacement
+            let latent = projection(tape, &named, &cloud);
+            refinement(tape, &named, &cloud, &latent, &SAMPLES).displacement
         });
     }
 

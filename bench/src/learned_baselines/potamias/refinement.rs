@@ -1,7 +1,8 @@
 //! The attention-based refinement of samples (AttRef).
 
-use super::{Cloud, Potamias};
-use neural_mesh::autodiff::{Tape, Value};
+use super::Cloud;
+use crate::learned_baselines::named;
+use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::linalg::{Csr, Matrix};
 use std::sync::Arc;
 
@@ -23,41 +24,32 @@ pub struct Refinement {
 ///
 /// # Panics
 /// If a sample does not exist.
-///
-/// ```
-/// use neural_mesh::autodiff::Tape;
-/// use neural_mesh_bench::learned_baselines::potamias::{Cloud, Potamias, initial_tensors, projection, refinement};
-/// let cloud = Cloud::new(neural_mesh::mesh::shapes::icosphere(2).positions()).unwrap();
-/// let (tape, net) = (&mut Tape::default(), Potamias::from_tensors(&initial_tensors(1.0, 1).constants()).unwrap());
-/// let latent = projection(tape, &net, &cloud);
-/// assert_eq!(refinement(tape, &net, &cloud, &latent, &[3, 7]).points().len(), 2);
-/// ```
 pub fn refinement(
     tape: &mut Tape,
-    net: &Potamias<Value>,
+    tensors: &Tensors<Value>,
     cloud: &Cloud,
     latent: &Value,
     samples: &[u32],
 ) -> Refinement {
-    let net = &net.refinement;
+    let weights = |name: &str| named(tensors, &format!("refinement.{name}"));
     let graph = neighbourhoods(&cloud.graph, samples);
     let [rows, columns]: [Vec<u32>; 2] = [0, 1].map(|side| graph.entries().map(|entry| entry[side]).collect());
     let radii: Vec<f32> = samples.iter().map(|&s| cloud.radii[s as usize]).collect();
     // Hidden rows are `h_ij = ReLU(W_o z_i + W_n z_j + W_r [(x_j - x_i) / r_i | c] + b)`.
     let of_samples = tape.gather(latent, samples);
-    let own = tape.product(&of_samples, &net.own);
+    let own = tape.product(&of_samples, weights("own"));
     let own = tape.gather(&own, &rows);
-    let near = tape.product(latent, &net.near);
+    let near = tape.product(latent, weights("near"));
     let near = tape.gather(&near, &columns);
     let offsets = Value::constant(offsets(cloud, samples, &graph));
-    let place = tape.affine(&offsets, &net.offset, &net.bias);
+    let place = tape.affine(&offsets, weights("offset"), weights("bias"));
     let both = tape.plus(&own, &near);
     let hidden = tape.plus(&both, &place);
     let hidden = tape.relu(&hidden);
     // Displacements are `d_i = r_i sum_j softmax_j(w_a . h_ij) W_m h_ij`.
-    let logits = tape.product(&hidden, &net.attention);
+    let logits = tape.product(&hidden, weights("attention"));
     let attention = tape.neighbour_softmax(&logits, &graph);
-    let moves = tape.product(&hidden, &net.moved);
+    let moves = tape.product(&hidden, weights("moved"));
     let displacement = tape.entry_sums(&attention, &moves, &graph);
     Refinement { from: samples.iter().map(|&s| cloud.points[s as usize]).collect(), radii, displacement }
 }

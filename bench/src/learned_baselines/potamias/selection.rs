@@ -13,13 +13,6 @@ const LATENT_WEIGHT: f64 = 1.0;
 ///
 /// # Shapes
 /// - `latent`: n_points x n_latent; `first`: index of a point
-///
-/// ```
-/// use neural_mesh::linalg::Matrix;
-/// use neural_mesh_bench::learned_baselines::potamias::{Cloud, selection};
-/// let cloud = Cloud::new(neural_mesh::mesh::shapes::icosphere(2).positions()).unwrap();
-/// assert_eq!(selection(&cloud, &Matrix::zeros(162, 4), 20, 7).len(), 20);
-/// ```
 pub fn selection(cloud: &Cloud, latent: &Matrix, n: usize, first: u32) -> Vec<u32> {
     let n_points = cloud.points.len();
     // A latent row is the position in units of the samples' distance, and the features scaled to one deviation.

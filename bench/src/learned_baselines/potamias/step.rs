@@ -1,8 +1,8 @@
 //! Training step of the objective "potamias".
 
 use super::{
-    Cloud, PointLoss, Potamias, adaptive_chamfer, adaptive_weights, curvature_preservation, latent_likeness,
-    mean_curvature, projection, refinement, selection,
+    Cloud, PointLoss, adaptive_chamfer, adaptive_weights, curvature_preservation, latent_likeness, mean_curvature,
+    projection, refinement, selection,
 };
 use neural_mesh::autodiff::{Tape, Tensors};
 use neural_mesh::linalg::Matrix;
@@ -37,10 +37,9 @@ pub fn potamias_step(
     let cloud = Cloud::new(mesh.positions()).ok_or("has all vertices in one place")?;
     let mut tape = Tape::default();
     let parameters = tensors.parameters(&mut tape);
-    let net = Potamias::from_tensors(&parameters).map_err(|error| error.to_string())?;
-    let latent = projection(&mut tape, &net, &cloud);
+    let latent = projection(&mut tape, &parameters, &cloud);
     let samples = selection(&cloud, latent.matrix(), n_samples, random_below(random, n) as u32);
-    let refined = refinement(&mut tape, &net, &cloud, &latent, &samples);
+    let refined = refinement(&mut tape, &parameters, &cloud, &latent, &samples);
     let curvature = mean_curvature(&cloud.points);
     let [chamfer, kept] = losses(&refined.points(), &cloud, &curvature, item.ratio);
     let of_points = refined.backward(&add_gradients(&chamfer, &kept));
