@@ -113,7 +113,7 @@ pub fn zeros(values: &[MeshValue]) -> Cell {
     Cell { text: format!("{n_zero} of {}", values.len()), value: None }
 }
 
-/// Formats the number of values as they stand in a table of CSV.
+/// Formats the number of values.
 pub fn n_values(values: &[MeshValue]) -> Cell {
     Cell { text: values.len().to_string(), value: None }
 }

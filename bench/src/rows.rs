@@ -100,7 +100,7 @@ impl Table {
     /// Adds quotients of each figure, named `/figure`, over a method's on the same mesh, at the same ratio and seed.
     ///
     /// Quotients that are not finite are left out.
-    pub fn over(&self, method: &str) -> Self {
+    pub fn with_quotients_over(&self, method: &str) -> Self {
         let case = |row: &ResultRow| (row.mesh.clone(), row.ratio.to_bits(), row.seed);
         let others: HashMap<_, _> =
             self.rows.iter().filter(|row| row.method == method).map(|row| (case(row), row)).collect();
@@ -183,12 +183,12 @@ mod tests {
         let mut rows: Vec<ResultRow> =
             [("a", 1.0), ("b", 9.0), ("c", 5.0)].map(|(mesh, x)| ResultRow::new(mesh, 0.1, "x", &[x, 0.0])).into();
         rows.extend([("b", 3.0), ("a", 2.0), ("c", 0.0)].map(|(mesh, x)| ResultRow::new(mesh, 0.1, "y", &[x, 0.0])));
-        let quotients = Table::new(&["chamfer", "seconds"], rows).over("y");
+        let quotients = Table::new(&["chamfer", "seconds"], rows).with_quotients_over("y");
         let values: Vec<_> = quotients.rows[..3].iter().map(|row| quotients.value(row, "/chamfer")).collect();
         assert_eq!(values, [Some(0.5), Some(3.0), None]);
         // Noise over noise is 1.
         assert_eq!(quotients.value(&quotients.rows[0], "/seconds"), Some(1.0));
         assert_eq!(quotients.mean(0.1, "x", "chamfer"), Some(5.0));
-        assert!(quotients.over("none").rows.iter().all(|row| row.values[4..] == [None; 4]));
+        assert!(quotients.with_quotients_over("none").rows.iter().all(|row| row.values[4..] == [None; 4]));
     }
 }

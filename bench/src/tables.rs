@@ -34,17 +34,17 @@ impl Line {
         Self { labels: labels.map(String::from).into(), choice: Choice::default(), is_ranked: true }
     }
 
-    pub fn at(mut self, ratio: f64) -> Self {
+    pub fn with_ratio(mut self, ratio: f64) -> Self {
         self.choice.ratio = Some(ratio);
         self
     }
 
-    pub fn of(mut self, method: &str) -> Self {
+    pub fn with_method(mut self, method: &str) -> Self {
         self.choice.method = Some(method.into());
         self
     }
 
-    pub fn on(mut self, mesh: &str) -> Self {
+    pub fn with_mesh(mut self, mesh: &str) -> Self {
         self.choice.mesh = Some(mesh.into());
         self
     }
@@ -52,7 +52,7 @@ impl Line {
 
 /// Makes a line of each ratio, and one of all.
 pub fn ratio_lines(ratios: &[f64]) -> Vec<Line> {
-    let lines = ratios.iter().map(|&ratio| Line::new([&ratio.to_string()]).at(ratio));
+    let lines = ratios.iter().map(|&ratio| Line::new([&ratio.to_string()]).with_ratio(ratio));
     lines.chain([Line::new(["all"])]).collect()
 }
 
@@ -82,12 +82,12 @@ impl<'a> Column<'a> {
         Self::new(title, cell)
     }
 
-    pub fn at(mut self, ratio: f64) -> Self {
+    pub fn with_ratio(mut self, ratio: f64) -> Self {
         self.choice.ratio = Some(ratio);
         self
     }
 
-    pub fn of(mut self, method: &str) -> Self {
+    pub fn with_method(mut self, method: &str) -> Self {
         self.choice.method = Some(method.into());
         self
     }
@@ -193,9 +193,9 @@ mod tests {
 
     #[test]
     fn lines_and_columns_choose_rows_and_the_best_is_bold() {
-        let lines = [Line::new(["neural-mesh"]).of("ours"), Line::new(["`theirs`"]).of("theirs")];
+        let lines = [Line::new(["neural-mesh"]).with_method("ours"), Line::new(["`theirs`"]).with_method("theirs")];
         let columns = [
-            Column::of_figure("CD at 0.1", "chamfer", 10.0, mean).at(0.1).with_best(),
+            Column::of_figure("CD at 0.1", "chamfer", 10.0, mean).with_ratio(0.1).with_best(),
             Column::of_figure("worst", "chamfer", 1.0, worst),
         ];
         let made = pivot(&table(), &["method"], &lines, &columns);

@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use super::intrinsic_surface::IntrinsicSurface;
-use super::judge::IntrinsicOptions;
+use super::intrinsic_surface::{IntrinsicOptions, IntrinsicSurface};
 use super::laplacian::Laplacian;
 use super::spectrum::{ValueTransfer, spectrum_error};
 use neural_mesh::mesh::TriMesh;
@@ -113,7 +112,6 @@ fn error_percent(pair: &Pair, distances: &[f64], on_simplified: &[f64]) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::along_surface::judge::tests::{ALONG, compare_meshes, judge_of, value};
     use neural_mesh::mesh::shapes;
 
     #[test]
@@ -127,60 +125,5 @@ mod tests {
         let laplacian = Laplacian::new(&TriMesh::new(positions, faces).unwrap()).unwrap();
         let distances = mask_other_components(vec![1.0; 2 * n], &laplacian, 0);
         assert_eq!(distances.iter().filter(|distance| distance.is_infinite()).count(), n);
-    }
-
-    const NAMES: [&str; 3] = ["laplacian_functions", "geodesic_error", "biharmonic_error"];
-
-    #[test]
-    fn a_mesh_differs_from_itself_in_nothing() {
-        let bolt = shapes::bolt(32);
-        let figures = compare_meshes(&bolt, &bolt);
-        for name in NAMES {
-            let value = value(&figures, name).unwrap();
-            assert!(value.abs() < 1e-6, "{name} {value}");
-        }
-    }
-
-    #[test]
-    fn coarser_spheres_are_farther() {
-        let sphere = shapes::icosphere(4);
-        let figures = [3, 2, 1].map(|level| compare_meshes(&sphere, &shapes::icosphere(level)));
-        for name in NAMES {
-            let values = figures.each_ref().map(|figures| value(figures, name).unwrap());
-            assert!(values.is_sorted_by(|a, b| a < b), "{name} {values:?}");
-        }
-    }
-
-    // A result that lost half of the sphere is still compared by the number of eigenfunctions of a whole result.
-    #[test]
-    fn lost_vertices_do_not_make_the_spectrum_better() {
-        let sphere = shapes::icosphere(4);
-        let along = IntrinsicOptions { eigenpairs: 100, geodesics: false, ..ALONG };
-        let judge = judge_of(&sphere, &along);
-        let coarse = shapes::icosphere(2);
-        let few = |n: usize| TriMesh::new(coarse.positions().to_vec(), coarse.faces()[..n].to_vec()).unwrap();
-        let errors = [320, 160, 20, 1].map(|n| {
-            let figures = judge.figures(&few(n), coarse.positions().len());
-            value(&figures, "laplacian_functions").unwrap()
-        });
-        assert!(errors.is_sorted_by(|a, b| a < b), "{errors:?}");
-        // A single face has three vertices, so only three of the 40 eigenfunctions.
-        assert!(errors[3] > 1.8, "{errors:?}");
-        assert_eq!((judge.eigenpairs(162), judge.eigenpairs(100_000)), (40, 100));
-    }
-
-    #[test]
-    fn a_source_that_no_face_uses_is_none() {
-        let sphere = shapes::icosphere(3);
-        let mut positions = sphere.positions().to_vec();
-        positions.push([9.0; 3]);
-        let with_point = TriMesh::new(positions, sphere.faces().to_vec()).unwrap();
-        let from = |source| {
-            let along = IntrinsicOptions { source, eigenpairs: 0, ..ALONG };
-            let figures = judge_of(&with_point, &along).figures(&shapes::icosphere(2), 162);
-            value(&figures, "geodesic_error").unwrap()
-        };
-        assert_eq!(from(Some(642)), from(None));
-        assert_eq!(from(Some(100_000)), from(None));
     }
 }

@@ -2,10 +2,34 @@
 
 use glam::DVec3;
 
-use super::judge::IntrinsicOptions;
 use crate::along_surface::spectrum::HeatMethod;
 use crate::along_surface::{Eigenpairs, Laplacian};
 use neural_mesh::mesh::TriMesh;
+
+// Largest number of eigenpairs that the paper compares.
+const EIGENPAIRS: usize = 200;
+
+/// Options of the figures along the surface: eigenpairs and geodesic distances.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IntrinsicOptions {
+    /// Largest number of eigenpairs; 0 skips the figures that need them.
+    pub eigenpairs: usize,
+    /// True to measure geodesic distances.
+    pub geodesics: bool,
+    /// Vertex of the original where distances start; by default the one farthest from the box's centre.
+    pub source: Option<u32>,
+}
+
+impl IntrinsicOptions {
+    /// Options that measure no figure along the surface.
+    pub const NONE: Self = Self { eigenpairs: 0, geodesics: false, source: None };
+}
+
+impl Default for IntrinsicOptions {
+    fn default() -> Self {
+        Self { eigenpairs: EIGENPAIRS, geodesics: true, source: None }
+    }
+}
 
 pub struct IntrinsicSurface {
     pub laplacian: Laplacian,

@@ -4,33 +4,10 @@ use neural_mesh::mesh::{TriMesh, topology};
 use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
 
 use super::figures::IntrinsicFigures;
+use super::intrinsic_surface::IntrinsicOptions;
 
-// Largest number of eigenpairs that the paper compares.
-const EIGENPAIRS: usize = 200;
 // Name of the figure after which those along the surface are inserted.
 const BEFORE: &str = "curvature_error";
-
-/// Options of the figures along the surface: eigenpairs and geodesic distances.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct IntrinsicOptions {
-    /// Largest number of eigenpairs; 0 skips the figures that need them.
-    pub eigenpairs: usize,
-    /// True to measure geodesic distances.
-    pub geodesics: bool,
-    /// Vertex of the original where distances start; by default the one farthest from the box's centre.
-    pub source: Option<u32>,
-}
-
-impl IntrinsicOptions {
-    /// Options that measure no figure along the surface.
-    pub const NONE: Self = Self { eigenpairs: 0, geodesics: false, source: None };
-}
-
-impl Default for IntrinsicOptions {
-    fn default() -> Self {
-        Self { eigenpairs: EIGENPAIRS, geodesics: true, source: None }
-    }
-}
 
 /// An original, prepared to judge simplified meshes.
 pub struct Judge {
@@ -66,23 +43,23 @@ impl Judge {
 }
 
 #[cfg(test)]
-pub mod tests {
+mod tests {
     use super::*;
     use neural_mesh::mesh::shapes;
 
-    pub const ALONG: IntrinsicOptions = IntrinsicOptions { eigenpairs: 20, geodesics: true, source: None };
+    const ALONG: IntrinsicOptions = IntrinsicOptions { eigenpairs: 20, geodesics: true, source: None };
 
-    pub fn judge_of(original: &TriMesh, along: &IntrinsicOptions) -> Judge {
+    fn judge_of(original: &TriMesh, along: &IntrinsicOptions) -> Judge {
         let mut options = CompareOptions::default();
         options.samples = 3000;
         Judge::new(original, &options, along)
     }
 
-    pub fn compare_meshes(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
+    fn compare_meshes(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
         judge_of(original, &ALONG).figures(simplified, simplified.positions().len())
     }
 
-    pub fn value(figures: &[Figure], name: &str) -> Option<f64> {
+    fn value(figures: &[Figure], name: &str) -> Option<f64> {
         figures.iter().find(|figure| figure.name == name).unwrap().value
     }
 
@@ -124,5 +101,60 @@ pub mod tests {
             pool.install(|| compare_meshes(&shapes::bolt(40), &shapes::bolt(24)))
         };
         assert_eq!(on(1), on(3));
+    }
+
+    const NAMES: [&str; 3] = ["laplacian_functions", "geodesic_error", "biharmonic_error"];
+
+    #[test]
+    fn a_mesh_differs_from_itself_in_nothing() {
+        let bolt = shapes::bolt(32);
+        let figures = compare_meshes(&bolt, &bolt);
+        for name in NAMES {
+            let value = value(&figures, name).unwrap();
+            assert!(value.abs() < 1e-6, "{name} {value}");
+        }
+    }
+
+    #[test]
+    fn coarser_spheres_are_farther() {
+        let sphere = shapes::icosphere(4);
+        let figures = [3, 2, 1].map(|level| compare_meshes(&sphere, &shapes::icosphere(level)));
+        for name in NAMES {
+            let values = figures.each_ref().map(|figures| value(figures, name).unwrap());
+            assert!(values.is_sorted_by(|a, b| a < b), "{name} {values:?}");
+        }
+    }
+
+    // A result that lost half of the sphere is still compared by the number of eigenfunctions of a whole result.
+    #[test]
+    fn lost_vertices_do_not_make_the_spectrum_better() {
+        let sphere = shapes::icosphere(4);
+        let along = IntrinsicOptions { eigenpairs: 100, geodesics: false, ..ALONG };
+        let judge = judge_of(&sphere, &along);
+        let coarse = shapes::icosphere(2);
+        let few = |n: usize| TriMesh::new(coarse.positions().to_vec(), coarse.faces()[..n].to_vec()).unwrap();
+        let errors = [320, 160, 20, 1].map(|n| {
+            let figures = judge.figures(&few(n), coarse.positions().len());
+            value(&figures, "laplacian_functions").unwrap()
+        });
+        assert!(errors.is_sorted_by(|a, b| a < b), "{errors:?}");
+        // A single face has three vertices, so only three of the 40 eigenfunctions.
+        assert!(errors[3] > 1.8, "{errors:?}");
+        assert_eq!((judge.eigenpairs(162), judge.eigenpairs(100_000)), (40, 100));
+    }
+
+    #[test]
+    fn a_source_that_no_face_uses_is_none() {
+        let sphere = shapes::icosphere(3);
+        let mut positions = sphere.positions().to_vec();
+        positions.push([9.0; 3]);
+        let with_point = TriMesh::new(positions, sphere.faces().to_vec()).unwrap();
+        let from = |source| {
+            let along = IntrinsicOptions { source, eigenpairs: 0, ..ALONG };
+            let figures = judge_of(&with_point, &along).figures(&shapes::icosphere(2), 162);
+            value(&figures, "geodesic_error").unwrap()
+        };
+        assert_eq!(from(Some(642)), from(None));
+        assert_eq!(from(Some(100_000)), from(None));
     }
 }

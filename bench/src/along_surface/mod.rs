@@ -6,6 +6,7 @@ mod judge;
 mod laplacian;
 mod spectrum;
 
-pub use judge::{IntrinsicOptions, Judge};
+pub use intrinsic_surface::IntrinsicOptions;
+pub use judge::Judge;
 pub use laplacian::Laplacian;
 pub use spectrum::{Eigenpairs, HeatMethod};

@@ -2,7 +2,7 @@
 
 mod evaluate;
 mod train_baseline;
-mod work;
+pub mod work;
 
 use std::process::ExitCode;
 
@@ -13,8 +13,6 @@ use neural_mesh_cli::shared::{Failure, finish, print_help_or_error};
 use crate::measure::{self, MeasureArgs, MeshoptimizerArgs};
 use evaluate::EvaluateArgs;
 use train_baseline::TrainBaselineArgs;
-
-pub use work::worker;
 
 /// Measure neural-mesh and other methods
 #[derive(Parser)]

@@ -9,7 +9,7 @@ use crate::rows::{ResultRow, Table, distinct};
 use crate::rows_file::read_rows;
 use crate::tables::{Column, Line, TextTable, pivot};
 
-/// Name of the report beside the rows.
+/// File name of the report.
 pub const REPORT: &str = "report.md";
 
 const DEFAULT_REFERENCE: &str = "qem";
@@ -91,7 +91,7 @@ fn method_lines(table: &Table) -> Vec<Line> {
     let line = |method: &str| {
         let rows: Vec<&ResultRow> = table.rows.iter().filter(|row| row.method == method).collect();
         let n_results = rows.iter().filter(|row| row.error.is_empty()).count();
-        Line { is_ranked: 2 * count_too_large(table, &rows) <= n_results, ..Line::new([method]).of(method) }
+        Line { is_ranked: 2 * count_too_large(table, &rows) <= n_results, ..Line::new([method]).with_method(method) }
     };
     table.methods().into_iter().map(line).collect()
 }
@@ -134,7 +134,7 @@ fn quotient_table(table: &Table, other: &str) -> TextTable {
     let columns: Vec<Column> = figure_columns(table)
         .map(|(name, figure, _)| Column::of_figure(title(name), &format!("/{figure}"), 1.0, median_digits))
         .collect();
-    pivot(&table.over(other), &[&format!("method / {other}")], &method_lines(table), &columns)
+    pivot(&table.with_quotients_over(other), &[&format!("method / {other}")], &method_lines(table), &columns)
 }
 
 fn format_failures(table: &Table) -> String {

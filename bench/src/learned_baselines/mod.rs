@@ -85,13 +85,13 @@ pub fn simplify_by_learned(
 ///
 /// # Panics
 /// If there is none of this name; [`LearnedWeights`] have all of their network.
-fn named<'a>(tensors: &'a Tensors<Value>, name: &str) -> &'a Value {
+fn tensor<'a>(tensors: &'a Tensors<Value>, name: &str) -> &'a Value {
     tensors.find_tensor(name).expect("the tensors of this network")
 }
 
 /// Returns weights and bias of a layer.
 fn layer<'a>(tensors: &'a Tensors<Value>, name: &str) -> [&'a Value; 2] {
-    [".weights", ".bias"].map(|of| named(tensors, &format!("{name}{of}")))
+    [".weights", ".bias"].map(|of| tensor(tensors, &format!("{name}{of}")))
 }
 
 /// Returns the first `n` layers `name_0`, `name_1`, and so on.

@@ -10,10 +10,9 @@ use neural_mesh::metrics::{DistanceTolerance, Surface, certified_distance, surfa
 use neural_mesh::search::simplify_to_error;
 use neural_mesh::simplify::{ClosedOptions, Input, Options, Symmetry, Target, simplify, simplify_levels_of_detail};
 
-use super::bench::{Bench, LARGE, RATIOS, root, thread_pool};
+use super::bench::{Bench, Blocks, LARGE, RATIOS, root, thread_pool};
 use super::clock::measure_time;
 use super::meshes::{hausdorff_distance, load};
-use super::pages::Blocks;
 use super::textured::compare_model;
 use crate::baselines::{Baseline, Size, simplify_by};
 use crate::cells::{Cell, MeshValue, Show, largest, least, median};
@@ -65,7 +64,7 @@ fn aggregate_table(rows: &Table, figures: &[(String, &str)], shows: &[(&str, Sho
 }
 
 fn mesh_lines(rows: &Table) -> Vec<Line> {
-    rows.meshes().into_iter().map(|mesh| Line::new([mesh]).on(mesh)).collect()
+    rows.meshes().into_iter().map(|mesh| Line::new([mesh]).with_mesh(mesh)).collect()
 }
 
 fn whole_number(values: &[MeshValue]) -> Cell {
@@ -100,7 +99,9 @@ fn measure_textures(bench: &Bench) -> Result<String> {
         .measure("textured", &figures, items, |name, path| compare_model(name, &make_model(bench, path)?, &RATIOS))?;
     let methods = [("neural-mesh", "ours"), ("meshoptimizer normals", "normals"), ("meshoptimizer uv", "uv")];
     let of_methods = |title: &str, figure: &str, factor: f64, show: Show| {
-        methods.map(|(name, method)| Column::of_figure(&format!("{title}: {name}"), figure, factor, show).of(method))
+        methods.map(|(name, method)| {
+            Column::of_figure(&format!("{title}: {name}"), figure, factor, show).with_method(method)
+        })
     };
     let columns: Vec<Column> = of_methods("faces", "faces", 1.0, whole_number)
         .into_iter()
@@ -109,7 +110,7 @@ fn measure_textures(bench: &Bench) -> Result<String> {
         .chain(of_methods("PSNR in dB", "likeness", 1.0, median))
         .chain([Column::of_figure("PSNR: difference", "gain", 1.0, signed_median)])
         .collect();
-    let at = |mesh: &str| RATIOS.map(|ratio| Line::new([mesh, &ratio.to_string()]).on(mesh).at(ratio));
+    let at = |mesh: &str| RATIOS.map(|ratio| Line::new([mesh, &ratio.to_string()]).with_mesh(mesh).with_ratio(ratio));
     let lines: Vec<Line> = rows.meshes().into_iter().flat_map(at).collect();
     bench.write_csv("assets-textured", &pivot(&rows, &["model", "ratio"], &lines, &columns))?;
     let columns = [
@@ -144,7 +145,7 @@ fn measure_parts(bench: &Bench) -> Result<String> {
         only: PARTS.iter().filter(is_there).map(|part| part.to_string()).collect(),
         ..Settings::default()
     };
-    let rows = bench.evaluate_set("machine-parts", "train", settings, None)?.over("meshopt");
+    let rows = bench.evaluate_set("machine-parts", "train", settings, None)?.with_quotients_over("meshopt");
     let rows = rows.filter(|row| row.method == "closed");
     let figures = [
         ("mean distance", "/distance_mean"),
@@ -170,7 +171,7 @@ fn measure_proofs(bench: &Bench) -> Result<Blocks> {
     let lines = rows
         .meshes()
         .into_iter()
-        .flat_map(|mesh| LIMITS.map(|limit| Line::new([mesh, &limit.to_string()]).on(mesh).at(limit)));
+        .flat_map(|mesh| LIMITS.map(|limit| Line::new([mesh, &limit.to_string()]).with_mesh(mesh).with_ratio(limit)));
     let columns = [
         Column::of_figure("proved, %", "proved", 1.0, three_decimals),
         Column::of_figure("sampled, %", "sampled", 1.0, three_decimals),

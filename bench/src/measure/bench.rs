@@ -10,7 +10,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::meshes::mesh_paths;
 use super::versions::{Subsystem, stamp};
-use crate::command::worker;
+use crate::command::work::worker;
 use crate::evaluate::{Event, Request, Settings, evaluate, write_report};
 use crate::rows::{ResultRow, Table};
 use crate::rows_file::RowsFile;
@@ -20,6 +20,12 @@ use crate::tables::TextTable;
 pub const RATIOS: [f64; 4] = [0.05, 0.1, 0.2, 0.5];
 /// Number of faces above which a mesh counts as large.
 pub const LARGE: usize = 50_000;
+
+// TOSCA's classes that the weights trained on TOSCA have not seen.
+pub const CLASSES: [&str; 4] = ["cat", "gorilla", "victoria", "wolf"];
+
+/// Names of marks with what belongs between them.
+pub type Blocks = Vec<(&'static str, String)>;
 
 #[derive(Clone, Debug)]
 pub struct Bench {
@@ -47,6 +53,12 @@ impl Bench {
     /// Returns the names and paths of the meshes of a set.
     pub fn meshes(&self, set: &str) -> Result<Vec<(String, PathBuf)>> {
         mesh_paths(&self.set_folder(set))
+    }
+
+    /// Returns the meshes of TOSCA's unseen classes, one in three.
+    pub fn some_of_classes(&self) -> Result<Vec<(String, PathBuf)>> {
+        let meshes = self.meshes("tosca")?.into_iter();
+        Ok(meshes.filter(|(name, _)| CLASSES.iter().any(|class| name.starts_with(class))).step_by(3).collect())
     }
 
     pub fn scratch(&self, name: &str) -> Result<PathBuf> {
@@ -114,6 +126,11 @@ impl Bench {
 /// Returns the folder of the repository.
 pub fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// Returns the path of the weights trained on TOSCA.
+pub fn tosca_weights() -> PathBuf {
+    root().join("weights/paper-tosca.safetensors")
 }
 
 pub fn thread_pool(n: usize) -> Result<ThreadPool> {

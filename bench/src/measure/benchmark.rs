@@ -6,8 +6,7 @@ use anyhow::Result;
 use neural_mesh::io::write_path;
 use neural_mesh::mesh::topology;
 
-use super::bench::{Bench, LARGE, RATIOS};
-use super::pages::Blocks;
+use super::bench::{Bench, Blocks, LARGE, RATIOS};
 use super::versions::{Subsystem, TABLE_BEGINS, TABLE_ENDS, stamp};
 use super::{cgal, curve, meshes::load};
 use crate::cells::{Cell, Show, largest, median, number, sum, worst, worst_mesh, zeros};
@@ -51,7 +50,7 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
         let input = inputs.rows.iter().find(|input| input.mesh == row.mesh)?;
         inputs.value(input, figure)
     };
-    let rows = evaluate_all(bench)?.over(REFERENCE);
+    let rows = evaluate_all(bench)?.with_quotients_over(REFERENCE);
     let large = rows.filter(|row| input(row, "faces") > Some(LARGE as f64));
     let closed = rows.filter(|row| row.error.is_empty() && input(row, "is_closed_manifold") == Some(1.0));
     write_path(&bench.output("docs/pictures/time-and-distance.svg"), draw_curve(&rows)?.as_bytes(), true)?;
@@ -97,7 +96,7 @@ fn lines(is_short: bool, with_reference: bool) -> Vec<Line> {
     let is_shown = |(name, _, is_of_readme): &&(&str, &str, bool)| {
         (!is_short || *is_of_readme) && (with_reference || *name != REFERENCE)
     };
-    METHODS.iter().filter(is_shown).map(|(name, about, _)| Line::new([about]).of(name)).collect()
+    METHODS.iter().filter(is_shown).map(|(name, about, _)| Line::new([about]).with_method(name)).collect()
 }
 
 fn worst_columns() -> Vec<Column<'static>> {
@@ -109,7 +108,7 @@ fn worst_columns() -> Vec<Column<'static>> {
 
 fn distance_columns() -> Vec<Column<'static>> {
     let at_ratios = |(title, figure): (&'static str, &'static str)| {
-        RATIOS.map(|ratio| Column::of_figure(&format!("{title} at {ratio}"), figure, 1.0, median).at(ratio))
+        RATIOS.map(|ratio| Column::of_figure(&format!("{title} at {ratio}"), figure, 1.0, median).with_ratio(ratio))
     };
     FIGURES[..2].iter().copied().flat_map(at_ratios).collect()
 }
@@ -157,13 +156,15 @@ fn mesh_table(rows: &Table, inputs: &Table) -> TextTable {
     let of_figure = |(title, figure): (&str, &str)| {
         let line = |input: &ResultRow| {
             let faces = number_of_faces(inputs, input);
-            Line::new([title, &input.mesh, &faces]).on(&input.mesh)
+            Line::new([title, &input.mesh, &faces]).with_mesh(&input.mesh)
         };
         let at = |ratio: f64| {
-            Column::of_figure(&format!("neural-mesh at {ratio}"), figure, 1.0, median).of(METHODS[0].0).at(ratio)
+            Column::of_figure(&format!("neural-mesh at {ratio}"), figure, 1.0, median)
+                .with_method(METHODS[0].0)
+                .with_ratio(ratio)
         };
         let methods = METHODS.iter().filter(|method| method.0 != REFERENCE);
-        let methods = methods.map(|(name, about, _)| Column::of_figure(about, figure, 1.0, median).of(name));
+        let methods = methods.map(|(name, about, _)| Column::of_figure(about, figure, 1.0, median).with_method(name));
         let columns: Vec<Column> = RATIOS.map(at).into_iter().chain(methods).collect();
         let lines: Vec<Line> = inputs.rows.iter().map(line).collect();
         pivot(rows, &["figure", "mesh", "faces"], &lines, &columns)
@@ -227,7 +228,8 @@ mod tests {
     fn the_readme_has_medians_and_counts_what_stayed_whole() {
         let figures = ["distance_mean", "seconds", "edges_without_two_faces", "non_manifold_vertices"];
         let row = |method: &str, distance, open| ResultRow::new("ball", 0.1, method, &[distance, 2.0, open, 0.0]);
-        let rows = Table::new(&figures, vec![row("closed", 1.0, 0.0), row(REFERENCE, 2.0, 3.0)]).over(REFERENCE);
+        let rows = Table::new(&figures, vec![row("closed", 1.0, 0.0), row(REFERENCE, 2.0, 3.0)])
+            .with_quotients_over(REFERENCE);
         let text = readme_table(&rows, &rows).markdown();
         assert!(text.contains("| neural-mesh | 0.50 | - | - | 1.00 | 1 of 1 |"), "{text}");
         assert!(text.contains("| meshoptimizer, `simplify` | 1 | 1 | 1 | 1 | 0 of 1 |"), "{text}");

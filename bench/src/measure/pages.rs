@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Result, bail, ensure};
 use neural_mesh::io::write_path;
 
-use super::bench::{Bench, root};
+use super::bench::{Bench, Blocks, root};
 use super::versions::{Subsystem, restamp, stale_pages};
 use super::{assets, benchmark, paper, performance, pictures, weights};
 use crate::tables::fill;
@@ -26,9 +26,6 @@ pub struct MeasureArgs {
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
 }
-
-/// Names of marks with what belongs between them.
-pub type Blocks = Vec<(&'static str, String)>;
 
 struct Page {
     name: &'static str,

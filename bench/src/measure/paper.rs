@@ -1,20 +1,15 @@
 //! The paper's Table 1, simplified meshes, and the paper's figures next to ours; Table 2 is in `samplers`.
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 
-use super::bench::{Bench, RATIOS, root};
+use super::bench::{Bench, Blocks, CLASSES, RATIOS, tosca_weights};
 use super::benchmark::inspect_inputs;
-use super::pages::Blocks;
 use super::samplers;
 use crate::cells::{Cell, mean_digits, median_digits, n_values, number};
 use crate::evaluate::Settings;
 use crate::rows::{ResultRow, Table};
 use crate::tables::{Column, Line, TextTable, pivot};
 
-// TOSCA's classes that the weights have not seen.
-const CLASSES: [&str; 4] = ["cat", "gorilla", "victoria", "wolf"];
 const METHODS: [&str; 10] = [
     "paper",
     "paper-closed",
@@ -44,17 +39,19 @@ const COLUMNS: [(&str, &str, f64); 5] = [
 
 pub fn measure(bench: &Bench) -> Result<Blocks> {
     let with_spectrum = |only: &[&str]| Settings { spectrum: true, ..settings(&METHODS, only) };
-    let tosca = bench.evaluate_set("paper", "tosca", with_spectrum(&CLASSES), Some(weights()))?.over(REFERENCE);
+    let tosca = bench
+        .evaluate_set("paper", "tosca", with_spectrum(&CLASSES), Some(tosca_weights()))?
+        .with_quotients_over(REFERENCE);
     let inputs = inspect_inputs(bench)?;
     let small = inputs.rows.iter().filter(|row| inputs.value(row, "faces") <= Some(MOST_FACES));
     let small: Vec<&str> = small.map(|row| row.mesh.as_str()).collect();
-    let test = bench.evaluate_set("paper-test", "test", with_spectrum(&small), None)?.over(REFERENCE);
+    let test = bench.evaluate_set("paper-test", "test", with_spectrum(&small), None)?.with_quotients_over(REFERENCE);
     let csv = [("TOSCA", &tosca), ("test", &test)].map(|(meshes, rows)| csv_table(meshes, rows));
     let csv = csv.into_iter().fold(TextTable::default(), TextTable::with_lines_of);
     bench.write_csv("paper-table-1", &csv)?;
     let chamfers = RATIOS.map(|ratio| {
         let column = [Column::of_figure("", "/chamfer", 1.0, median_digits)];
-        pivot(&test, &[], &[Line::new([]).of("paper").at(ratio)], &column).lines[0][0].clone()
+        pivot(&test, &[], &[Line::new([]).with_method("paper").with_ratio(ratio)], &column).lines[0][0].clone()
     });
     let means = ["table-1-at-0.05", "table-1-at-0.1", "table-1-at-0.2", "table-1-at-0.5"];
     let means = means.into_iter().zip(RATIOS).map(|(name, ratio)| (name, mean_table(&tosca, ratio).markdown()));
@@ -80,31 +77,20 @@ pub fn class_settings(methods: &[&str]) -> Settings {
     settings(methods, &CLASSES)
 }
 
-/// Returns the meshes of TOSCA's unseen classes, one in three.
-pub fn some_of_classes(bench: &Bench) -> Result<Vec<(String, PathBuf)>> {
-    let meshes = bench.meshes("tosca")?.into_iter();
-    Ok(meshes.filter(|(name, _)| CLASSES.iter().any(|class| name.starts_with(class))).step_by(3).collect())
-}
-
-/// Returns the path of the weights trained on TOSCA.
-pub fn weights() -> PathBuf {
-    root().join("weights/paper-tosca.safetensors")
-}
-
 fn lines() -> [Line; 10] {
-    METHODS.map(|method| Line::new([method]).of(method))
+    METHODS.map(|method| Line::new([method]).with_method(method))
 }
 
 fn mean_table(rows: &Table, ratio: f64) -> TextTable {
     let column = |(title, figure, factor): (&str, &str, f64)| {
-        Column::of_figure(title, figure, factor, mean_digits).at(ratio).with_best()
+        Column::of_figure(title, figure, factor, mean_digits).with_ratio(ratio).with_best()
     };
     pivot(rows, &["method"], &lines(), &COLUMNS.map(column))
 }
 
 fn quotient_table(rows: &Table) -> TextTable {
     let column = |(title, figure, _): (&str, &str, f64)| {
-        Column::of_figure(short(title), &format!("/{figure}"), 1.0, median_digits).at(RATIOS[0])
+        Column::of_figure(short(title), &format!("/{figure}"), 1.0, median_digits).with_ratio(RATIOS[0])
     };
     pivot(rows, &["method / qem"], &lines(), &COLUMNS.map(column))
 }
@@ -125,7 +111,9 @@ fn csv_table(meshes: &str, rows: &Table) -> TextTable {
     };
     let columns: Vec<Column> =
         [Column::new("results", n_results)].into_iter().chain(COLUMNS.into_iter().flat_map(columns)).collect();
-    let line = |ratio: f64| METHODS.map(|method| Line::new([meshes, &ratio.to_string(), method]).of(method).at(ratio));
+    let line = |ratio: f64| {
+        METHODS.map(|method| Line::new([meshes, &ratio.to_string(), method]).with_method(method).with_ratio(ratio))
+    };
     pivot(rows, &["meshes", "ratio", "method"], &RATIOS.map(line).concat(), &columns)
 }
 
@@ -257,7 +245,7 @@ mod tests {
     fn the_page_has_means_and_the_csv_all_figures() {
         let row = |mesh: &str, method: &str, chamfer| ResultRow::new(mesh, 0.1, method, &[chamfer, 0.5]);
         let rows = vec![row("a", "qem", 1e-6), row("b", "qem", 3e-6), row("a", "paper", 4e-6), row("b", "paper", 6e-6)];
-        let rows = Table::new(&["chamfer", "seconds"], rows).over(REFERENCE);
+        let rows = Table::new(&["chamfer", "seconds"], rows).with_quotients_over(REFERENCE);
         let means = mean_table(&rows, 0.1).markdown();
         assert!(means.contains("| qem | **2.00** | - | - | - | **0.500** |"), "{means}");
         let csv = csv_table("two", &rows);

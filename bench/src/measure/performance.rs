@@ -11,10 +11,9 @@ use neural_mesh::mesh::{Frame, TriMesh};
 use neural_mesh::metrics::{Surface, quick_distance, surface_distance};
 use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Target, simplify};
 
-use super::bench::{Bench, LARGE, RATIOS, build_program, thread_pool};
+use super::bench::{Bench, Blocks, LARGE, RATIOS, build_program, thread_pool};
 use super::clock::{measure_program_time, measure_time, peak_bytes, reset_peak};
 use super::meshes::{bumpy_torus, hausdorff_distance, load};
-use super::pages::Blocks;
 use crate::baselines::meshoptimizer_faces;
 use crate::cells::{Cell, MeshValue, count, least, median, spread};
 use crate::evaluate::thread_time;
@@ -53,8 +52,9 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
     let check = bench
         .measure("check", &["deviation", "largest", "nanoseconds"], test, |name, path| measure_check(name, path))?;
     let spreads = |titles: &[(&str, &str, &str)]| -> Vec<Column<'static>> {
-        let column =
-            |&(title, figure, method): &(&str, &str, &str)| Column::of_figure(title, figure, 1.0, spread).of(method);
+        let column = |&(title, figure, method): &(&str, &str, &str)| {
+            Column::of_figure(title, figure, 1.0, spread).with_method(method)
+        };
         titles.iter().map(column).collect()
     };
     let times = [("one thread", "one"), ("one thread, `--scores geometry`", "geometry"), ("two threads", "two")];
@@ -146,11 +146,12 @@ fn stage_times(mesh: &TriMesh, options: &Options) -> Result<Vec<(String, f64)>> 
 
 fn stage_table(speed: &Table) -> TextTable {
     let timed = speed.filter(|row| speed.value(row, "nanoseconds").is_some());
-    // The sum and meshoptimizer stand below all stages, also those of other meshes.
+    // The sum and meshoptimizer come after all stages, also those that only later meshes have.
     let (stages, sums): (Vec<&str>, Vec<&str>) =
         timed.methods().into_iter().partition(|name| *name != "all" && !name.starts_with("meshoptimizer"));
-    let lines: Vec<Line> = stages.into_iter().chain(sums).map(|stage| Line::new([stage]).of(stage)).collect();
-    let columns = RATIOS.map(|ratio| Column::of_figure(&ratio.to_string(), "nanoseconds", 1.0, median).at(ratio));
+    let lines: Vec<Line> = stages.into_iter().chain(sums).map(|stage| Line::new([stage]).with_method(stage)).collect();
+    let columns =
+        RATIOS.map(|ratio| Column::of_figure(&ratio.to_string(), "nanoseconds", 1.0, median).with_ratio(ratio));
     pivot(&timed, &["stage"], &lines, &columns)
 }
 
@@ -175,7 +176,7 @@ fn measure_growth(name: &str, &n_faces: &usize) -> Result<Vec<ResultRow>> {
 
 fn growth_table(growth: &Table) -> TextTable {
     let faces = |row: &ResultRow| count(growth.value(row, "faces").unwrap_or_default() as usize);
-    let lines: Vec<Line> = growth.rows.iter().map(|row| Line::new([&faces(row)]).on(&row.mesh)).collect();
+    let lines: Vec<Line> = growth.rows.iter().map(|row| Line::new([&faces(row)]).with_mesh(&row.mesh)).collect();
     let columns = [
         ("meshoptimizer", "meshoptimizer"),
         ("one thread", "one"),
@@ -202,7 +203,7 @@ fn measure_whole(bench: &Bench, name: &str, path: &Path) -> Result<Vec<ResultRow
         return Ok(Vec::new());
     }
     let (program, output) = (build_program()?, bench.scratch("whole")?.join("out.ply"));
-    let at = |ratio: f64| {
+    let measure_ratio = |ratio: f64| {
         let mut ours = Command::new(&program);
         ours.arg("simplify").arg(path).arg("-o").arg(&output);
         ours.args(["--quiet", "--force", "--ratio", &ratio.to_string()]);
@@ -216,7 +217,7 @@ fn measure_whole(bench: &Bench, name: &str, path: &Path) -> Result<Vec<ResultRow
         }
         Ok(ResultRow::new(name, ratio, "", &rounds.map(middle)))
     };
-    RATIOS.iter().map(|&ratio| at(ratio)).collect()
+    RATIOS.iter().map(|&ratio| measure_ratio(ratio)).collect()
 }
 
 // Rates are in meshes per second: in one batch, and over one process per mesh.
@@ -268,7 +269,7 @@ fn measure_format(bench: &Bench, name: &str) -> Result<Vec<ResultRow>> {
 }
 
 fn file_table(files: &Table) -> TextTable {
-    let lines = FORMATS.map(|format| Line::new([format]).on(format));
+    let lines = FORMATS.map(|format| Line::new([format]).with_mesh(format));
     let times = ["read", "clean", "write"].map(|title| Column::of_figure(title, title, 1.0, one_decimal));
     let size = Column::of_figure("bytes per face", "size", 1.0, whole_number);
     pivot(files, &["format"], &lines, &[size].into_iter().chain(times).collect::<Vec<_>>())

@@ -11,10 +11,8 @@ use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::picture::{PictureOptions, encode_png, render};
 use neural_mesh::simplify::{Options, Target, simplify};
 
-use super::bench::{Bench, build_program, root};
+use super::bench::{Bench, Blocks, build_program, root, tosca_weights};
 use super::meshes::load;
-use super::pages::Blocks;
-use super::paper;
 use crate::baselines::{Baseline, Size, simplify_by};
 use crate::cells::count;
 use crate::rows::ResultRow;
@@ -50,7 +48,7 @@ fn draw_figure_6(bench: &Bench) -> Result<String> {
     cargo.args(["run", "--quiet", "--release", "-p", "neural-mesh-bench", "--example", "figure6", "--"]);
     let mesh = std::path::absolute(bench.set_folder("tosca").join("cat0.ply"))?;
     let picture = std::path::absolute(bench.output("docs/measured/figure6.png"))?;
-    let done = cargo.arg(mesh).arg(paper::weights()).arg(picture).current_dir(root()).output().context("cargo")?;
+    let done = cargo.arg(mesh).arg(tosca_weights()).arg(picture).current_dir(root()).output().context("cargo")?;
     ensure!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     Ok(String::from_utf8(done.stdout)?)
 }

@@ -12,11 +12,9 @@ use neural_mesh::spatial::farthest_points;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use super::bench::{Bench, thread_pool};
+use super::bench::{Bench, Blocks, thread_pool, tosca_weights};
 use super::clock::measure_time;
 use super::meshes::load;
-use super::pages::Blocks;
-use super::paper::{some_of_classes, weights};
 use crate::cells::number;
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplify_points};
 use crate::rows::{ResultRow, Table};
@@ -47,7 +45,7 @@ const TABLE_2: [(&str, [[f64; 6]; 2]); 4] = [
 ];
 
 pub fn measure(bench: &Bench) -> Result<Blocks> {
-    let meshes = some_of_classes(bench)?;
+    let meshes = bench.some_of_classes()?;
     let measured = |noise: f64| {
         let name = format!("table-2-noise-{noise}");
         bench.measure(&name, &FIGURES, meshes.clone(), |name, path| measure_mesh(name, path, noise))
@@ -64,7 +62,7 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
 
 fn measure_mesh(name: &str, path: &Path, noise: f64) -> Result<Vec<ResultRow>> {
     let mesh = load(path)?;
-    let weights = Weights::from_bytes(&std::fs::read(weights())?)?;
+    let weights = Weights::from_bytes(&std::fs::read(tosca_weights())?)?;
     let noisy = with_noise(&mesh, 0.01 * noise);
     let one = thread_pool(1)?;
     let mut rows = Vec::new();

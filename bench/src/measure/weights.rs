@@ -11,11 +11,10 @@ use neural_mesh::simplify::{Importance, Refinements, simplify_with_importance};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use super::bench::{Bench, RATIOS, thread_pool};
+use super::bench::{Bench, Blocks, RATIOS, thread_pool, tosca_weights};
 use super::benchmark::{self, FIGURES};
 use super::clock::measure_time;
 use super::meshes::{hausdorff_distance, load};
-use super::pages::Blocks;
 use super::paper;
 use super::versions::Subsystem;
 use crate::cells::{Cell, Show, largest, mean, median, worst, worst_mesh};
@@ -38,14 +37,15 @@ const CASES: [(&str, &str); 5] = [
 pub fn measure(bench: &Bench) -> Result<Blocks> {
     let closed = bench.for_subsystems(&[Subsystem::Closed])?;
     let figures = ["distance_mean", "distance_max", "normal_error_signed", "seconds"];
-    let stages =
-        closed.measure("stages", &figures, bench.meshes("test")?, |name, path| measure_stages(name, path))?.over(WHOLE);
+    let stages = closed
+        .measure("stages", &figures, bench.meshes("test")?, |name, path| measure_stages(name, path))?
+        .with_quotients_over(WHOLE);
     bench.write_csv("weights-scores", &csv_table(&stages))?;
-    let scores = benchmark::evaluate_all(bench)?.over("geometry");
+    let scores = benchmark::evaluate_all(bench)?.with_quotients_over("geometry");
     let both = paper::class_settings(&["closed", "paper"]);
     let open = bench.evaluate_set("weights-open", "tosca", both, None)?;
     let tosca = paper::class_settings(&["paper"]);
-    let tosca = bench.evaluate_set("weights-tosca", "tosca", tosca, Some(paper::weights()))?;
+    let tosca = bench.evaluate_set("weights-tosca", "tosca", tosca, Some(tosca_weights()))?;
     let weights =
         [("paper-open", &open, "paper"), ("paper-tosca", &tosca, "paper"), ("closed assembly", &open, "closed")];
     let weights = weights.map(|(name, rows, method)| tosca_table(name, rows, method));
@@ -106,7 +106,7 @@ fn shuffle_weights(weights: &Weights, seed: u64) -> Result<Weights> {
 }
 
 fn case_table(stages: &Table, cases: &[(&str, &str)]) -> TextTable {
-    let lines: Vec<Line> = cases.iter().map(|(name, about)| Line::new([about]).of(name)).collect();
+    let lines: Vec<Line> = cases.iter().map(|(name, about)| Line::new([about]).with_method(name)).collect();
     let columns = |(title, figure): (&str, &str)| {
         [Column::of_figure(title, figure, 1.0, median), Column::of_figure("worst mesh", figure, 1.0, worst)]
     };
@@ -116,9 +116,10 @@ fn case_table(stages: &Table, cases: &[(&str, &str)]) -> TextTable {
 // A line for each figure with the medians at each ratio and at all; `labels` makes its first cells of the title.
 fn ratio_table<'a>(rows: &Table, method: &str, corner: &[&str], labels: impl Fn(&'a str) -> Vec<&'a str>) -> TextTable {
     let line = |(title, figure): (&'a str, &str)| {
-        let line = Line { labels: labels(title).into_iter().map(String::from).collect(), ..Line::new([]).of(method) };
+        let line =
+            Line { labels: labels(title).into_iter().map(String::from).collect(), ..Line::new([]).with_method(method) };
         let column = |title: &str| Column::of_figure(title, figure, 1.0, median);
-        let mut columns: Vec<Column> = RATIOS.map(|ratio| column(&ratio.to_string()).at(ratio)).into();
+        let mut columns: Vec<Column> = RATIOS.map(|ratio| column(&ratio.to_string()).with_ratio(ratio)).into();
         columns.push(column("all"));
         pivot(rows, corner, &[line], &columns)
     };
@@ -131,7 +132,7 @@ fn csv_table(stages: &Table) -> TextTable {
         let worst: [(&str, Show); 2] = [("worst mesh", worst_mesh), ("worst", largest)];
         for ((_, figure), line) in FIGURES.into_iter().zip(&mut table.lines) {
             let columns = worst.map(|(title, show)| Column::of_figure(title, figure, 1.0, show));
-            line.append(&mut pivot(stages, &[], &[Line::new([]).of(name)], &columns).lines[0]);
+            line.append(&mut pivot(stages, &[], &[Line::new([]).with_method(name)], &columns).lines[0]);
         }
         table.head.extend(worst.map(|(title, _)| title.to_owned()));
         table
@@ -155,7 +156,7 @@ fn tosca_table(weights: &str, rows: &Table, method: &str) -> TextTable {
         Column::of_figure("WA", "edges_without_two_faces", 1.0, mean),
         Column::of_figure("open", "open_edges", 1.0, mean),
     ];
-    let lines = RATIOS.map(|ratio| Line::new([weights, &ratio.to_string()]).of(method).at(ratio));
+    let lines = RATIOS.map(|ratio| Line::new([weights, &ratio.to_string()]).with_method(method).with_ratio(ratio));
     pivot(rows, &["weights", "ratio"], &lines, &columns)
 }
 
@@ -182,7 +183,7 @@ mod tests {
     fn every_case_has_a_line_for_each_figure() {
         let row = |method: &str, value| ResultRow::new("ball", 0.1, method, &[value; 4]);
         let figures = ["distance_mean", "distance_max", "normal_error_signed", "seconds"];
-        let stages = Table::new(&figures, vec![row(WHOLE, 2.0), row("even", 1.0)]).over(WHOLE);
+        let stages = Table::new(&figures, vec![row(WHOLE, 2.0), row("even", 1.0)]).with_quotients_over(WHOLE);
         let csv = csv_table(&stages);
         assert_eq!((csv.lines.len(), csv.head.len()), (20, 9));
         assert_eq!(csv.lines[1], ["no scores", "largest distance", "-", "0.50", "-", "-", "0.50", "ball", "0.50"]);

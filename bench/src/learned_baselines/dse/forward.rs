@@ -1,6 +1,6 @@
 //! Forward pass of a network over patches.
 
-use crate::learned_baselines::{layer, layers, named};
+use crate::learned_baselines::{layer, layers, tensor};
 use neural_mesh::autodiff::{Tape, Tensors, Value};
 
 /// Applies the network of this name, `classifier` or `map`, to patches of equal size.
@@ -38,7 +38,7 @@ fn apply_joined(
     let of_stage = |name: &str| layer(tensors, &format!("{stage}.{name}"));
     let patch_of: Vec<u32> = (0..places.matrix().n_rows()).map(|row| (row / group) as u32).collect();
     // Pooled features are multiplied once per patch instead of once per point.
-    let of_points = tape.concat_product(places, distances, named(tensors, &format!("{stage}.of_point")));
+    let of_points = tape.concat_product(places, distances, tensor(tensors, &format!("{stage}.of_point")));
     let [weights, bias] = of_stage("of_patch");
     let of_patches = tape.affine(pooled, weights, bias);
     let of_patches = tape.gather(&of_patches, &patch_of);

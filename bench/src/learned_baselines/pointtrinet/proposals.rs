@@ -3,7 +3,7 @@
 use super::classifier::pool;
 use super::network::{DEPTH, SCORE_DEPTH};
 use super::patches::{CandidateNeighbourhoods, point_features};
-use crate::learned_baselines::{layers, named};
+use crate::learned_baselines::{layers, tensor};
 use neural_mesh::autodiff::{Tape, Tensors, Value};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -44,7 +44,7 @@ pub fn point_probabilities(
     let features = point_features(neighbourhoods.vertices, &queries.iter().flat_map(edges).collect::<Vec<_>>());
     let n_edges = 3 * queries.len();
     let of_edges = pool(tape, features.clone(), &layers(tensors, "proposals.points", DEPTH), n_edges);
-    let of_edges = tape.product(&of_edges, named(tensors, "proposals.pooled"));
+    let of_edges = tape.product(&of_edges, tensor(tensors, "proposals.pooled"));
     let logits = tape.layers_with_group_rows(
         &Value::constant(features),
         &of_edges,

@@ -2,7 +2,7 @@
 
 use super::Cloud;
 use super::network::LAYERS;
-use crate::learned_baselines::named;
+use crate::learned_baselines::tensor;
 use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::linalg::Matrix;
 
@@ -15,7 +15,7 @@ pub fn projection(tape: &mut Tape, tensors: &Tensors<Value>, cloud: &Cloud) -> V
     // features: `f_i' = ReLU(W [f_i | ReLU(W_phi max_j W_theta (f_i - f_j))] + b)`. The last map is linear.
     let mut features = Value::constant(Matrix::from_points(&cloud.points));
     for i in 0..LAYERS {
-        let weights = |name: &str| named(tensors, &format!("projection_{i}.{name}"));
+        let weights = |name: &str| tensor(tensors, &format!("projection_{i}.{name}"));
         let mapped = tape.product(&features, weights("theta"));
         let seen = tape.neighbour_max_product_relu(&mapped, &cloud.graph, weights("phi"));
         features = if i == 0 {
@@ -26,5 +26,5 @@ pub fn projection(tape: &mut Tape, tensors: &Tensors<Value>, cloud: &Cloud) -> V
             tape.relu(&both)
         };
     }
-    tape.product(&features, named(tensors, "latent"))
+    tape.product(&features, tensor(tensors, "latent"))
 }

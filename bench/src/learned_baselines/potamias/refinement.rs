@@ -1,7 +1,7 @@
 //! The attention-based refinement of samples (AttRef).
 
 use super::Cloud;
-use crate::learned_baselines::named;
+use crate::learned_baselines::tensor;
 use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::linalg::{Csr, Matrix};
 use std::sync::Arc;
@@ -31,7 +31,7 @@ pub fn refinement(
     latent: &Value,
     samples: &[u32],
 ) -> Refinement {
-    let weights = |name: &str| named(tensors, &format!("refinement.{name}"));
+    let weights = |name: &str| tensor(tensors, &format!("refinement.{name}"));
     let graph = neighbourhoods(&cloud.graph, samples);
     let [rows, columns]: [Vec<u32>; 2] = [0, 1].map(|side| graph.entries().map(|entry| entry[side]).collect());
     let radii: Vec<f32> = samples.iter().map(|&s| cloud.radii[s as usize]).collect();
