@@ -72,6 +72,24 @@ pub fn largest(values: &[MeshValue]) -> Cell {
     cell(worst_of(values).map(|worst| worst.1), number)
 }
 
+fn with_decimals(values: &[MeshValue], decimals: usize) -> Cell {
+    let value = median_of(numbers(values));
+    Cell { text: value.map_or("-".into(), |value| format!("{value:.decimals$}")), value }
+}
+
+/// Formats the median, which is the value where there is one.
+pub fn whole_number(values: &[MeshValue]) -> Cell {
+    with_decimals(values, 0)
+}
+
+pub fn one_decimal(values: &[MeshValue]) -> Cell {
+    with_decimals(values, 1)
+}
+
+pub fn three_decimals(values: &[MeshValue]) -> Cell {
+    with_decimals(values, 3)
+}
+
 pub fn mean(values: &[MeshValue]) -> Cell {
     cell(mean_of(values), number)
 }

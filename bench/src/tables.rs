@@ -82,6 +82,15 @@ impl<'a> Column<'a> {
         Self::new(title, cell)
     }
 
+    /// Makes a column of the number of rows without an error.
+    pub fn of_results() -> Self {
+        let count = |_: &Table, rows: &[&ResultRow]| {
+            let n = rows.iter().filter(|row| row.error.is_empty()).count();
+            Cell { text: format!("{n} of {}", rows.len()), value: None }
+        };
+        Self::new("results", count)
+    }
+
     pub fn with_ratio(mut self, ratio: f64) -> Self {
         self.choice.ratio = Some(ratio);
         self

@@ -137,7 +137,7 @@ mod tests {
             let figures = judge.figures(&few(n), coarse.positions().len());
             value(&figures, "laplacian_functions").unwrap()
         });
-        assert!(errors.is_sorted_by(|a, b| a < b), "{errors:?}");
+        assert!(errors[..3].is_sorted_by(|a, b| a < b), "{errors:?}");
         // A single face has three vertices, so only three of the 40 eigenfunctions.
         assert!(errors[3] > 1.8, "{errors:?}");
         assert_eq!((judge.eigenpairs(162), judge.eigenpairs(100_000)), (40, 100));

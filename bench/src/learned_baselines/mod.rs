@@ -1,18 +1,17 @@
 //! Learned methods of others, one folder per method.
 
 pub mod dse;
-mod error;
 pub mod pointtrinet;
 pub mod potamias;
 mod training;
 mod weights;
 
+use crate::baselines::BaselineError;
 use neural_mesh::autodiff::{Tensors, Value};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::mesh::{TriMesh, compact};
 use std::sync::Arc;
 
-pub use error::LearnedBaselineError;
 pub use weights::LearnedWeights;
 
 /// A learned method of others.
@@ -66,19 +65,19 @@ impl LearnedBaseline {
 /// Simplifies a mesh to at most `n_vertices`; the seed chooses the first point.
 ///
 /// # Errors
-/// [`LearnedBaselineError`] where the result has no face or is no mesh.
+/// [`BaselineError`] where the result has no face or is no mesh.
 pub fn simplify_by_learned(
     weights: &LearnedWeights,
     mesh: &TriMesh,
     n_vertices: usize,
     seed: u64,
-) -> Result<TriMesh, LearnedBaselineError> {
+) -> Result<TriMesh, BaselineError> {
     let simplified = match weights.baseline() {
         LearnedBaseline::Dse => dse::simplify(mesh, n_vertices, seed, weights.tensors()),
         LearnedBaseline::Potamias => potamias::simplify(mesh, n_vertices, seed, weights.tensors()),
         LearnedBaseline::PointTriNet => pointtrinet::simplify(mesh, n_vertices, seed, weights.tensors()),
     }?;
-    if simplified.faces().is_empty() { Err(LearnedBaselineError::NothingLeft) } else { Ok(simplified) }
+    if simplified.faces().is_empty() { Err(BaselineError::NothingLeft) } else { Ok(simplified) }
 }
 
 /// Returns a tensor of checked weights by name.
@@ -103,10 +102,10 @@ fn scale_width(width: usize, share: f64) -> usize {
     ((width as f64 * share).round() as usize).max(1)
 }
 
-fn compact_with_first_point(mesh: &TriMesh, seed: u64) -> Result<(TriMesh, u32), LearnedBaselineError> {
+fn compact_with_first_point(mesh: &TriMesh, seed: u64) -> Result<(TriMesh, u32), BaselineError> {
     let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
     match mesh.positions().len() as u64 {
-        0 => Err(LearnedBaselineError::NothingLeft),
+        0 => Err(BaselineError::NothingLeft),
         n => Ok((mesh, (seed % n) as u32)),
     }
 }

@@ -15,7 +15,7 @@ use super::clock::measure_time;
 use super::meshes::{hausdorff_distance, load};
 use super::textured::compare_model;
 use crate::baselines::{Baseline, Size, simplify_by};
-use crate::cells::{Cell, MeshValue, Show, largest, least, median};
+use crate::cells::{Cell, MeshValue, Show, largest, least, median, one_decimal, three_decimals, whole_number};
 use crate::evaluate::Settings;
 use crate::rows::{ResultRow, Table, median as median_of};
 use crate::tables::{Column, Line, TextTable, pivot, ratio_lines};
@@ -65,18 +65,6 @@ fn aggregate_table(rows: &Table, figures: &[(String, &str)], shows: &[(&str, Sho
 
 fn mesh_lines(rows: &Table) -> Vec<Line> {
     rows.meshes().into_iter().map(|mesh| Line::new([mesh]).with_mesh(mesh)).collect()
-}
-
-fn whole_number(values: &[MeshValue]) -> Cell {
-    Cell { text: values.first().map_or("-".into(), |(_, value)| value.to_string()), value: None }
-}
-
-fn three_decimals(values: &[MeshValue]) -> Cell {
-    Cell { text: values.first().map_or("-".into(), |(_, value)| format!("{value:.3}")), value: None }
-}
-
-fn one_decimal(values: &[MeshValue]) -> Cell {
-    Cell { text: values.first().map_or("-".into(), |(_, value)| format!("{value:.1}")), value: None }
 }
 
 fn signed_median(values: &[MeshValue]) -> Cell {

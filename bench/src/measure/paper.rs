@@ -5,9 +5,9 @@ use anyhow::Result;
 use super::bench::{Bench, Blocks, CLASSES, RATIOS, tosca_weights};
 use super::benchmark::inspect_inputs;
 use super::samplers;
-use crate::cells::{Cell, mean_digits, median_digits, n_values, number};
+use crate::cells::{mean_digits, median_digits, n_values, number};
 use crate::evaluate::Settings;
-use crate::rows::{ResultRow, Table};
+use crate::rows::Table;
 use crate::tables::{Column, Line, TextTable, pivot};
 
 const METHODS: [&str; 10] = [
@@ -96,10 +96,6 @@ fn quotient_table(rows: &Table) -> TextTable {
 }
 
 fn csv_table(meshes: &str, rows: &Table) -> TextTable {
-    let n_results = |_: &Table, rows: &[&ResultRow]| {
-        let n = rows.iter().filter(|row| row.error.is_empty()).count();
-        Cell { text: format!("{n} of {}", rows.len()), value: None }
-    };
     let columns = |(title, figure, factor): (&str, &str, f64)| {
         let (title, quotient) = (short(title), format!("/{figure}"));
         [
@@ -110,7 +106,7 @@ fn csv_table(meshes: &str, rows: &Table) -> TextTable {
         ]
     };
     let columns: Vec<Column> =
-        [Column::new("results", n_results)].into_iter().chain(COLUMNS.into_iter().flat_map(columns)).collect();
+        [Column::of_results()].into_iter().chain(COLUMNS.into_iter().flat_map(columns)).collect();
     let line = |ratio: f64| {
         METHODS.map(|method| Line::new([meshes, &ratio.to_string(), method]).with_method(method).with_ratio(ratio))
     };
@@ -227,6 +223,7 @@ fn order_table(rows: &Table) -> TextTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rows::ResultRow;
 
     #[test]
     fn cells_pair_our_figures_with_the_papers_and_methods_are_ordered() {

@@ -15,7 +15,7 @@ use super::bench::{Bench, Blocks, LARGE, RATIOS, build_program, thread_pool};
 use super::clock::{measure_program_time, measure_time, peak_bytes, reset_peak};
 use super::meshes::{bumpy_torus, hausdorff_distance, load};
 use crate::baselines::meshoptimizer_faces;
-use crate::cells::{Cell, MeshValue, count, least, median, spread};
+use crate::cells::{Cell, MeshValue, count, least, median, n_values, one_decimal, spread, whole_number};
 use crate::evaluate::thread_time;
 use crate::rows::{ResultRow, Table, median as median_of};
 use crate::tables::{Column, Line, TextTable, pivot, ratio_lines};
@@ -187,16 +187,6 @@ fn growth_table(growth: &Table) -> TextTable {
     pivot(growth, &["faces"], &lines, &columns)
 }
 
-fn whole_number(values: &[MeshValue]) -> Cell {
-    let middle = middle(values.iter().map(|(_, value)| *value));
-    Cell { text: format!("{middle:.0}"), value: Some(middle) }
-}
-
-fn one_decimal(values: &[MeshValue]) -> Cell {
-    let middle = middle(values.iter().map(|(_, value)| *value));
-    Cell { text: format!("{middle:.1}"), value: Some(middle) }
-}
-
 fn measure_whole(bench: &Bench, name: &str, path: &Path) -> Result<Vec<ResultRow>> {
     let n_faces = load(path)?.faces().len();
     if n_faces <= LARGE {
@@ -308,7 +298,7 @@ fn check_table(check: &Table) -> TextTable {
         text(format!("{} of {}", rows.iter().filter(is_right).count(), rows.len()))
     };
     let columns = [
-        Column::of_figure("meshes", "deviation", 1.0, crate::cells::n_values),
+        Column::of_figure("meshes", "deviation", 1.0, n_values),
         Column::of_figure("mean: median deviation", "deviation", 1.0, percent),
         Column::of_figure("worst", "deviation", 1.0, worst),
         Column::of_figure("largest / certified: median", "largest", 1.0, median),

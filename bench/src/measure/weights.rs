@@ -141,16 +141,12 @@ fn csv_table(stages: &Table) -> TextTable {
 }
 
 fn tosca_table(weights: &str, rows: &Table, method: &str) -> TextTable {
-    let n_results = |_: &Table, rows: &[&ResultRow]| {
-        let n = rows.iter().filter(|row| row.error.is_empty()).count();
-        Cell { text: format!("{n} of {}", rows.len()), value: None }
-    };
     let four_decimals = |values: &[(&str, f64)]| {
         let value = crate::cells::mean_of(values);
         Cell { text: value.map_or("-".into(), |value| format!("{value:.4}")), value }
     };
     let columns = [
-        Column::new("results", n_results),
+        Column::of_results(),
         Column::of_figure("CD", "chamfer", 1e6, mean),
         Column::of_figure("NE", "normal_error", 1.0, four_decimals),
         Column::of_figure("WA", "edges_without_two_faces", 1.0, mean),

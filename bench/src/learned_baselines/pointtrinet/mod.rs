@@ -19,7 +19,8 @@ mod triangle_samples;
 mod triangles_to_surface;
 mod watertightness;
 
-use super::{LearnedBaselineError, compact_with_first_point};
+use super::compact_with_first_point;
+use crate::baselines::BaselineError;
 use glam::Vec3;
 use neural_mesh::autodiff::Tensors;
 use neural_mesh::geometry::triangle::area_normal;
@@ -49,7 +50,7 @@ pub(super) fn simplify(
     n_vertices: usize,
     seed: u64,
     tensors: &Tensors<Arc<Matrix>>,
-) -> Result<TriMesh, LearnedBaselineError> {
+) -> Result<TriMesh, BaselineError> {
     let (mesh, first) = compact_with_first_point(mesh, seed)?;
     let mut samples = farthest_points(mesh.positions(), n_vertices, first);
     samples.sort_unstable();

@@ -13,8 +13,8 @@ mod refinement;
 mod selection;
 mod step;
 
-use super::{LearnedBaselineError, compact_with_first_point};
-use crate::baselines::ball_pivoting;
+use super::compact_with_first_point;
+use crate::baselines::{BaselineError, ball_pivoting};
 use neural_mesh::autodiff::{Tape, Tensors};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
@@ -63,7 +63,7 @@ pub(super) fn simplify(
     n_vertices: usize,
     seed: u64,
     tensors: &Tensors<Arc<Matrix>>,
-) -> Result<TriMesh, LearnedBaselineError> {
+) -> Result<TriMesh, BaselineError> {
     let (mesh, first) = compact_with_first_point(mesh, seed)?;
     let vertices = mesh.positions();
     let points = simplify_points(vertices, n_vertices, first, tensors);
