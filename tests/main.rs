@@ -29,7 +29,6 @@ mod passes;
 #[cfg(feature = "picture")]
 mod picture;
 mod poses;
-mod purposes;
 mod recorded;
 mod symmetric;
 #[cfg(feature = "train")]

@@ -5,7 +5,6 @@ mod baselines;
 mod common;
 #[cfg(unix)] // The tools are shell scripts.
 mod evaluate;
-mod purposes;
 mod train_baseline;
 
 /// The program under test.

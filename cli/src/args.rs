@@ -384,8 +384,6 @@ pub enum PurposeArg {
     Shape,
     /// Animation: close to the original in the poses of skin and morph targets, too; without these, in any pose
     Poses,
-    /// Spectrum of the Laplacian (vibrations, geodesics, matching): faces of similar areas
-    Spectrum,
 }
 
 /// Treatment of surfaces that are invisible from outside.

@@ -48,7 +48,7 @@ class Shared(TypedDict, total=False):
     prune: bool | Number | str
     hold_shape: bool | Number | str
     hidden: Literal["keep", "cheap", "drop"] | None
-    for_: Literal["shape", "poses", "spectrum"] | None
+    for_: Literal["shape", "poses"] | None
     fill_holes: bool | Whole
     printable: bool | Number | str
     weld: bool | Number | str

@@ -204,8 +204,6 @@ pub enum Purpose {
     Shape,
     /// Shape in all poses given by morph targets, or else in unknown poses.
     Poses,
-    /// Eigenfunctions of the Laplacian (metric LE): faces get similar areas.
-    Spectrum,
 }
 
 /// Treatment of surfaces that are invisible from outside.

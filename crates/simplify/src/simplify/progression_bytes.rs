@@ -246,7 +246,7 @@ store_choices! {
     Optimize: [Optimize::Balanced, Optimize::Mean, Optimize::Max, Optimize::Normals, Optimize::Looks];
     Effort: [Effort::Fast, Effort::Standard, Effort::Best];
     Hidden: [Hidden::Keep, Hidden::Cheap, Hidden::Drop];
-    Purpose: [Purpose::Shape, Purpose::Poses, Purpose::Spectrum];
+    Purpose: [Purpose::Shape, Purpose::Poses];
     CollapseEnd: [CollapseEnd::Reached, CollapseEnd::Smallest, CollapseEnd::SmallestMirrored, CollapseEnd::WouldTurn,
         CollapseEnd::LosesShape, CollapseEnd::Held];
 }

@@ -33,8 +33,7 @@ impl<'a> Task<'a> {
     /// Chooses the source of vertex scores: none if without effect, the network if the caller gives weights.
     fn score_source(&self, settings: &StageSettings) -> ScoreSource {
         match self.options.scores {
-            // The purposes Poses and Spectrum distribute the vertices by terms of their own, so scores need given
-            // weights there.
+            // The purpose Poses distributes the vertices by a term of its own, so scores need given weights there.
             _ if settings.strength == 0.0 || self.options.purpose != Purpose::Shape && self.weights.is_none() => {
                 ScoreSource::Geometry
             }

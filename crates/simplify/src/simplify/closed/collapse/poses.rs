@@ -12,10 +12,6 @@ use crate::simplify::options::Purpose;
 /// Pull to a vertex's position for unknown poses, per share of the surface's weight.
 // Six bodies: half or twice as much changes the mean distance by 1 %.
 const UNKNOWN_POSE_PULL: f64 = 10.0;
-/// Pull to a vertex's position for the spectrum, per share of the surface's weight.
-// Linear functions on faces of size h err by h squared. The metric LE over that of QEM, for eight meshes at ratio 0.05:
-// 0.84 with 10, 0.83 with 30, 0.85 with 100.
-const SPECTRUM_PULL: f64 = 30.0;
 const STEPS: usize = 12;
 
 #[derive(Clone, Copy, Debug)]
@@ -68,19 +64,15 @@ impl Poses {
     pub fn new(original: &Original, requirements: &Requirements) -> Self {
         match requirements.pose_attributes() {
             Some(attributes) => poses_of_targets(original, attributes),
-            None => {
-                let strength = match requirements.purpose {
-                    Purpose::Poses => UNKNOWN_POSE_PULL,
-                    Purpose::Spectrum => SPECTRUM_PULL,
-                    _ => return Self::default(),
-                };
+            None if requirements.purpose == Purpose::Poses => {
                 let surface = &original.surface;
                 // For unknown poses vertices are pulled to their positions, more strongly where areas are large. The
                 // pull is relative to the total weight, so that it depends on the share of the surface.
                 let weight: f64 = (0..surface.n_vertices()).map(|v| surface.weight(v)).sum();
-                let growing_pull = if weight > 0.0 { (strength / weight) as f32 } else { 0.0 };
+                let growing_pull = if weight > 0.0 { (UNKNOWN_POSE_PULL / weight) as f32 } else { 0.0 };
                 Self { growing_pull, ..Self::default() }
             }
+            None => Self::default(),
         }
     }
 
