@@ -391,8 +391,6 @@ pub enum PurposeArg {
 pub enum HiddenArg {
     /// Simplify hidden surfaces like visible ones
     Keep,
-    /// Count a thousandth of visible surfaces; about a tenth of their vertices stays
-    Cheap,
     /// Drop components that are fully hidden; they do not count for the bound of --error
     Drop,
 }

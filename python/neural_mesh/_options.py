@@ -47,7 +47,7 @@ class Shared(TypedDict, total=False):
     keep_components: bool
     prune: bool | Number | str
     hold_shape: bool | Number | str
-    hidden: Literal["keep", "cheap", "drop"] | None
+    hidden: Literal["keep", "drop"] | None
     for_: Literal["shape", "poses"] | None
     fill_holes: bool | Whole
     printable: bool | Number | str

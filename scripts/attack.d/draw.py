@@ -197,7 +197,7 @@ def other_target(rng, n_faces):
 def what_is_inside(rng):
     """Draws options that remove hidden components, holes and fins."""
     return rng.choice([
-        ["--printable"], ["--printable"], ["--fill-holes"], ["--fill-holes=6"], ["--hidden", "drop"], ["--hidden", "cheap"],
+        ["--printable"], ["--printable"], ["--fill-holes"], ["--fill-holes=6"], ["--hidden", "drop"],
     ])
 
 

@@ -325,7 +325,7 @@ const OPTIMIZE: [(&str, Optimize); 5] = [
     ("looks", Optimize::Looks),
 ];
 const EFFORTS: [(&str, Effort); 3] = [("standard", Effort::Standard), ("fast", Effort::Fast), ("best", Effort::Best)];
-const HIDDEN: [(&str, Hidden); 3] = [("keep", Hidden::Keep), ("cheap", Hidden::Cheap), ("drop", Hidden::Drop)];
+const HIDDEN: [(&str, Hidden); 2] = [("keep", Hidden::Keep), ("drop", Hidden::Drop)];
 const PURPOSES: [(&str, Purpose); 2] = [("shape", Purpose::Shape), ("poses", Purpose::Poses)];
 const SCORES: [(&str, ScoreSource); 3] =
     [("bending", ScoreSource::Bending), ("network", ScoreSource::Network), ("geometry", ScoreSource::Geometry)];

@@ -15,9 +15,6 @@ const AXES_OF_COMPONENTS: usize = 3;
 const SHARE_OF_FRONT: f32 = 4.0;
 /// Means over neighbours, which even out what few pixels say.
 const ROUNDS_OF_MEANS: usize = 2;
-/// Factor on the importance of hidden vertices.
-// Errors fall as n^-2 with n vertices, so hidden surfaces keep a tenth of their vertices.
-const HIDDEN_FACTOR: f32 = 1e-3;
 /// Rays per face of a component; at least `LEAST_RAYS` in all.
 const RAYS: f64 = 0.25;
 const LEAST_RAYS: usize = 1024;
@@ -44,15 +41,12 @@ const STEPS: [f64; 4] = [0.856_674_883_854_503, 0.733_891_856_627_126, 0.628_706
 /// assert!(hidden[..320].iter().all(|hidden| !hidden) && hidden[320..].iter().all(|hidden| *hidden));
 /// ```
 pub fn hidden_faces(mesh: &TriMesh) -> Vec<bool> {
-    let is_visible = visible_vertices(&Input::bare(mesh));
+    let mut is_visible = vec![false; mesh.positions().len()];
+    let seen = visible_faces(mesh.positions(), mesh.faces(), AXES);
+    for (face, _) in mesh.faces().iter().zip(seen).filter(|(_, seen)| *seen) {
+        face.iter().for_each(|&v| is_visible[v as usize] = true);
+    }
     mesh.faces().iter().map(|face| face.iter().all(|&v| !is_visible[v as usize])).collect()
-}
-
-/// Returns a factor on the importance of each vertex: less if all its faces are hidden; empty if none is hidden.
-pub(super) fn hidden_factors(input: &Input) -> Vec<f32> {
-    let is_visible = visible_vertices(input);
-    let factor = |is_visible: bool| if is_visible { 1.0 } else { HIDDEN_FACTOR };
-    if is_visible.contains(&false) { is_visible.into_iter().map(factor).collect() } else { Vec::new() }
 }
 
 /// Returns each vertex's visible share of its area, averaged with its neighbours; 1 where a front is never hidden.
@@ -81,16 +75,6 @@ fn sum_over_neighbours(mesh: &TriMesh, values: &[[f32; 2]]) -> Vec<[f32; 2]> {
         face.iter().for_each(|&v| sums[v as usize].iter_mut().zip(of_face).for_each(|(sum, value)| *sum += value));
     }
     sums
-}
-
-fn visible_vertices(input: &Input) -> Vec<bool> {
-    let view = input.view();
-    let mut is_visible = vec![false; input.mesh.positions().len()];
-    let seen = visible_faces(view.mesh.positions(), view.mesh.faces(), AXES);
-    for (&face, _) in view.faces.iter().zip(seen).filter(|(_, seen)| *seen) {
-        input.mesh.faces()[face as usize].iter().for_each(|&v| is_visible[v as usize] = true);
-    }
-    is_visible
 }
 
 pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<bool> {
@@ -189,7 +173,6 @@ mod tests {
         let grid = shapes::grid(20, 20);
         for mesh in [&grid, &shapes::open_cylinder(24, 8), &shapes::torus(40, 20, 2.0, 0.7), &shapes::bolt(20)] {
             assert!(hidden_faces(mesh).iter().all(|hidden| !hidden));
-            assert!(hidden_factors(&Input::bare(mesh)).is_empty());
         }
     }
 

@@ -213,8 +213,6 @@ pub enum Hidden {
     /// Hidden surfaces count like visible ones.
     #[default]
     Keep,
-    /// Hidden surfaces count a thousandth, so that they keep about a tenth of their vertices.
-    Cheap,
     /// Components that are hidden as a whole are dropped.
     Drop,
 }

@@ -222,7 +222,7 @@ macro_rules! store_numbers {
 }
 store_numbers!(u8, u32, u64, f32, f64);
 
-/// Stores each of the listed values as a byte, its place in the list.
+/// Stores each of the listed values as a byte, its first place in the list; a later place is of a value that is gone.
 macro_rules! store_choices {
     ($($choice:ty: [$($value:expr),*];)*) => {$(
         impl Stored for $choice {
@@ -233,7 +233,9 @@ macro_rules! store_choices {
             }
 
             fn read(from: &mut ByteReader) -> Option<Self> {
-                [$($value),*].get(u8::read(from)? as usize).copied()
+                let (choices, i) = ([$($value),*], usize::from(u8::read(from)?));
+                let first = |value: &Self| choices.iter().position(|other| other == value);
+                choices.get(i).copied().filter(|value| first(value) == Some(i))
             }
         }
     )*};
@@ -245,7 +247,7 @@ store_choices! {
     ScoreSource: [ScoreSource::Bending, ScoreSource::Network, ScoreSource::Geometry];
     Optimize: [Optimize::Balanced, Optimize::Mean, Optimize::Max, Optimize::Normals, Optimize::Looks];
     Effort: [Effort::Fast, Effort::Standard, Effort::Best];
-    Hidden: [Hidden::Keep, Hidden::Cheap, Hidden::Drop];
+    Hidden: [Hidden::Keep, Hidden::Keep, Hidden::Drop];
     Purpose: [Purpose::Shape, Purpose::Poses];
     CollapseEnd: [CollapseEnd::Reached, CollapseEnd::Smallest, CollapseEnd::SmallestMirrored, CollapseEnd::WouldTurn,
         CollapseEnd::LosesShape, CollapseEnd::Held];

@@ -2,9 +2,9 @@
 
 use crate::mesh::{Attributes, FeatureEdge, Frame, Role, UnitedMesh};
 use crate::model::Weights;
-use crate::simplify::hidden::{hidden_factors, visible_shares};
+use crate::simplify::hidden::visible_shares;
 use crate::simplify::input::{Half, Input, kept_edges, locked_vertices};
-use crate::simplify::options::{ClosedOptions, Hidden, Purpose, Refinements, ScoreSource};
+use crate::simplify::options::{ClosedOptions, Purpose, Refinements, ScoreSource};
 
 use super::stage_settings::StageSettings;
 
@@ -72,7 +72,7 @@ impl<'a> ClosedRequest<'a> {
     /// Plans a run: options, constraints and weights become one request.
     pub fn new(input: &Input<'a>, task: &Task<'a>) -> Self {
         let request = Self::without_visibility(input, task);
-        Self { visibility: visibility(input, task.options, &request.settings), ..request }
+        Self { visibility: visibility(input, &request.settings), ..request }
     }
 
     /// Plans a run in which nothing is collapsed, so that vertices need no importance.
@@ -123,14 +123,11 @@ impl<'a> ClosedRequest<'a> {
     }
 }
 
-fn visibility(input: &Input, options: &ClosedOptions, settings: &StageSettings) -> Vec<f32> {
-    match options.hidden {
-        Hidden::Cheap => hidden_factors(input),
-        _ if settings.by_looks => {
-            visible_shares(input).into_iter().map(|share| (share + LEAST_SHARE).powf(SHARE_EXPONENT)).collect()
-        }
-        _ => Vec::new(),
+fn visibility(input: &Input, settings: &StageSettings) -> Vec<f32> {
+    if !settings.by_looks {
+        return Vec::new();
     }
+    visible_shares(input).into_iter().map(|share| (share + LEAST_SHARE).powf(SHARE_EXPONENT)).collect()
 }
 
 #[derive(Debug, Default)]

@@ -76,7 +76,7 @@ fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
         ("faces that are kept", !input.kept.is_empty()),
         ("vertices that are locked", !input.locked.is_empty()),
         ("pruning", options.prune_below > 0.0),
-        ("hidden components dropped or cheap", options.hidden != Hidden::Keep),
+        ("hidden components dropped", options.hidden != Hidden::Keep),
         // A half shows its inside through the cut.
         ("optimization of looks", options.optimize == Optimize::Looks),
         ("a map", options.map),
