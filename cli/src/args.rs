@@ -2,29 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{ArgAction, ArgGroup, Parser, ValueEnum};
+use clap::{ArgAction, ArgGroup, Parser};
 use neural_mesh::clusters::LARGEST_CLUSTER;
-use neural_mesh::job::{Count, RatioOf, count, ratio_of, share};
+use neural_mesh::job::{Arguments, Count, Ignored, count, seed, share, whole_number_parser};
+use neural_mesh::simplify::{Effort, Optimize, ScoreSource};
 
-use crate::numbers::{
-    GIB_RANGE, MAX_SAMPLES, number_parser, parse_seed, parse_texels, parse_thread_count, parse_view,
-    whole_number_parser,
-};
+use crate::numbers::{MAX_SAMPLES, parse_gib, parse_thread_count, parse_view};
 
 // The help lists what this build has.
 const FBX_NOTE: &str = if cfg!(feature = "fbx") { "; FBX is read only" } else { "" };
-const COMPRESS_NOTES: [&str; 2] = if cfg!(feature = "meshopt") {
-    [
-        "Write a compressed glTF, as gltfpack does; =quantize only quantises it",
-        "Write a glTF as gltfpack does: quantised (KHR_mesh_quantization) and compressed (EXT_meshopt_compression); =quantize only \
-        quantises it",
-    ]
-} else {
-    [
-        "Write a quantised glTF: --compress=quantize",
-        "Write a quantised glTF (KHR_mesh_quantization): --compress=quantize",
-    ]
-};
 
 fn short_notes() -> String {
     format!(
@@ -58,11 +44,7 @@ Exit codes: 0 success, 1 problem with the input, the disk or standard output, 2 
 target, 130 interrupted. If a constraint stops the simplification early, the mesh is written, and the report gives the reason \
 (\"outcome\": \"stopped: ...\"). The exit code is then 0, or 3 with --strict. A missed bound of --error or --size always gives 3.";
 
-/// Headings of the option groups in the help, in their order.
-const KEEP_HEADING: &str = "What to keep";
-const REPAIR_HEADING: &str = "Repair before simplifying";
-const TEXTURES_HEADING: &str = "glTF and textures";
-const QUALITY_HEADING: &str = "Quality";
+/// Headings of the program's own options in the help, after those of [`Arguments`].
 const REPORTS_HEADING: &str = "Reports and pictures";
 const RUNNING_HEADING: &str = "Batches, threads and memory";
 
@@ -80,179 +62,21 @@ pub struct SimplifyArgs {
     /// File or folder for the result; - for standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// Share of the vertices to keep: 0.1 or 10%. NAME=R sets the share of one named object or material
-    #[arg(long, value_name = "[NAME=]R", value_parser = ratio_of, allow_hyphen_values = true,
-        long_help = "Share of the vertices to keep: 0.1 or 10%. NAME=R sets the share of a node, mesh, object, group \
-        or material; repeat it for several names. The rest gets the target of the whole mesh; without one, it keeps \
-        its vertices")]
-    pub ratio: Vec<RatioOf>,
-    /// Number of faces to keep: 5000, 10k, 1.5M or 10%
-    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true, conflicts_with_all = ["error", "size", "lods"])]
-    pub faces: Option<Count>,
-    /// Number of vertices to keep: 5000, 10k, 1.5M or 10%
-    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true, conflicts_with_all = ["faces", "error", "size", "lods"])]
-    pub vertices: Option<Count>,
-    /// Largest distance to the original, in units of the mesh or with % of its diagonal; finds the smallest mesh
-    #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with_all = ["size", "lods"],
-        long_help = "Largest distance to the original, in both directions and proved, in units of the mesh or with % \
-        of its bounding-box diagonal; finds the smallest mesh within it")]
-    pub error: Option<String>,
-    /// Largest file size, such as 500kB or 2MB; finds the largest mesh that fits
-    #[arg(long, value_name = "BYTES", conflicts_with = "lods")]
-    pub size: Option<String>,
-    /// Levels of detail as falling shares of the vertices, such as 50%,25%,10%
-    #[arg(
-        long,
-        value_name = "R,R",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        long_help = "Levels of detail as falling shares of the vertices, such as 50%,25%,10%. The number of the level \
-        replaces {level} in OUT; otherwise the file names end in -lod0, -lod1 and so on. A glTF scene becomes one \
-        file with all levels (MSFT_lod)"
-    )]
-    pub lods: Vec<String>,
-    /// Unit of --lods: vertices or faces, as shares or as numbers such as 20k,5k, or proved largest distances such as
-    /// 0.1%,0.5% [default: vertices]
-    #[arg(long, value_enum, value_name = "UNIT", requires = "lods", hide_short_help = true)]
-    pub lods_by: Option<LodsByArg>,
-    /// Format of the result if the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
-    #[arg(
-        long,
-        value_name = "FORMAT",
-        long_help = "Format of the result: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb. If the name of OUT \
-        has a known ending, the ending wins: then ply-ascii and stl-ascii write a .ply or .stl as text, and other formats name \
-        that of an IN without a known ending. Standard output has the format of the input by default"
-    )]
-    pub format: Option<String>,
+    #[command(flatten)]
+    pub options: Arguments,
     /// Replace existing files
     #[arg(short, long)]
     pub force: bool,
     /// Exit with code 3 if the target was not reached, as --error and --size always do
     #[arg(long, hide_short_help = true)]
     pub strict: bool,
-    /// Property that the result must preserve best
-    #[arg(long = "for", value_enum, value_name = "PURPOSE", default_value = "shape", hide_short_help = true)]
-    pub purpose: PurposeArg,
+    // The helps come after `--for`.
     /// Print help for the most used options
-    #[arg(short, long, action = ArgAction::HelpShort)]
+    #[arg(short, long, action = ArgAction::HelpShort, display_order = 91)]
     help: Option<bool>,
     /// Print help for all options
-    #[arg(long, action = ArgAction::HelpLong)]
+    #[arg(long, action = ArgAction::HelpLong, display_order = 92)]
     help_all: Option<bool>,
-
-    /// Keep edges where the surface bends by more than 30 degrees
-    #[arg(long, help_heading = KEEP_HEADING)]
-    pub keep_features: bool,
-    /// Keep edges where the surface bends by more than DEGREES
-    #[arg(long, value_name = "DEGREES", value_parser = number_parser("degrees from 0 to 180", |x| (0.0..=180.0).contains(&x)),
-        allow_negative_numbers = true, conflicts_with = "keep_features", help_heading = KEEP_HEADING, hide_short_help = true)]
-    pub crease_angle: Option<f64>,
-    /// Keep the boundary exactly, so that neighbouring tiles still fit
-    #[arg(long, alias = "lock-borders", help_heading = KEEP_HEADING)]
-    pub lock_boundaries: bool,
-    /// Keep all components, even if their vertices would reduce the distance more elsewhere
-    #[arg(long, help_heading = KEEP_HEADING)]
-    pub keep_components: bool,
-    /// Keep a node, mesh, object, group or material unchanged; may be repeated
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["printable", "fill_holes", "weld", "bake"], help_heading = KEEP_HEADING)]
-    pub keep: Vec<String>,
-    /// Make the result exactly mirror-symmetric: x, y, z or x=0.5 [default: the best plane]
-    #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true, help_heading = KEEP_HEADING,
-        long_help = "Make the result exactly mirror-symmetric; the input must be nearly so. The plane is x, y or z (perpendicular to that axis, \
-        through 0 or the middle of the mesh), or a plane like x=0.5 [default: the plane that fits best]")]
-    pub symmetric: Option<Option<String>>,
-    /// Do not move vertices: the result uses vertices of the input
-    #[arg(long, help_heading = KEEP_HEADING)]
-    pub subset: bool,
-    /// Discard attributes (uv, normals, colors, materials), so that their seams and borders do not limit the result
-    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', help_heading = KEEP_HEADING, hide_short_help = true)]
-    pub ignore: Vec<IgnoreArg>,
-    /// Distance that texture seams may move, in texels of the largest colour texture [default: 1/64 of its side]
-    #[arg(long, value_name = "TEXELS", value_parser = number_parser("texels, 0 or more", |x| x >= 0.0), allow_negative_numbers = true,
-        help_heading = KEEP_HEADING, hide_short_help = true,
-        long_help = "Distance that texture seams may move almost freely, in texels of the largest colour texture (of one with 1024 \
-        texels a side if there is none); 0 keeps seams as strictly as creases [default: 1/64 of the side]")]
-    pub seam_error: Option<f64>,
-    /// Weights of vertices: the name of a numeric vertex attribute, or NAME=FACTOR for the faces of a node, mesh, material,
-    /// group or object. Larger weights keep more vertices; all other faces have weight 1
-    #[arg(long, value_name = "NAME", help_heading = KEEP_HEADING, hide_short_help = true)]
-    pub importance: Option<String>,
-    /// Drop components smaller than SIZE, in units of the mesh or with % of its diagonal; without SIZE, smaller than the bound of
-    /// --error. Dropped components do not count for the bound
-    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, help_heading = KEEP_HEADING, hide_short_help = true)]
-    pub prune: Option<Option<String>>,
-    /// Keep the shape of components, within DISTANCE in units of the mesh or with % of its diagonal [default: 1%]. Sizes that
-    /// need more are then not reached
-    #[arg(long, value_name = "DISTANCE", num_args = 0..=1, require_equals = true, help_heading = KEEP_HEADING, hide_short_help = true)]
-    pub hold_shape: Option<Option<String>>,
-    /// Treatment of surfaces that are invisible from outside
-    #[arg(long, value_enum, default_value = "keep", help_heading = KEEP_HEADING, hide_short_help = true)]
-    pub hidden: HiddenArg,
-
-    /// Close holes with at most EDGES boundary edges [default: all holes]
-    #[arg(long, value_name = "EDGES", value_parser = whole_number_parser::<usize>(0, u64::MAX), num_args = 0..=1, require_equals = true,
-        conflicts_with = "symmetric", help_heading = REPAIR_HEADING)]
-    pub fill_holes: Option<Option<usize>>,
-    /// Make a printable solid; drops components smaller than SIZE [default: 1%]
-    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, conflicts_with_all = ["fill_holes", "symmetric", "no_weld"],
-        help_heading = REPAIR_HEADING,
-        long_help = "Make a printable solid: closes holes, turns faces outward, and removes fins, inner walls, inner \
-        shells and components smaller than SIZE, in units of the mesh or with % of its diagonal [default: 1%]")]
-    pub printable: Option<Option<String>>,
-    /// Merge vertices closer than DISTANCE, in units of the mesh or with % of its diagonal
-    #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true, conflicts_with = "no_weld", help_heading = REPAIR_HEADING)]
-    pub weld: Option<String>,
-    /// Do not merge vertices at equal positions
-    #[arg(long, help_heading = REPAIR_HEADING, hide_short_help = true)]
-    pub no_weld: bool,
-
-    /// Bake the look of the original into new textures of SIZE x SIZE texels; for glb, gltf, obj
-    #[arg(long, value_name = "SIZE", value_parser = parse_texels, allow_negative_numbers = true, help_heading = TEXTURES_HEADING,
-        conflicts_with_all = ["size", "lods", "ignore"], hide = cfg!(not(feature = "bake")),
-        long_help = "Simplify the shape alone, unwrap the result, and bake the look of the original into textures of SIZE x SIZE \
-        texels, with a normal map; writes glb, gltf or obj")]
-    pub bake: Option<usize>,
-    /// Compression of a written glTF
-    #[arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "meshopt",
-        conflicts_with_all = ["symmetric", "lock_boundaries", "subset"], help_heading = TEXTURES_HEADING, hide_possible_values = true,
-        help = COMPRESS_NOTES[0], long_help = COMPRESS_NOTES[1])]
-    pub compress: Option<CompressArg>,
-    /// Shrink textures whose longer side exceeds SIZE texels; others stay unchanged
-    #[arg(long, value_name = "SIZE", value_parser = parse_texels, allow_negative_numbers = true, conflicts_with = "bake", help_heading = TEXTURES_HEADING)]
-    pub textures: Option<usize>,
-    /// Also read materials and textures that lie outside the folder of the mesh
-    #[arg(long, help_heading = TEXTURES_HEADING, hide_short_help = true)]
-    pub allow_outside: bool,
-
-    /// Measure to favour: mean distance, largest distance, normals (shading), or appearance
-    #[arg(long, value_enum, default_value = "balanced", help_heading = QUALITY_HEADING)]
-    pub optimize: OptimizeArg,
-    /// Time to spend: more time, smaller distance to the original
-    #[arg(long, value_enum, default_value = "standard", help_heading = QUALITY_HEADING)]
-    pub effort: EffortArg,
-    /// Source of the scores, which say where vertices are needed [default: bending]
-    #[arg(long, value_enum, help_heading = QUALITY_HEADING,
-        long_help = "Source of the scores, which say where vertices are needed [default: bending; network if --weights is given]")]
-    pub scores: Option<ScoresArg>,
-    /// Weights of a trained network (safetensors), for --scores network and --assembly paper [default: those of the program]
-    #[arg(long, value_name = "FILE", help_heading = QUALITY_HEADING, hide_short_help = true)]
-    pub weights: Option<PathBuf>,
-    /// Method that builds the surface
-    #[arg(long, value_enum, default_value = "closed", help_heading = QUALITY_HEADING, hide_short_help = true)]
-    pub assembly: AssemblyArg,
-    /// With --assembly paper: close the holes of the result
-    #[arg(long, help_heading = QUALITY_HEADING, hide_short_help = true)]
-    pub close: bool,
-    /// With --assembly paper: sample again, denser where the error is large, and move vertices to reduce the error
-    #[arg(long, help_heading = QUALITY_HEADING, hide_short_help = true)]
-    pub place: bool,
-    /// Seed of the sampling of --assembly paper; equal seeds give equal meshes
-    #[arg(long, value_name = "N", default_value = "0", value_parser = parse_seed, allow_negative_numbers = true, help_heading = QUALITY_HEADING,
-        hide_short_help = true)]
-    pub seed: u64,
-    /// Do not measure the distance of the result to the original
-    #[arg(long, help_heading = QUALITY_HEADING, hide_short_help = true)]
-    pub no_check: bool,
 
     /// Write a report as JSON; - for standard output. In a batch, a folder
     #[arg(long, value_name = "FILE.json", help_heading = REPORTS_HEADING)]
@@ -291,108 +115,10 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true, help_heading = RUNNING_HEADING)]
     pub threads: Option<usize>,
     /// Memory to use, in GiB [default: what is free]; larger PLY, STL and OBJ are simplified in blocks
-    #[arg(long, value_name = "GIB", value_parser = number_parser(GIB_RANGE, |gib| gib > 0.0), allow_negative_numbers = true, help_heading = RUNNING_HEADING,
+    #[arg(long, value_name = "GIB", value_parser = parse_gib, allow_negative_numbers = true, help_heading = RUNNING_HEADING,
         long_help = "Memory to use, in GiB, for all meshes of a batch together [default: what is free; half of it for a batch]. A single \
         binary PLY, STL or OBJ that needs more is simplified in blocks, without its attributes")]
     pub memory: Option<f64>,
-}
-
-/// Attributes of a mesh that can be discarded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum IgnoreArg {
-    /// Texture coordinates and tangents
-    Uv,
-    /// Normals; shading then follows the faces
-    Normals,
-    /// Vertex colours
-    #[value(alias = "colours")]
-    Colors,
-    /// Materials and groups of faces
-    Materials,
-}
-
-/// Compression of a glTF.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum CompressArg {
-    /// Quantise and compress with meshopt
-    Meshopt,
-    /// Quantise only
-    Quantize,
-}
-
-/// Unit of the levels of detail.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum LodsByArg {
-    /// Vertices
-    Vertices,
-    /// Faces
-    Faces,
-    /// Largest distances to the original
-    Error,
-}
-
-/// Method that builds the surface.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum AssemblyArg {
-    /// Collapses edges; a closed mesh stays closed
-    Closed,
-    /// The method of the paper: the most probable faces of the network; leaves holes
-    Paper,
-}
-
-/// Source of the scores.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ScoresArg {
-    /// A formula that puts more vertices where the surface bends
-    Bending,
-    /// A trained network
-    Network,
-    /// None: all vertices have equal importance
-    Geometry,
-}
-
-/// Measure to favour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum OptimizeArg {
-    /// Mean distance, largest distance and normals alike
-    Balanced,
-    /// Mean distance; uses no scores, takes longer
-    Mean,
-    /// Largest distance; takes longer, and the mean distance grows
-    Max,
-    /// Normals, which decide the shading; the mean distance grows
-    Normals,
-    /// Appearance: surfaces count by how much of them is visible
-    Looks,
-}
-
-/// Time to spend.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum EffortArg {
-    /// Edge collapse only: fastest
-    Fast,
-    /// Edge collapse, then moves of vertices and flips of edges toward the original
-    Standard,
-    /// Standard with more steps and more sample points; takes about twice as long
-    Best,
-}
-
-/// Purpose of a result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PurposeArg {
-    /// The shape as it is in the file
-    Shape,
-    /// Animation: close to the original in the poses of skin and morph targets, too; without these, in any pose
-    Poses,
-}
-
-/// Treatment of surfaces that are invisible from outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum HiddenArg {
-    /// Simplify hidden surfaces like visible ones
-    Keep,
-    /// Drop components that are fully hidden; they do not count for the bound of --error
-    Drop,
 }
 
 const MESH_POINTS_NOTES: &str = "\
@@ -420,7 +146,7 @@ pub struct MeshPointsArgs {
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
     /// Seed of the sampling; equal seeds give equal meshes
-    #[arg(long, value_name = "N", default_value = "0", value_parser = parse_seed, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
@@ -460,7 +186,7 @@ pub struct InfoArgs {
     #[arg(long)]
     pub json: bool,
     /// Memory to use, in GiB [default: what is free]; larger PLY (binary), STL and OBJ are read in blocks
-    #[arg(long, value_name = "GIB", value_parser = number_parser(GIB_RANGE, |gib| gib > 0.0), allow_negative_numbers = true, conflicts_with = "no_weld")]
+    #[arg(long, value_name = "GIB", value_parser = parse_gib, allow_negative_numbers = true, conflicts_with = "no_weld")]
     pub memory: Option<f64>,
 }
 
@@ -483,16 +209,16 @@ pub struct ClustersArgs {
     #[arg(long, value_name = "N", default_value = "16", value_parser = whole_number_parser::<usize>(2, u64::MAX))]
     pub clusters_per_group: usize,
     /// Time to spend: more time, smaller distance to the original
-    #[arg(long, value_enum, default_value = "standard")]
-    pub effort: EffortArg,
+    #[arg(long, value_enum, default_value_t)]
+    pub effort: Effort,
     /// Discard attributes (uv, normals, colors, materials)
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
-    pub ignore: Vec<IgnoreArg>,
+    pub ignore: Vec<Ignored>,
     /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Memory to use, in GiB [default: what is free]; larger PLY (binary), STL and OBJ are read in blocks
-    #[arg(long, value_name = "GIB", value_parser = number_parser(GIB_RANGE, |gib| gib > 0.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "GIB", value_parser = parse_gib, allow_negative_numbers = true)]
     pub memory: Option<f64>,
     /// Write a page that draws the hierarchy, with all that it needs inside
     #[arg(long, value_name = "FILE.html")]
@@ -530,14 +256,14 @@ pub struct ProgressionArgs {
     #[arg(long, value_name = "FILE.html")]
     pub html: Option<PathBuf>,
     /// Measure to favour
-    #[arg(long, value_enum, default_value = "balanced", hide_possible_values = true)]
-    pub optimize: OptimizeArg,
+    #[arg(long, value_enum, default_value_t, hide_possible_values = true)]
+    pub optimize: Optimize,
     /// Time that each level may take: fast, standard or best
-    #[arg(long, value_enum, default_value = "standard", hide_possible_values = true)]
-    pub effort: EffortArg,
+    #[arg(long, value_enum, default_value_t, hide_possible_values = true)]
+    pub effort: Effort,
     /// Source of the scores, which say where vertices are needed [default: bending]
     #[arg(long, value_enum, hide_possible_values = true)]
-    pub scores: Option<ScoresArg>,
+    pub scores: Option<ScoreSource>,
     /// Keep the boundary exactly
     #[arg(long)]
     pub lock_boundaries: bool,
@@ -594,7 +320,7 @@ pub struct LimitsArgs {
     pub keep: Vec<String>,
     /// Discard attributes (uv, normals, colors, materials), so that their seams and borders do not limit the result
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
-    pub ignore: Vec<IgnoreArg>,
+    pub ignore: Vec<Ignored>,
     /// Do not merge vertices at equal positions
     #[arg(long)]
     pub no_weld: bool,
@@ -638,7 +364,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "N", default_value = "50000", value_parser = whole_number_parser::<usize>(1, MAX_SAMPLES), allow_negative_numbers = true)]
     pub samples: usize,
     /// Seed of the samples; equal seeds give equal results
-    #[arg(long, value_name = "N", default_value = "0", value_parser = parse_seed, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Show all measures instead of the eleven most used
     #[arg(long)]

@@ -293,13 +293,13 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
         let what = "is a folder, and the mesh has no name: give the name of a file";
         return Err(Failure::Usage(format!("{}: {what}", output.display())));
     }
-    arguments.has_weights = files.weights.is_some();
+    arguments.weights.clone_from(&files.weights);
     // PLY holds all attributes of a result that stays in memory.
     let format = files.format.as_deref().or((files.out.is_none() && !files.bytes).then_some("ply"));
     let mut request = Request::new(&MeshPaths { input, output, format }, &arguments)?;
     request.strict |= files.strict;
     request.stays_in_memory = files.out.is_none() && !files.bytes;
-    (request.weights, request.force) = (files.weights.clone(), files.force);
+    request.force = files.force;
     request.weights.iter().for_each(|path| request.read.add(path));
     (request.picture, request.report) = (files.picture.clone(), files.report.clone());
     request.job.shapes = request.report.is_some();
@@ -464,9 +464,10 @@ mod tests {
 
     #[test]
     fn refusals_are_one_line() {
-        let failures = ["{}", r#"{"ratio": 2}"#].map(|json| run(json, input(false)).err().unwrap().to_string());
+        let failures =
+            ["{}", r#"{"ratio": 0.2, "faces": 9}"#].map(|json| run(json, input(false)).err().unwrap().to_string());
         assert!(failures.iter().all(|text| !text.contains('\n') && text.len() < 200), "{failures:?}");
-        assert!(failures[1].starts_with("--ratio 2: give a share above 0"));
+        assert!(failures[1].starts_with("--ratio cannot be used with --faces"));
     }
 
     #[test]

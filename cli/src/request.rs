@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use neural_mesh::io::{FilesRead, Format};
-use neural_mesh::job::{Arguments, Count, Goal, Job, JobError, Names, OptionValue};
+use neural_mesh::job::{Arguments, Goal, Job, JobError, LodsBy, Names};
 
-use crate::args::{LodsByArg, SimplifyArgs};
+use crate::args::SimplifyArgs;
 use crate::content::Content;
 use crate::failure::Failure;
 use crate::files;
@@ -151,7 +150,7 @@ impl Request {
             output: (!is_stream(&output)).then_some(output),
             takes_input_format,
             stays_in_memory: false,
-            weights: None,
+            weights: arguments.weights.clone(),
             n_threads: None,
             report: None,
             picture: None,
@@ -167,17 +166,25 @@ impl Request {
     }
 }
 
-pub fn resolve_request(args: SimplifyArgs) -> Result<Request, Failure> {
+impl Request {
+    /// Returns a request whose result is not written to a file; `format` is that of the result.
+    pub fn without_output(input: &Path, format: Option<&str>, arguments: &Arguments) -> Result<Self, Failure> {
+        let request = Self::new(&MeshPaths { input, output: Path::new("-"), format }, arguments)?;
+        Ok(Self { quiet: false, ..request })
+    }
+}
+
+pub fn resolve_request(mut args: SimplifyArgs) -> Result<Request, Failure> {
+    args.options.map = args.map.is_some();
     check_single_mesh(&args)?;
     let input = args.inputs.first().map_or(Path::new(""), PathBuf::as_path);
-    let paths = MeshPaths { input, output: &args.output, format: args.format.as_deref() };
-    let base = Request::new(&paths, &to_arguments(&args)?)?;
+    let paths = MeshPaths { input, output: &args.output, format: args.options.format.as_deref() };
+    let base = Request::new(&paths, &args.options)?;
     let mut request = Request {
         strict: args.strict || base.strict,
         memory: args.memory.map(memory::gib_to_bytes),
         map: args.map,
         explain: args.explain,
-        weights: args.weights,
         n_threads: args.threads,
         report: args.report.or_else(|| args.json.then(|| "-".into())),
         picture: args.picture,
@@ -211,74 +218,6 @@ pub fn create_job(arguments: &Arguments, format: Option<Format>) -> Result<Job, 
     Ok(job)
 }
 
-pub fn to_arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
-    let number = |count: Count| OptionValue::Text(count.to_string());
-    let text = |text: &String| OptionValue::Text(text.clone());
-    let optional =
-        |value: &Option<Option<String>>| value.as_ref().map(|it| it.as_ref().map_or(OptionValue::Flag(true), text));
-    let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
-    // The parser accepts a repeated `--ratio` for named shares, so a second share of the whole is rejected here.
-    if whole.len() > 1 {
-        let what = "--ratio is given twice for the whole mesh: give it once, and others as NAME=R";
-        return Err(Failure::Usage(what.into()));
-    }
-    Ok(Arguments {
-        ratio: whole.first().copied().map(OptionValue::Number),
-        ratio_of: args.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share.into()))).collect(),
-        vertices: args.vertices.map(number),
-        faces: args.faces.map(number),
-        error: args.error.as_ref().map(text),
-        size: args.size.as_ref().map(text),
-        lods: args.lods.iter().map(text).collect(),
-        lods_by: args.lods_by.as_ref().map(option_name),
-        symmetric: optional(&args.symmetric),
-        prune: optional(&args.prune),
-        hold_shape: optional(&args.hold_shape),
-        fill_holes: args
-            .fill_holes
-            .map(|most| most.map_or(OptionValue::Flag(true), |most| OptionValue::Text(most.to_string()))),
-        printable: optional(&args.printable),
-        compress: args.compress.as_ref().map(|how| OptionValue::Text(option_name(how))),
-        weld: args.weld.as_ref().map(text),
-        ..copied_arguments(args)
-    })
-}
-
-fn copied_arguments(args: &SimplifyArgs) -> Arguments {
-    Arguments {
-        assembly: Some(option_name(&args.assembly)),
-        scores: args.scores.as_ref().map(option_name),
-        optimize: Some(option_name(&args.optimize)),
-        effort: Some(option_name(&args.effort)),
-        hidden: Some(option_name(&args.hidden)),
-        purpose: Some(option_name(&args.purpose)),
-        seed: args.seed,
-        lock_boundaries: args.lock_boundaries,
-        subset: args.subset,
-        close: args.close,
-        place: args.place,
-        keep_components: args.keep_components,
-        keep_features: args.keep_features,
-        crease_angle: args.crease_angle,
-        seam_error: args.seam_error,
-        ignore: args.ignore.iter().map(option_name).collect(),
-        keep: args.keep.clone(),
-        importance: args.importance.clone(),
-        map: args.map.is_some(),
-        bake: args.bake,
-        textures: args.textures,
-        no_weld: args.no_weld,
-        no_check: args.no_check,
-        allow_outside: args.allow_outside,
-        has_weights: args.weights.is_some(),
-        ..Arguments::default()
-    }
-}
-
-fn option_name(value: &impl ValueEnum) -> String {
-    value.to_possible_value().map_or_else(String::new, |value| value.get_name().into())
-}
-
 /// Returns the input source; `--format` is its format only if the name of OUT has a known ending.
 fn input_source(paths: &MeshPaths, weld: bool) -> Result<Source, Failure> {
     let format = paths.format.map(parse_format).transpose()?;
@@ -299,7 +238,8 @@ fn check_single_mesh(args: &SimplifyArgs) -> Result<(), Failure> {
 
 /// Returns whether a missed target changes the exit code: always for bounds, else with `--strict`.
 pub fn is_strict(args: &SimplifyArgs) -> bool {
-    args.strict || args.error.is_some() || args.size.is_some() || args.lods_by == Some(LodsByArg::Error)
+    let Arguments { error, size, lods_by, .. } = &args.options;
+    args.strict || error.is_some() || size.is_some() || *lods_by == Some(LodsBy::Error)
 }
 
 fn check_level_placeholder(request: &Request) -> Result<(), Failure> {

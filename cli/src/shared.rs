@@ -19,8 +19,8 @@ pub fn print_help_or_error(answer: &clap::Error) -> ExitCode {
 }
 
 pub mod numbers {
-    pub use crate::numbers::{number_parser, parse_seed, parse_thread_count, whole_number_parser};
-    pub use neural_mesh::job::share;
+    pub use crate::numbers::parse_thread_count;
+    pub use neural_mesh::job::{number_parser, seed as parse_seed, share, whole_number_parser};
 }
 
 /// Files, read with errors that name them.

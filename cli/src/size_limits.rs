@@ -1,19 +1,17 @@
 //! `neural-mesh limits`: reports how small a mesh gets, and what limits it.
 
 use std::collections::HashSet;
-use std::ffi::OsString;
 
-use clap::{Parser, ValueEnum};
 use neural_mesh::appearance::{USUAL_HEIGHT, appearance};
 use neural_mesh::job::{
-    Count, Document, Dropped, Goal, JobReport, JobStage, Level, LevelSize, Shape, Size, Watch, list_advice, percent,
-    stop_reason,
+    Arguments, Count, Document, Dropped, Goal, JobReport, JobStage, Level, LevelSize, Shape, Size, Watch, list_advice,
+    percent, stop_reason,
 };
 use neural_mesh::picture::{CornerNormals, ShadedMesh};
 use neural_mesh::simplify::{DroppedComponent, Simplified};
 use serde::Serialize;
 
-use crate::args::{LimitsArgs, SimplifyArgs};
+use crate::args::LimitsArgs;
 use crate::document;
 use crate::escapes::escape_controls_in_json;
 use crate::failure::{Failure, display_path};
@@ -21,7 +19,7 @@ use crate::interrupt;
 use crate::messages::{MessageStream, group_digits, limit_lines, list_names};
 use crate::plan::Plan;
 use crate::progress::Progress;
-use crate::request::{Request, resolve_request};
+use crate::request::Request;
 use crate::simplify::{in_pool, simplify_document};
 
 const TRIED_SHARES: [f64; 6] = [0.5, 0.25, 0.1, 0.05, 0.02, 0.01];
@@ -94,22 +92,17 @@ fn describe(args: &LimitsArgs) -> Result<(), Failure> {
 }
 
 fn create_request(args: &LimitsArgs) -> Result<Request, Failure> {
-    let mut words: Vec<OsString> = ["simplify", "-o", "-", "--lods", "50%"].map(OsString::from).into();
-    let flags = [
-        ("--no-weld", args.no_weld),
-        ("--lock-boundaries", args.lock_boundaries),
-        ("--keep-features", args.keep_features),
-        ("--keep-components", args.keep_components),
-    ];
-    words.extend(flags.into_iter().filter(|(_, is_given)| *is_given).map(|(flag, _)| flag.into()));
-    let ignored = args.ignore.iter().filter_map(|what| Some(what.to_possible_value()?.get_name().to_string()));
-    words.extend(ignored.map(|what| format!("--ignore={what}").into()));
-    words.extend(args.keep.iter().map(|name| format!("--keep={name}").into()));
-    words.extend(args.format.iter().map(|format| format!("--format={format}").into()));
-    words.extend(["--".into(), args.input.clone().into_os_string()]);
-    // The arguments are given to the parser of `simplify`, so that its checks and defaults apply.
-    let parsed = SimplifyArgs::try_parse_from(words).map_err(|error| Failure::Usage(error.to_string()))?;
-    let mut request = resolve_request(parsed)?;
+    let arguments = Arguments {
+        lods: vec!["50%".into()],
+        no_weld: args.no_weld,
+        lock_boundaries: args.lock_boundaries,
+        keep_features: args.keep_features,
+        keep_components: args.keep_components,
+        ignore: args.ignore.clone(),
+        keep: args.keep.clone(),
+        ..Arguments::default()
+    };
+    let mut request = Request::without_output(&args.input, args.format.as_deref(), &arguments)?;
     // The mesh is not written.
     (request.job.shapes, request.stays_in_memory) = (true, true);
     Ok(request)

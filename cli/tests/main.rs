@@ -25,6 +25,7 @@ mod memory;
 mod mesh_points;
 mod names;
 mod numbers;
+mod option_tables;
 mod overwriting;
 mod packed;
 mod poses;

@@ -18,6 +18,7 @@ Path: TypeAlias = Union[str, "os.PathLike[str]"]
 Progress: TypeAlias = Callable[[float, str], object]
 
 
+# made from the list of options: start
 class Sizes(TypedDict, total=False):
     """Sizes of the result, of which exactly one is given."""
 
@@ -28,44 +29,51 @@ class Sizes(TypedDict, total=False):
     size: Whole | str | None
 
 
-class Shared(TypedDict, total=False):
-    """Options of `simplify` and `lods`."""
+class JobOptions(TypedDict, total=False):
+    """Options of the simplifier."""
+
+    for_: Literal["shape", "poses"] | None
+    keep_features: bool
+    crease_angle: Number | None
+    lock_boundaries: bool
+    keep_components: bool
+    keep: Sequence[str] | None
+    symmetric: bool | str
+    subset: bool
+    ignore: Sequence[Literal["uv", "normals", "colors", "materials"]] | None
+    seam_error: Number | None
+    prune: bool | Number | str
+    hold_shape: bool | Number | str
+    hidden: Literal["keep", "drop"] | None
+    fill_holes: bool | Whole
+    printable: bool | Number | str
+    weld: bool | Number | str
+    bake: Whole | None
+    compress: bool | Literal["meshopt", "quantize"]
+    textures: Whole | None
+    allow_outside: bool
+    optimize: Literal["balanced", "mean", "max", "normals", "looks"] | None
+    effort: Literal["fast", "standard", "best"] | None
+    scores: Literal["bending", "network", "geometry"] | None
+    assembly: Literal["closed", "paper"] | None
+    close: bool
+    place: bool
+    seed: Whole | None
+    check: bool
+
+
+# made from the list of options: end
+class Shared(JobOptions, total=False):
+    """Options of `simplify` and `lods`, with those of this package."""
 
     out: Path | None
     attributes: Mapping[str, ArrayLike] | None
     groups: Literal["auto"] | str | ArrayLike | None
     importance: str | ArrayLike | None
-    lock_boundaries: bool
-    subset: bool
-    close: bool
-    place: bool
-    keep: Sequence[str] | None
     ratio_of: Mapping[str, Number | str] | None
-    keep_features: bool
-    crease_angle: Number | None
-    seam_error: Number | None
-    keep_components: bool
-    prune: bool | Number | str
-    hold_shape: bool | Number | str
-    hidden: Literal["keep", "drop"] | None
-    for_: Literal["shape", "poses"] | None
-    fill_holes: bool | Whole
-    printable: bool | Number | str
-    weld: bool | Number | str
-    symmetric: bool | str
-    ignore: Sequence[Literal["uv", "normals", "colors", "materials"]] | None
     map: bool
-    optimize: Literal["balanced", "mean", "max", "normals", "looks"] | None
-    effort: Literal["fast", "standard", "best"] | None
-    scores: Literal["bending", "network", "geometry"] | None
-    assembly: Literal["closed", "paper"] | None
     weights: Path | None
-    textures: Whole | None
-    compress: bool | str | None
-    bake: Whole | None
-    seed: Whole
     strict: bool
-    check: bool
     on_dirty: Literal["warn", "raise", "ignore"]
     threads: Whole | None
     progress: Progress | None
@@ -73,7 +81,6 @@ class Shared(TypedDict, total=False):
     force: bool
     picture: Path | None
     report: Path | None
-    allow_outside: bool
 
 
 class Options(Sizes, Shared, total=False):

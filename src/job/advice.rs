@@ -2,9 +2,10 @@
 
 use crate::mesh::{Attributes, Role};
 
+use super::choices::Ignored;
 use super::document::Document;
 use super::report::OutputFigures;
-use super::request::{Ignored, Job};
+use super::request::Job;
 
 /// Returns one line per reason that kept the result too large, with an option that removes it.
 pub fn list_advice(job: &Job, document: &Document, output: &OutputFigures) -> Vec<String> {

@@ -1,34 +1,42 @@
-//! Options of a job by name, as text or numbers.
+//! The list of options of a simplification: names, types, ranges, defaults and help.
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
+use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use crate::io::{Format, PackOptions, shorten_name};
-use crate::simplify::{
-    Assembly, ClosedOptions, Effort, Hidden, Optimize, Options, PaperOptions, Purpose, ScoreSource, Target,
-};
+use super::choices::{AssemblyName, Compression, Ignored, LodsBy};
+use super::option_json;
+#[cfg(feature = "clap")]
+use super::parse;
+use super::parse::RatioOf;
+use super::size::{Bound, Count};
+use crate::simplify::{Effort, Hidden, Optimize, Purpose, ScoreSource, Symmetry};
 
-use super::error::JobError;
-use super::levels::{LodsBy, levels};
-use super::meshopt;
-use super::option_value::OptionValue;
-use super::parse::{bound, count, n_bytes, share, symmetry};
-use super::request::{Ignored, Job, Repair};
-use super::size::{Bound, Count, Goal};
+/// Headings of the option groups in the program's help.
+#[cfg(feature = "clap")]
+mod headings {
+    pub const KEEP: &str = "What to keep";
+    pub const REPAIR: &str = "Repair before simplifying";
+    pub const TEXTURES: &str = "glTF and textures";
+    pub const QUALITY: &str = "Quality";
+}
 
-// Size below which a bare `--printable` drops components, in percent of the diagonal: 1 mm of 10 cm.
-const PIECE_PERCENT: f64 = 1.0;
-const POSITION_BITS: u32 = 14;
-const FEATURE_ANGLE: f64 = 30.0;
+#[cfg(all(feature = "clap", feature = "meshopt"))]
+const COMPRESS_HELP: [&str; 2] = [
+    "Write a compressed glTF, as gltfpack does; =quantize only quantises it",
+    "Write a glTF as gltfpack does: quantised (KHR_mesh_quantization) and compressed (EXT_meshopt_compression); \
+    =quantize only quantises it",
+];
+#[cfg(all(feature = "clap", not(feature = "meshopt")))]
+const COMPRESS_HELP: [&str; 2] = [
+    "Write a quantised glTF: --compress=quantize",
+    "Write a quantised glTF (KHR_mesh_quantization): --compress=quantize",
+];
 
-/// Default of `--hold-shape`: deformation of a component in percent of the scene's diagonal.
-const HELD_PERCENT: f64 = 1.0;
-
-/// Options of `neural-mesh simplify` by name, with `_` for `-`; unknown names are errors.
+/// Options of a simplification by name: arguments of the program, or JSON with `_` for `-`, where unknown names are errors.
 ///
-/// Numbers may be given as text, such as `"10%"`.
+/// The docs of an option are its help. Numbers in JSON may be text, such as `"10%"`.
 ///
 /// ```
 /// use neural_mesh::job::{Arguments, Bound, Goal};
@@ -38,387 +46,220 @@ const HELD_PERCENT: f64 = 1.0;
 /// assert!(serde_json::from_str::<Arguments>(r#"{"rato": 0.1}"#).is_err());
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args), group(skip))]
 #[serde(default, deny_unknown_fields)]
-#[allow(missing_docs, reason = "the program's help says what each is")]
 pub struct Arguments {
-    pub ratio: Option<OptionValue>,
-    pub ratio_of: BTreeMap<String, OptionValue>,
-    pub vertices: Option<OptionValue>,
-    pub faces: Option<OptionValue>,
-    pub error: Option<OptionValue>,
-    pub size: Option<OptionValue>,
-    pub lods: Vec<OptionValue>,
-    pub lods_by: Option<String>,
+    /// Share of the vertices to keep: 0.1 or 10%. NAME=R sets the share of one named object or material
+    #[serde(deserialize_with = "option_json::ratio")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "[NAME=]R", value_parser = parse::ratio_of,
+        allow_hyphen_values = true,
+        long_help = "Share of the vertices to keep: 0.1 or 10%. NAME=R sets the share of a node, mesh, object, group or \
+        material; repeat it for several names. The rest gets the target of the whole mesh; without one, it keeps \
+        its vertices"))]
+    pub ratio: Vec<RatioOf>,
+    /// Number of faces to keep: 5000, 10k, 1.5M or 10%
+    #[serde(deserialize_with = "option_json::count")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = parse::count, allow_hyphen_values = true))]
+    pub faces: Option<Count>,
+    /// Number of vertices to keep: 5000, 10k, 1.5M or 10%
+    #[serde(deserialize_with = "option_json::count")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = parse::count, allow_hyphen_values = true))]
+    pub vertices: Option<Count>,
+    /// Largest distance to the original, in units of the mesh or with % of its diagonal; finds the smallest mesh
+    #[serde(deserialize_with = "option_json::bound")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "E", value_parser = parse::bound,
+        allow_hyphen_values = true,
+        long_help = "Largest distance to the original, in both directions and proved, in units of the mesh or with % of its \
+        bounding-box diagonal; finds the smallest mesh within it"))]
+    pub error: Option<Bound>,
+    /// Largest file size, such as 500kB or 2MB; finds the largest mesh that fits
+    #[serde(deserialize_with = "option_json::n_bytes")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "BYTES", value_parser = parse::n_bytes))]
+    pub size: Option<usize>,
+    /// Levels of detail as falling shares of the vertices, such as 50%,25%,10%
+    #[serde(deserialize_with = "option_json::texts")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "R,R",
+            value_delimiter = ',',
+            allow_hyphen_values = true,
+            long_help = "Levels of detail as falling shares of the vertices, such as 50%,25%,10%. The number of the level \
+        replaces {level} in OUT; otherwise the file names end in -lod0, -lod1 and so on. A glTF scene becomes \
+        one file with all levels (MSFT_lod)"
+        )
+    )]
+    pub lods: Vec<String>,
+    /// Unit of --lods: vertices or faces, as shares or as numbers such as 20k,5k, or proved largest distances such as
+    /// 0.1%,0.5% [default: vertices]
+    #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "UNIT", hide_short_help = true))]
+    pub lods_by: Option<LodsBy>,
+    /// Format of the result if the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "FORMAT",
+            long_help = "Format of the result: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb. If the name of OUT has a \
+        known ending, the ending wins: then ply-ascii and stl-ascii write a .ply or .stl as text, and other \
+        formats name that of an IN without a known ending. Standard output has the format of the input by \
+        default"
+        )
+    )]
     pub format: Option<String>,
-    pub assembly: Option<String>,
-    pub scores: Option<String>,
-    pub optimize: Option<String>,
-    pub effort: Option<String>,
-    pub hidden: Option<String>,
+    /// Property that the result must preserve best
     #[serde(rename = "for")]
-    pub purpose: Option<String>,
-    pub seed: u64,
-    pub lock_boundaries: bool,
-    pub subset: bool,
-    pub close: bool,
-    pub place: bool,
-    pub keep_components: bool,
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long = "for",
+            value_enum,
+            value_name = "PURPOSE",
+            default_value_t,
+            display_order = 90,
+            hide_short_help = true
+        )
+    )]
+    pub purpose: Purpose,
+    /// Keep edges where the surface bends by more than 30 degrees
+    #[cfg_attr(feature = "clap", arg(long, help_heading = headings::KEEP))]
     pub keep_features: bool,
+    /// Keep edges where the surface bends by more than DEGREES
+    #[serde(deserialize_with = "option_json::degrees")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES", value_parser = parse::degrees,
+        allow_negative_numbers = true, help_heading = headings::KEEP, hide_short_help = true))]
     pub crease_angle: Option<f64>,
-    pub seam_error: Option<f64>,
-    pub ignore: Vec<String>,
-    pub symmetric: Option<OptionValue>,
+    /// Keep the boundary exactly, so that neighbouring tiles still fit
+    #[cfg_attr(feature = "clap", arg(long, alias = "lock-borders", help_heading = headings::KEEP))]
+    pub lock_boundaries: bool,
+    /// Keep all components, even if their vertices would reduce the distance more elsewhere
+    #[cfg_attr(feature = "clap", arg(long, help_heading = headings::KEEP))]
+    pub keep_components: bool,
+    /// Keep a node, mesh, object, group or material unchanged; may be repeated
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", help_heading = headings::KEEP))]
     pub keep: Vec<String>,
+    /// Make the result exactly mirror-symmetric: x, y, z or x=0.5 [default: the best plane]
+    #[serde(deserialize_with = "option_json::optional_symmetry")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PLANE", value_parser = parse::symmetry, num_args = 0..=1,
+        require_equals = true, help_heading = headings::KEEP,
+        long_help = "Make the result exactly mirror-symmetric; the input must be nearly so. The plane is x, y or z \
+        (perpendicular to that axis, through 0 or the middle of the mesh), or a plane like x=0.5 [default: the \
+        plane that fits best]"))]
+    pub symmetric: Option<Option<Symmetry>>,
+    /// Do not move vertices: the result uses vertices of the input
+    #[cfg_attr(feature = "clap", arg(long, help_heading = headings::KEEP))]
+    pub subset: bool,
+    /// Discard attributes (uv, normals, colors, materials), so that their seams and borders do not limit the result
+    #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "WHAT", value_delimiter = ',',
+        help_heading = headings::KEEP, hide_short_help = true))]
+    pub ignore: Vec<Ignored>,
+    /// Distance that texture seams may move, in texels of the largest colour texture [default: 1/64 of its side]
+    #[serde(deserialize_with = "option_json::seam_texels")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "TEXELS", value_parser = parse::seam_texels,
+        allow_negative_numbers = true, help_heading = headings::KEEP, hide_short_help = true,
+        long_help = "Distance that texture seams may move almost freely, in texels of the largest colour texture (of one with \
+        1024 texels a side if there is none); 0 keeps seams as strictly as creases [default: 1/64 of the side]"))]
+    pub seam_error: Option<f64>,
+    /// Weights of vertices: the name of a numeric vertex attribute, or NAME=FACTOR for the faces of a node, mesh, material,
+    /// group or object. Larger weights keep more vertices; all other faces have weight 1
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", help_heading = headings::KEEP, hide_short_help = true))]
     pub importance: Option<String>,
-    pub map: bool,
-    pub prune: Option<OptionValue>,
-    pub hold_shape: Option<OptionValue>,
-    pub fill_holes: Option<OptionValue>,
-    pub printable: Option<OptionValue>,
-    pub bake: Option<usize>,
-    pub compress: Option<OptionValue>,
-    pub textures: Option<usize>,
-    pub weld: Option<OptionValue>,
+    /// Drop components smaller than SIZE, in units of the mesh or with % of its diagonal; without SIZE, smaller than the bound of
+    /// --error. Dropped components do not count for the bound
+    #[serde(deserialize_with = "option_json::optional_bound")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SIZE", value_parser = parse::bound, num_args = 0..=1,
+        require_equals = true, help_heading = headings::KEEP, hide_short_help = true))]
+    pub prune: Option<Option<Bound>>,
+    /// Keep the shape of components, within DISTANCE in units of the mesh or with % of its diagonal [default: 1%]. Sizes that
+    /// need more are then not reached
+    #[serde(deserialize_with = "option_json::optional_bound")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", value_parser = parse::bound, num_args = 0..=1,
+        require_equals = true, help_heading = headings::KEEP, hide_short_help = true))]
+    pub hold_shape: Option<Option<Bound>>,
+    /// Treatment of surfaces that are invisible from outside
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t, help_heading = headings::KEEP,
+        hide_short_help = true))]
+    pub hidden: Hidden,
+    /// Close holes with at most EDGES boundary edges [default: all holes]
+    #[serde(deserialize_with = "option_json::optional_n_edges")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "EDGES", value_parser = parse::n_edges,
+        num_args = 0..=1, require_equals = true, help_heading = headings::REPAIR))]
+    pub fill_holes: Option<Option<usize>>,
+    /// Make a printable solid; drops components smaller than SIZE [default: 1%]
+    #[serde(deserialize_with = "option_json::optional_bound")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SIZE", value_parser = parse::bound, num_args = 0..=1,
+        require_equals = true, help_heading = headings::REPAIR,
+        long_help = "Make a printable solid: closes holes, turns faces outward, and removes fins, inner walls, inner shells \
+        and components smaller than SIZE, in units of the mesh or with % of its diagonal [default: 1%]"))]
+    pub printable: Option<Option<Bound>>,
+    /// Merge vertices closer than DISTANCE, in units of the mesh or with % of its diagonal
+    #[serde(deserialize_with = "option_json::weld_distance")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", value_parser = parse::bound,
+        allow_hyphen_values = true, help_heading = headings::REPAIR))]
+    pub weld: Option<Bound>,
+    /// Do not merge vertices at equal positions
+    #[cfg_attr(feature = "clap", arg(long, help_heading = headings::REPAIR, hide_short_help = true))]
     pub no_weld: bool,
-    pub no_check: bool,
+    /// Bake the look of the original into new textures of SIZE x SIZE texels; for glb, gltf, obj
+    #[serde(deserialize_with = "option_json::texture_side")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SIZE", value_parser = parse::texture_side,
+        hide = cfg!(not(feature = "bake")), allow_negative_numbers = true, help_heading = headings::TEXTURES,
+        long_help = "Simplify the shape alone, unwrap the result, and bake the look of the original into textures of SIZE x \
+        SIZE texels, with a normal map; writes glb, gltf or obj"))]
+    pub bake: Option<usize>,
+    /// Compression of a written glTF
+    #[serde(deserialize_with = "option_json::compression")]
+    #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true,
+        default_missing_value = "meshopt", hide_possible_values = true, help = COMPRESS_HELP[0],
+        long_help = COMPRESS_HELP[1], help_heading = headings::TEXTURES))]
+    pub compress: Option<Compression>,
+    /// Shrink textures whose longer side exceeds SIZE texels; others stay unchanged
+    #[serde(deserialize_with = "option_json::texture_side")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SIZE", value_parser = parse::texture_side,
+        allow_negative_numbers = true, help_heading = headings::TEXTURES))]
+    pub textures: Option<usize>,
+    /// Also read materials and textures that lie outside the folder of the mesh
+    #[cfg_attr(feature = "clap", arg(long, help_heading = headings::TEXTURES, hide_short_help = true))]
     pub allow_outside: bool,
-    /// True if the caller passes network weights to [`run`](super::run()).
+    /// Measure to favour: mean distance, largest distance, normals (shading), or appearance
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t, help_heading = headings::QUALITY))]
+    pub optimize: Optimize,
+    /// Time to spend: more time, smaller distance to the original
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t, help_heading = headings::QUALITY))]
+    pub effort: Effort,
+    /// Source of the scores, which say where vertices are needed [default: bending]
+    #[cfg_attr(feature = "clap", arg(long, value_enum, help_heading = headings::QUALITY,
+        long_help = "Source of the scores, which say where vertices are needed [default: bending; network if --weights is \
+        given]"))]
+    pub scores: Option<ScoreSource>,
+    /// Weights of a trained network (safetensors), for --scores network and --assembly paper [default: those of the program]
     #[serde(skip)]
-    pub has_weights: bool,
-}
-
-impl Arguments {
-    /// Returns the job; the format is OBJ if none is given.
-    ///
-    /// # Errors
-    /// [`JobError::Options`] if an option is out of range or two options contradict each other.
-    pub fn job(&self) -> Result<Job, JobError> {
-        let format = self.format.as_deref().unwrap_or("obj");
-        let unknown =
-            || options_error(format!("--format {format}: unknown format: choose from {}", Format::NAMES.join(", ")));
-        let job = self.job_as(Format::from_name(format).ok_or_else(unknown)?)?;
-        job.check()?;
-        Ok(job)
-    }
-
-    /// Returns the job for `format`, unchecked against what that format can store.
-    ///
-    /// # Errors
-    /// As [`job`](Self::job).
-    pub fn job_as(&self, format: Format) -> Result<Job, JobError> {
-        self.check()?;
-        let is_paper = one_of("--assembly", self.assembly.as_ref(), &ASSEMBLIES)?;
-        let mut job = Job::new(Options::with_closed(self.target()?, self.closed_options(is_paper)?), format);
-        (job.seed, job.goal) = (self.seed, self.goal()?);
-        let named = |(name, of): (&String, &OptionValue)| Ok((name.clone(), parse_value("--ratio", of, share)?));
-        job.shares = self.ratio_of.iter().map(named).collect::<Result<_, JobError>>()?;
-        (job.weld, job.weld_near) = (!self.no_weld, distance("--weld", self.weld.as_ref())?);
-        (job.seam_texels, job.prune_below) = (self.seam_error, self.prune_below()?);
-        job.hold_shape = self.hold_shape()?;
-        (job.repair, job.compress) = (self.repair()?, self.packing()?);
-        (job.bake, job.textures) = (self.bake, self.textures);
-        let ignored = |name: &String| one_of("--ignore", Some(name), &IGNORED);
-        job.ignore = self.ignore.iter().map(ignored).collect::<Result<_, _>>()?;
-        (job.importance, job.keep) = (self.importance.clone(), self.keep.clone());
-        (job.allow_outside, job.check) = (self.allow_outside, !self.no_check);
-        // The paper's assembly has no option for this, as its vertices stay anyway.
-        job.exact = self.subset;
-        self.set_assembly(is_paper, &mut job)?;
-        job.check_options()?;
-        Ok(job)
-    }
-
-    fn closed_options(&self, is_paper: bool) -> Result<ClosedOptions, JobError> {
-        let angle = self.keep_features.then_some(FEATURE_ANGLE).or(self.crease_angle);
-        let mut options = ClosedOptions {
-            optimize: one_of("--optimize", self.optimize.as_ref(), &OPTIMIZE)?,
-            effort: one_of("--effort", self.effort.as_ref(), &EFFORTS)?,
-            hidden: one_of("--hidden", self.hidden.as_ref(), &HIDDEN)?,
-            purpose: one_of("--for", self.purpose.as_ref(), &PURPOSES)?,
-            scores: one_of("--scores", self.scores.as_ref(), &SCORES)?,
-            prune: !self.keep_components,
-            lock_boundaries: self.lock_boundaries,
-            subset: self.subset,
-            map: self.map,
-            crease_angle: angle.map(|degrees| degrees as f32),
-            ..ClosedOptions::default()
-        };
-        if self.scores.is_none() && self.has_weights {
-            options.scores = ScoreSource::Network;
-        }
-        self.check_no_network(&options, is_paper)?;
-        let plane = self.symmetric.as_ref().filter(|plane| plane.is_given());
-        options.symmetric = plane.map(|plane| symmetry(plane.text().as_deref())).transpose()?;
-        Ok(options)
-    }
-
-    /// Sets the paper's assembly if it is named; rejects options of the other assembly.
-    fn set_assembly(&self, is_paper: bool, job: &mut Job) -> Result<(), JobError> {
-        if is_paper {
-            job.check_paper()?;
-            let (seed, close, place) = (self.seed, self.close, self.place);
-            job.options.assembly = Assembly::Paper(PaperOptions { seed, close, place });
-            return Ok(());
-        }
-        let what = match (self.close, self.place) {
-            (true, _) => {
-                "--close is for --assembly paper: leave it out, the closed assembly makes no holes (--fill-holes closes those of the input)"
-            }
-            (_, true) => "--place is for --assembly paper: leave it out, the closed assembly always places vertices",
-            _ => return Ok(()),
-        };
-        Err(options_error(what))
-    }
-
-    // A size that is known only with the mesh leaves the target at a ratio of 1.0.
-    fn target(&self) -> Result<Target, JobError> {
-        if let Some(ratio) = &self.ratio {
-            return parse_value("--ratio", ratio, share).map(Target::Ratio);
-        }
-        // A share of the faces becomes a number later, in `Job::target`, which knows the mesh.
-        Ok(match (&self.vertices, &self.faces, self.goal()?) {
-            (Some(text), ..) => match parse_value("--vertices", text, count)? {
-                Count::Share(ratio) => Target::Ratio(ratio),
-                Count::Number(n) => Target::Vertices(n),
-            },
-            (_, _, Goal::Levels(sizes)) => sizes.first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX)),
-            (_, Some(text), _) => match parse_value("--faces", text, count)? {
-                Count::Number(n) => Target::Faces(n),
-                Count::Share(_) => Target::Ratio(1.0),
-            },
-            _ => Target::Ratio(1.0),
-        })
-    }
-
-    fn goal(&self) -> Result<Goal, JobError> {
-        if let Some(text) = &self.faces
-            && let Count::Share(share) = parse_value("--faces", text, count)?
-        {
-            return Ok(Goal::ShareOfFaces(share));
-        }
-        match (distance("--error", self.error.as_ref())?, &self.size) {
-            (Some(error), _) => Ok(Goal::Error(error)),
-            (_, Some(size)) => n_bytes(&size.text().unwrap_or_default()).map(Goal::Size),
-            _ if !self.lods.is_empty() => {
-                let by = self.lods_by.as_ref().map(|by| one_of("--lods-by", Some(by), &LODS_BY)).transpose()?;
-                levels(&self.lods.iter().filter_map(OptionValue::text).collect::<Vec<_>>(), by)
-            }
-            _ => Ok(Goal::Target),
-        }
-    }
-
-    // `--prune` without a size drops components smaller than the distance of `--error`.
-    fn prune_below(&self) -> Result<Option<Bound>, JobError> {
-        match &self.prune {
-            Some(OptionValue::Flag(true)) => distance("--error", self.error.as_ref()),
-            size => distance("--prune", size.as_ref()),
-        }
-    }
-
-    fn hold_shape(&self) -> Result<Option<Bound>, JobError> {
-        let Some(most) = self.hold_shape.as_ref().filter(|most| most.is_given()) else { return Ok(None) };
-        Ok(distance("--hold-shape", Some(most))?.or(Some(Bound::Percent(HELD_PERCENT))))
-    }
-
-    fn repair(&self) -> Result<Option<Repair>, JobError> {
-        if self.printable.as_ref().is_some_and(OptionValue::is_given) {
-            let size = distance("--printable", self.printable.as_ref())?;
-            return Ok(Some(Repair::Printable(size.unwrap_or(Bound::Percent(PIECE_PERCENT)))));
-        }
-        let Some(most) = self.fill_holes.as_ref().filter(|most| most.is_given()) else { return Ok(None) };
-        let whole = |text: &str| text.parse().map_err(|_| "give a whole number of at least 0".to_string());
-        let most = most.text().map_or(Ok(usize::MAX), |text| whole(&text));
-        most.map(|most| Some(Repair::FillHoles(most))).map_err(|why| options_error(format!("--fill-holes: {why}")))
-    }
-
-    fn packing(&self) -> Result<Option<PackOptions>, JobError> {
-        let Some(how) = self.compress.as_ref().filter(|how| how.is_given()) else { return Ok(None) };
-        let compress = how.text().map_or(Ok(true), |how| one_of("--compress", Some(&how), &COMPRESS))?;
-        if compress {
-            meshopt::check()?;
-        }
-        Ok(Some(PackOptions { bits: POSITION_BITS, compress }))
-    }
-
-    /// Rejects weights and the paper's assembly if another option rules them out.
-    fn check_no_network(&self, options: &ClosedOptions, is_paper: bool) -> Result<(), JobError> {
-        let option = match (&self.scores, options.scores) {
-            (Some(_), ScoreSource::Geometry) => "--scores geometry",
-            (Some(_), ScoreSource::Bending) => "--scores bending",
-            _ if options.optimize == Optimize::Mean => "--optimize mean",
-            _ => return Ok(()),
-        };
-        let why = match (is_paper, self.has_weights) {
-            (true, _) => "the paper's assembly needs a network: use --assembly closed",
-            (_, true) => "it uses no network: leave --weights out",
-            _ => return Ok(()),
-        };
-        Err(options_error(format!("{option}: {why}")))
-    }
-
-    /// Rejects options that exclude each other.
-    fn check(&self) -> Result<(), JobError> {
-        self.check_size()?;
-        let (keep, bake, lods) = (!self.keep.is_empty(), self.bake.is_some(), !self.lods.is_empty());
-        let (printable, fill_holes) = (is_given(&self.printable), is_given(&self.fill_holes));
-        let (symmetric, compress, weld) = (is_given(&self.symmetric), is_given(&self.compress), is_given(&self.weld));
-        let pairs = [
-            (keep, "--keep", printable, "--printable"),
-            (keep, "--keep", fill_holes, "--fill-holes"),
-            (keep, "--keep", weld, "--weld"),
-            (keep, "--keep", bake, "--bake"),
-            (fill_holes, "--fill-holes", symmetric, "--symmetric"),
-            (printable, "--printable", fill_holes, "--fill-holes"),
-            (printable, "--printable", symmetric, "--symmetric"),
-            (printable, "--printable", self.no_weld, "--no-weld"),
-            (bake, "--bake", is_given(&self.size), "--size"),
-            (bake, "--bake", lods, "--lods"),
-            (bake, "--bake", !self.ignore.is_empty(), "--ignore"),
-            (compress, "--compress", symmetric, "--symmetric"),
-            (compress, "--compress", self.lock_boundaries, "--lock-boundaries"),
-            (compress, "--compress", self.subset, "--subset"),
-            (self.textures.is_some(), "--textures", bake, "--bake"),
-            (weld, "--weld", self.no_weld, "--no-weld"),
-            (self.crease_angle.is_some(), "--crease-angle", self.keep_features, "--keep-features"),
-        ];
-        let both = pairs.into_iter().find(|(one, _, other, _)| *one && *other);
-        both.map_or(Ok(()), |(_, one, _, other)| Err(conflict_error(one, other)))
-    }
-
-    /// Rejects a missing size and two sizes.
-    fn check_size(&self) -> Result<(), JobError> {
-        let sizes = [
-            ("--ratio", is_given(&self.ratio)),
-            ("--vertices", is_given(&self.vertices)),
-            ("--faces", is_given(&self.faces)),
-            ("--error", is_given(&self.error)),
-            ("--size", is_given(&self.size)),
-            ("--lods", !self.lods.is_empty()),
-        ];
-        let mut named = sizes.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name);
-        match (named.next(), named.next()) {
-            (None, _) if self.ratio_of.is_empty() => {
-                Err(options_error("give a size: --ratio, --vertices, --faces, --error, --size or --lods"))
-            }
-            (Some("--ratio"), Some(other)) => {
-                let what = "give one size for the whole mesh, and others as NAME=R";
-                Err(options_error(format!("--ratio cannot be used with {other}: {what}")))
-            }
-            (Some(one), Some(other)) => Err(conflict_error(one, other)),
-            _ if self.lods_by.is_some() && self.lods.is_empty() => Err(options_error("--lods-by: give --lods, too")),
-            _ => Ok(()),
-        }
-    }
-}
-
-fn is_given(value: &Option<OptionValue>) -> bool {
-    value.as_ref().is_some_and(OptionValue::is_given)
-}
-
-// True for the paper's.
-const ASSEMBLIES: [(&str, bool); 2] = [("closed", false), ("paper", true)];
-const OPTIMIZE: [(&str, Optimize); 5] = [
-    ("balanced", Optimize::Balanced),
-    ("mean", Optimize::Mean),
-    ("max", Optimize::Max),
-    ("normals", Optimize::Normals),
-    ("looks", Optimize::Looks),
-];
-const EFFORTS: [(&str, Effort); 3] = [("standard", Effort::Standard), ("fast", Effort::Fast), ("best", Effort::Best)];
-const HIDDEN: [(&str, Hidden); 2] = [("keep", Hidden::Keep), ("drop", Hidden::Drop)];
-const PURPOSES: [(&str, Purpose); 2] = [("shape", Purpose::Shape), ("poses", Purpose::Poses)];
-const SCORES: [(&str, ScoreSource); 3] =
-    [("bending", ScoreSource::Bending), ("network", ScoreSource::Network), ("geometry", ScoreSource::Geometry)];
-const LODS_BY: [(&str, LodsBy); 3] =
-    [("vertices", LodsBy::Vertices), ("faces", LodsBy::Faces), ("error", LodsBy::Error)];
-const COMPRESS: [(&str, bool); 2] = [("meshopt", true), ("quantize", false)];
-const IGNORED: [(&str, Ignored); 4] = [
-    ("uv", Ignored::Uv),
-    ("normals", Ignored::Normals),
-    ("colors", Ignored::Colors),
-    ("materials", Ignored::Materials),
-];
-
-fn one_of<T: Copy>(option: &str, given: Option<&String>, names: &[(&str, T)]) -> Result<T, JobError> {
-    let found = given.map_or(names.first(), |given| names.iter().find(|(name, _)| name == given));
-    found.map(|(_, of)| *of).ok_or_else(|| {
-        let names: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
-        options_error(format!("{option} {}: choose from {}", given.map_or("", String::as_str), names.join(", ")))
-    })
-}
-
-fn parse_value<T>(option: &str, value: &OptionValue, read: fn(&str) -> Result<T, String>) -> Result<T, JobError> {
-    let text = value.text().unwrap_or_default();
-    read(&text).map_err(|why| options_error(format!("{option} {}: {why}", shorten_name(&text))))
-}
-
-fn distance(option: &str, value: Option<&OptionValue>) -> Result<Option<Bound>, JobError> {
-    value.and_then(OptionValue::text).map(|text| bound(option, &text)).transpose()
-}
-
-fn conflict_error(one: &str, other: &str) -> JobError {
-    options_error(format!("{one} cannot be used with {other}: leave one out"))
-}
-
-fn options_error(what: impl Display) -> JobError {
-    JobError::Options(what.to_string())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn job(json: &str) -> Result<Job, String> {
-        let arguments: Arguments = serde_json::from_str(json).map_err(|error| error.to_string())?;
-        arguments.job().map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn numbers_and_texts_mean_what_they_mean_on_the_command_line() {
-        for (json, target) in [
-            (r#"{"ratio": 0.1}"#, Target::Ratio(0.1)),
-            (r#"{"ratio": "10%"}"#, Target::Ratio(0.1)),
-            (r#"{"vertices": "1.5k"}"#, Target::Vertices(1500)),
-            (r#"{"faces": 5000}"#, Target::Faces(5000)),
-        ] {
-            assert_eq!(job(json).unwrap().options.target, target, "{json}");
-        }
-        assert_eq!(job(r#"{"faces": "10%"}"#).unwrap().goal, Goal::ShareOfFaces(0.1));
-        assert_eq!(job(r#"{"size": "2MB"}"#).unwrap().goal, Goal::Size(2_000_000));
-        assert_eq!(job(r#"{"lods": [0.5, "10%"]}"#).unwrap().goal.n_levels(), Some(2));
-        let pruned = job(r#"{"error": 0.5, "prune": true, "printable": true}"#).unwrap();
-        assert_eq!(
-            (pruned.prune_below, pruned.repair),
-            (Some(Bound::Absolute(0.5)), Some(Repair::Printable(Bound::Percent(PIECE_PERCENT))))
-        );
-        let named = job(r#"{"ratio_of": {"head": "50%"}, "for": "poses", "format": "glb"}"#).unwrap();
-        assert_eq!(
-            (named.shares.len(), named.closed_options().purpose, named.format),
-            (1, Purpose::Poses, Format::Glb)
-        );
-    }
-
-    #[test]
-    fn what_is_wrong_is_said_in_one_line() {
-        for (json, why) in [
-            (r#"{}"#, "give a size: --ratio"),
-            (r#"{"ratio": 2}"#, "--ratio 2: give a share above 0"),
-            (r#"{"ratio": 0.1, "faces": 3}"#, "--ratio cannot be used with --faces"),
-            (r#"{"ratio": 0.1, "optimize": "speed"}"#, "--optimize speed: choose from balanced, mean, max, normals"),
-            (r#"{"ratio": 0.1, "keep": ["a"], "bake": 512}"#, "--keep cannot be used with --bake: leave one out"),
-            (r#"{"ratio": 0.1, "format": "doc"}"#, "--format doc: unknown format"),
-            (r#"{"ratio": 0.1, "fill_holes": "few"}"#, "--fill-holes: give a whole number"),
-            (r#"{"ratio": 0.1, "scores": "geometry", "assembly": "paper"}"#, "--scores geometry: the paper's assembly"),
-            (r#"{"ratio": 0.1, "close": true}"#, "--close is for --assembly paper"),
-            (r#"{"ratio": 0.1, "place": true}"#, "--place is for --assembly paper"),
-            (
-                r#"{"ratio": 0.1, "assembly": "paper", "map": true}"#,
-                "--map: not available with --assembly paper: leave one out",
-            ),
-            (r#"{"rato": 0.1}"#, "unknown field `rato`"),
-        ] {
-            let said = job(json).unwrap_err();
-            assert!(said.starts_with(why) && !said.contains('\n'), "{json}: {said}");
-        }
-    }
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", help_heading = headings::QUALITY,
+        hide_short_help = true))]
+    pub weights: Option<PathBuf>,
+    /// Method that builds the surface
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t, help_heading = headings::QUALITY,
+        hide_short_help = true))]
+    pub assembly: AssemblyName,
+    /// With --assembly paper: close the holes of the result
+    #[cfg_attr(feature = "clap", arg(long, help_heading = headings::QUALITY, hide_short_help = true))]
+    pub close: bool,
+    /// With --assembly paper: sample again, denser where the error is large, and move vertices to reduce the error
+    #[cfg_attr(feature = "clap", arg(long, help_heading = headings::QUALITY, hide_short_help = true))]
+    pub place: bool,
+    /// Seed of the sampling of --assembly paper; equal seeds give equal meshes
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t, value_parser = parse::seed,
+        allow_negative_numbers = true, help_heading = headings::QUALITY, hide_short_help = true))]
+    pub seed: u64,
+    /// Do not measure the distance of the result to the original
+    #[cfg_attr(feature = "clap", arg(long, help_heading = headings::QUALITY, hide_short_help = true))]
+    pub no_check: bool,
+    /// Shares by name, which the program has in `ratio`.
+    #[serde(deserialize_with = "option_json::named_shares")]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub ratio_of: BTreeMap<String, f64>,
+    /// True to map input vertices to output vertices; for the program the name of a file.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub map: bool,
 }

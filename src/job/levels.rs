@@ -1,17 +1,9 @@
 //! Parsers of levels of detail.
 
+use super::choices::LodsBy;
 use super::error::JobError;
 use super::parse::{bound, count, share};
 use super::size::{Bound, Count, Goal, LevelSize};
-
-/// Measure of levels of detail (`--lods-by`).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum LodsBy {
-    Vertices,
-    Faces,
-    /// Largest distance from the original.
-    Error,
-}
 
 /// Parses `--lods`.
 ///
@@ -19,11 +11,9 @@ pub(super) enum LodsBy {
 /// [`JobError::Options`] if a level is invalid or finer than the one before.
 pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Goal, JobError> {
     if by == Some(LodsBy::Error) {
-        let bounds = lods.iter().map(|text| bound("--lods", text)).collect::<Result<_, _>>()?;
-        return checked_errors(bounds).map(Goal::ErrorLevels);
+        return checked_errors(parse_each(lods, bound)?).map(Goal::ErrorLevels);
     }
-    let size = |text: &String| size(text, by).map_err(|why| JobError::Options(format!("--lods {text}: {why}")));
-    let sizes: Vec<LevelSize> = lods.iter().map(size).collect::<Result<_, _>>()?;
+    let sizes: Vec<LevelSize> = parse_each(lods, |text| size(text, by))?;
     let grows = |pair: &[LevelSize]| match (pair[0].count(), pair[1].count()) {
         (Count::Share(before), Count::Share(next)) => next > before,
         (Count::Number(before), Count::Number(next)) => next > before,
@@ -35,6 +25,11 @@ pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Goal, JobErr
         return Err(JobError::Options(format!("--lods: give falling {kind} 50%,25%,10% or 0.5,0.25,0.1")));
     }
     Ok(Goal::Levels(sizes))
+}
+
+fn parse_each<T>(lods: &[String], parse: impl Fn(&str) -> Result<T, String>) -> Result<Vec<T>, JobError> {
+    let parse = |text: &String| parse(text).map_err(|why| JobError::Options(format!("--lods {text}: {why}")));
+    lods.iter().map(parse).collect()
 }
 
 fn checked_errors(bounds: Vec<Bound>) -> Result<Vec<Bound>, JobError> {

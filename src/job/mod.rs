@@ -13,6 +13,7 @@ mod bake;
 mod bake;
 mod baked_material;
 mod check;
+mod choices;
 mod document;
 mod error;
 mod files;
@@ -23,8 +24,8 @@ mod meshopt;
 #[cfg(not(feature = "meshopt"))]
 #[path = "no_meshopt.rs"]
 mod meshopt;
+mod option_json;
 mod option_names;
-mod option_value;
 mod outcome;
 mod parse;
 mod progression;
@@ -36,26 +37,27 @@ mod shares;
 mod simplified_results;
 mod size;
 mod textures;
+mod to_job;
 mod watch;
 mod within;
 
 pub use advice::list_advice;
 pub use arguments::Arguments;
 pub use baked_material::{BakeFigures, BakedMaterial};
+pub use choices::{AssemblyName, Compression, Ignored, LodsBy};
 pub use document::{Document, PlacedSurface, list_names};
 pub use error::JobError;
 pub use files::{Files, Meshes};
 pub use option_names::{Caller, read_options, respell_options};
-pub use option_value::OptionValue;
 pub use outcome::JobOutcome;
-pub use parse::{RatioOf, bound, count, parse_scaled, ratio_of, share};
+pub use parse::{RatioOf, count, number_parser, parse_scaled, ratio_of, seed, share, whole_number_parser};
 pub use progression::{format_of_progression, make_progression};
 pub use report::{
     Certified, CleaningFigures, DistanceFigures, Dropped, JobReport, Level, MapFile, NamedShare, OutputFigures,
     REACHED, RepairFigures, SAMPLES, Seconds, Shape, Size, TargetWords, outcome_words, score_words, stop_reason,
     target_words,
 };
-pub use request::{Ignored, Job, Names, Repair};
+pub use request::{Job, Names, Repair};
 pub use run::run;
 pub use size::{Bound, Count, Goal, LevelSize, percent};
 pub use textures::Textures;

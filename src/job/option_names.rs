@@ -3,26 +3,15 @@
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
+use super::arguments::Arguments;
 use super::error::JobError;
 use crate::io::shorten_name;
 
 /// Least similarity (Jaro-Winkler) of a name to the one that is suggested for it; that of the crate `clap`.
 const SIMILARITY: f64 = 0.7;
 
-/// Options that are on or off.
-const FLAGS: [&str; 11] = [
-    "force",
-    "strict",
-    "lock_boundaries",
-    "subset",
-    "close",
-    "place",
-    "keep_components",
-    "keep_features",
-    "map",
-    "allow_outside",
-    "resume",
-];
+/// Options of callers that are on or off, besides those of [`Arguments`].
+const FLAGS_OF_CALLERS: [&str; 3] = ["force", "strict", "resume"];
 
 /// Language of a caller, which decides how messages name options.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,12 +35,23 @@ pub enum Caller {
 /// ```
 pub fn read_options<T: DeserializeOwned>(options: Value) -> Result<T, JobError> {
     let by_name = || JobError::Options("options: give values by name".into());
+    let Value::Object(options) = options else { return Err(by_name()) };
+    let mut given = Map::new();
     // Each option is tried alone, since an error of the whole does not say which one is wrong.
-    for (name, value) in options.as_object().ok_or_else(by_name)? {
-        let alone = Value::Object(Map::from_iter([(name.clone(), value.clone())]));
-        serde_json::from_value::<T>(alone).map_err(|error| describe(name, value, &error.to_string()))?;
+    for (name, value) in options {
+        match read_alone::<T>(&name, &value) {
+            Ok(_) => drop(given.insert(name, value)),
+            // An option that is null is not given.
+            Err(error) if error.starts_with("invalid type: null") => {}
+            Err(error) => return Err(describe(&name, &value, &error)),
+        }
     }
-    serde_json::from_value(options).map_err(|_| by_name())
+    serde_json::from_value(Value::Object(given)).map_err(|_| by_name())
+}
+
+fn read_alone<T: DeserializeOwned>(name: &str, value: &Value) -> Result<T, String> {
+    let alone = Value::Object(Map::from_iter([(name.to_string(), value.clone())]));
+    serde_json::from_value(alone).map_err(|error| error.to_string())
 }
 
 /// Describes a rejected option by the words of serde.
@@ -63,18 +63,32 @@ fn describe(name: &str, value: &Value, error: &str) -> JobError {
         let nearest = near.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, other)| format!("; did you mean {other}?"));
         return JobError::Options(format!("no such option: {}{}", shorten_name(name), nearest.unwrap_or_default()));
     }
+    let rejected = |text: &str, what: &str| {
+        JobError::Options(format!("--{} {}: {what}", name.replace('_', "-"), shorten_name(text)))
+    };
+    // A parser's reason follows the value in backticks; serde's names of choices are in backticks, too.
+    if let Some((text, why)) = error.strip_prefix('`').and_then(|error| error.rsplit_once("`: ")) {
+        return rejected(text, why);
+    }
+    if error.starts_with("unknown variant") {
+        let mut quoted = error.split('`').skip(1).step_by(2);
+        let (text, names) = (quoted.next().unwrap_or_default(), quoted.collect::<Vec<_>>());
+        return rejected(text, &format!("choose from {}", names.join(", ")));
+    }
     let text = value.as_str().map_or_else(|| value.to_string(), String::from);
     let expected = error.rsplit("expected ").next().unwrap_or_default();
-    let what = match expected {
-        "a sequence" => "give a list",
-        "a boolean" => "give true or false",
-        "a string" | "path string" => "give a text",
-        "u64" | "usize" => "give a whole number of at least 0",
-        "f64" => "give a number",
-        "a map" => "give values by name",
-        _ => "give a number or a text",
-    };
-    JobError::Options(format!("--{} {}: {what}", name.replace('_', "-"), shorten_name(&text)))
+    rejected(
+        &text,
+        match expected {
+            "a sequence" => "give a list",
+            "a boolean" => "give true or false",
+            "a string" | "path string" | "string or map" => "give a text",
+            "u64" | "usize" => "give a whole number of at least 0",
+            "f64" => "give a number",
+            "a map" => "give values by name",
+            _ => "give a number or a text",
+        },
+    )
 }
 
 /// Spells the options in a message as a caller writes them: `--keep-features` becomes `keep_features=True` in Python.
@@ -96,6 +110,12 @@ pub fn respell_options(text: &str, caller: Caller) -> String {
     })
 }
 
+/// Returns whether an option is on or off.
+fn is_flag(name: &str) -> bool {
+    let is_of_job = || read_alone::<Arguments>(name, &Value::from(0)).is_err_and(|error| error.ends_with("a boolean"));
+    FLAGS_OF_CALLERS.contains(&name) || is_of_job()
+}
+
 fn respell(name: &str, rest: &str, caller: Caller) -> String {
     if let ("ratio", Some(rest)) = (name, rest.strip_prefix(" NAME=R")) {
         return format!("ratio_of{rest}");
@@ -105,7 +125,7 @@ fn respell(name: &str, rest: &str, caller: Caller) -> String {
     let value = value.filter(|value| value.split_once(':').is_some_and(|(value, _)| !value.contains(' ')));
     match (caller, name.strip_prefix("no_")) {
         (Caller::Python, Some(positive)) => return format!("{positive}=False{rest}"),
-        (Caller::Python, None) if FLAGS.contains(&name) && value.is_none() => return format!("{name}=True{rest}"),
+        (Caller::Python, None) if value.is_none() && is_flag(name) => return format!("{name}=True{rest}"),
         (Caller::Python, None) if name == "for" => return format!("for_{rest}"),
         _ => {}
     }
@@ -115,7 +135,6 @@ fn respell(name: &str, rest: &str, caller: Caller) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::Arguments;
 
     #[test]
     fn options_are_named_as_the_caller_writes_them() {
@@ -144,6 +163,8 @@ mod tests {
             "no such option: keep_feature; did you mean keep_features?"
         );
         assert_eq!(refused(r#"{"xyzzy": 1}"#), "no such option: xyzzy");
+        assert_eq!(refused(r#"{"effort": 3}"#), "--effort 3: give a text");
+        assert!(read_options::<Arguments>(serde_json::json!({"ratio": 0.5, "effort": null})).is_ok());
         assert_eq!(refused(r#"{"seed": -1}"#), "--seed -1: give a whole number of at least 0");
         assert_eq!(refused(r#"{"lock_boundaries": "yes"}"#), "--lock-boundaries yes: give true or false");
         assert_eq!(refused("[]"), "options: give values by name");

@@ -2,11 +2,12 @@
 
 use crate::simplify::{Axis, MirrorPlane, Symmetry};
 
-use super::error::JobError;
 use super::size::{Bound, Count, percent};
 
 /// Largest count; exact in doubles.
 const MOST: f64 = 1e15;
+/// Least and most texels of a texture's side.
+const TEXTURE_SIDES: (u64, u64) = (16, 8192);
 
 const SHARE: &str = "give a share above 0 and at most 1, like 0.1, or in percent, like 10%";
 const COUNT: &str = "give a whole number above 0, like 5000, 10k or 1.5M, or a share of the input, like 10%";
@@ -51,40 +52,81 @@ pub fn count(text: &str) -> Result<Count, String> {
     Err(with_suggestion(COUNT, (0.0 < value && value < 1.0).then(|| percent(value))))
 }
 
-/// Parses a distance, `0.01` or `0.5%`; errors name `option`.
-pub fn bound(option: &str, text: &str) -> Result<Bound, JobError> {
+/// Parses a distance: `0.01`, `0.5%`.
+pub fn bound(text: &str) -> Result<Bound, String> {
     let (number, make): (&str, fn(f64) -> Bound) = match text.strip_suffix('%') {
         Some(number) => (number, Bound::Percent),
         None => (text, Bound::Absolute),
     };
     let value = number.trim().parse().ok().filter(|x: &f64| *x >= 0.0 && x.is_finite());
-    value
-        .map(make)
-        .ok_or_else(|| JobError::Options(format!("{option} {text}: give a distance, like 0.01, or like 0.5%")))
+    value.map(make).ok_or_else(|| "give a distance, like 0.01, or like 0.5%".into())
 }
 
 /// Parses a size in bytes: `200000`, `500kB`, `2MB`.
-pub(super) fn n_bytes(text: &str) -> Result<usize, JobError> {
+pub fn n_bytes(text: &str) -> Result<usize, String> {
     let binary = [("kib", 1024.0), ("mib", 1048576.0), ("gib", 1073741824.0)];
     let decimal = [("kb", 1e3), ("mb", 1e6), ("gb", 1e9), ("k", 1e3), ("m", 1e6), ("g", 1e9), ("b", 1.0)];
     let lower = text.to_ascii_lowercase();
     let found = binary.iter().chain(&decimal).find_map(|(unit, factor)| Some((lower.strip_suffix(unit)?, *factor)));
     let (number, factor) = found.unwrap_or((&lower, 1.0));
     let value = number.trim().parse().ok().map(|x: f64| x * factor).filter(|x| *x >= 1.0 && *x < 1e15);
-    value.map(|x| x as usize).ok_or_else(|| JobError::Options(format!("--size {text}: give bytes, like 500kB or 2MB")))
+    value.map(|x| x as usize).ok_or_else(|| "give bytes, like 500kB or 2MB".into())
 }
 
-/// Parses a symmetry: none, an axis `x`, or a plane `x=0.5`.
-pub(super) fn symmetry(text: Option<&str>) -> Result<Symmetry, JobError> {
-    let Some(text) = text else { return Ok(Symmetry::Best) };
+/// Parses a symmetry: an axis `x`, or a plane `x=0.5`.
+pub fn symmetry(text: &str) -> Result<Symmetry, String> {
     let (name, at) = text.split_once('=').map_or((text, None), |(name, at)| (name, Some(at)));
     let axis = Axis::ALL.into_iter().find(|axis| name.trim().eq_ignore_ascii_case(&axis.to_string()));
     let at = at.map(|at| at.trim().parse().ok().filter(|at: &f64| at.is_finite()));
     match (axis, at) {
         (Some(axis), None) => Ok(Symmetry::Across(axis)),
         (Some(axis), Some(Some(at))) => Ok(Symmetry::Plane(MirrorPlane { axis, at })),
-        _ => Err(JobError::Options(format!("--symmetric={text}: give x, y or z, or a plane like x=0.5"))),
+        _ => Err("give x, y or z, or a plane like x=0.5".into()),
     }
+}
+
+/// Parses an angle in degrees, 0 to 180.
+pub fn degrees(text: &str) -> Result<f64, String> {
+    number_parser("degrees from 0 to 180", |x| (0.0..=180.0).contains(&x))(text)
+}
+
+/// Parses a distance in texels.
+pub fn seam_texels(text: &str) -> Result<f64, String> {
+    number_parser("texels, 0 or more", |x| x >= 0.0)(text)
+}
+
+/// Parses the texels of a texture's side.
+pub fn texture_side(text: &str) -> Result<usize, String> {
+    whole_number_parser(TEXTURE_SIDES.0, TEXTURE_SIDES.1)(text)
+}
+
+/// Parses a number of edges.
+pub fn n_edges(text: &str) -> Result<usize, String> {
+    whole_number_parser(0, u64::MAX)(text)
+}
+
+/// Parses a seed.
+pub fn seed(text: &str) -> Result<u64, String> {
+    whole_number_parser(0, u64::MAX)(text)
+}
+
+/// Returns a parser for whole numbers from `least` to `most`.
+pub fn whole_number_parser<N: TryFrom<u64>>(least: u64, most: u64) -> impl Fn(&str) -> Result<N, String> + Clone {
+    move |text| {
+        let value = text.trim().parse().ok().filter(|value| (least..=most).contains(value));
+        value.and_then(|value| N::try_from(value).ok()).ok_or_else(|| match most {
+            u64::MAX => format!("give a whole number of at least {least}"),
+            most => format!("give a whole number from {least} to {most}"),
+        })
+    }
+}
+
+/// Returns a parser for numbers in a range that `range` describes.
+pub fn number_parser(
+    range: &'static str,
+    is_in_range: fn(f64) -> bool,
+) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| parse_scaled(text, 0).filter(|value| is_in_range(*value)).ok_or_else(|| format!("give {range}"))
 }
 
 fn is_share(value: f64) -> bool {
@@ -154,6 +196,15 @@ mod tests {
         for text in ["", "k", "0", "-5", "1.0001k", "many", "10kk", "5 thousand", "0%", "200%", "nan", "1e99"] {
             assert!(count(text).unwrap_err().starts_with(COUNT), "{text}");
         }
+    }
+
+    #[test]
+    fn numbers_out_of_range_say_the_range() {
+        assert_eq!(whole_number_parser::<usize>(1, 8)("8"), Ok(8));
+        assert_eq!(whole_number_parser::<usize>(1, 8)("9"), Err("give a whole number from 1 to 8".into()));
+        assert_eq!(seed("18446744073709551615"), Ok(u64::MAX));
+        assert_eq!(seed("-1"), Err("give a whole number of at least 0".into()));
+        assert_eq!((degrees("30"), degrees("nan")), (Ok(30.0), Err("give degrees from 0 to 180".into())));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::io::{Format, PackOptions};
 use crate::simplify::{Assembly, ClosedOptions, Options, Target};
 
+use super::choices::Ignored;
 use super::size::{Bound, Count, Goal};
 
 /// Request to simplify a document: how to read, repair, simplify, pack and write it.
@@ -159,29 +160,4 @@ pub enum Repair {
     FillHoles(usize),
     /// Makes a solid; drops components below this size.
     Printable(Bound),
-}
-
-/// Kind of attribute that is discarded, so that its seams and borders do not limit the result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ignored {
-    /// Texture coordinates and tangents.
-    Uv,
-    /// Normals.
-    Normals,
-    /// Vertex colours.
-    Colors,
-    /// Materials and groups of faces.
-    Materials,
-}
-
-impl Ignored {
-    /// Returns the name of the option's value.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Uv => "uv",
-            Self::Normals => "normals",
-            Self::Colors => "colors",
-            Self::Materials => "materials",
-        }
-    }
 }

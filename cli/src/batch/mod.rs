@@ -16,9 +16,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use neural_mesh::io::Format;
+use neural_mesh::job::{Arguments, Job, JobReport, RatioOf};
 use neural_mesh::model::Weights;
+use neural_mesh::simplify::Purpose;
 
-use crate::args::{PurposeArg, SimplifyArgs};
+use crate::args::SimplifyArgs;
 use crate::bar::Bar;
 use crate::failure::Failure;
 use crate::messages::MessageStream;
@@ -29,7 +31,6 @@ use crate::{files, interrupt, memory, read, simplify};
 use extra_files::ExtraFiles;
 use inputs::Input;
 use manifest::{BatchFolders, Manifest, ManifestRow, append_ending};
-use neural_mesh::job::{Job, JobReport, RatioOf};
 
 const REPORT_ENDING: &str = ".json";
 const PICTURE_ENDING: &str = ".png";
@@ -51,17 +52,18 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let _lock = lock::lock_folder(&folder)?;
     outputs::prepare_path(&folder, Path::new(manifest::MANIFEST_FILE))?;
     let names = outputs::choose_names(&inputs, format);
-    let names = if args.lods.is_empty() { names } else { outputs::with_level_placeholders(&inputs, names, format) };
-    let rows = ManifestRow::create_all(&inputs, &names, &spell_options(&args));
-    let read = files::list_files_read(None, args.list.as_deref().into_iter().chain(args.weights.as_deref()));
+    let names =
+        if args.options.lods.is_empty() { names } else { outputs::with_level_placeholders(&inputs, names, format) };
+    let rows = ManifestRow::create_all(&inputs, &names, &spell_options(&args.options));
+    let read = files::list_files_read(None, args.list.as_deref().into_iter().chain(args.options.weights.as_deref()));
     inputs.iter().for_each(|input| read.add(&input.path));
     let side_folders = open_side_folders(&args)?;
-    let folders = BatchFolders { folder: folder.clone(), n_levels: args.lods.len(), side_folders, read };
+    let folders = BatchFolders { folder: folder.clone(), n_levels: args.options.lods.len(), side_folders, read };
     // Every mesh has a row from the start, so that a killed batch can be resumed.
     let mut manifest = Manifest::open(folders, rows, [args.resume, args.force])?;
     interrupt::handle_signals(Failure::Stopped("interrupted: continue with --resume".into()));
     let run_alone = unfinished::find_unfinished(&folder, &mut manifest, args.resume)?;
-    let weights = read::read_weights(args.weights.as_deref(), &job.options.assembly)?;
+    let weights = read::read_weights(args.options.weights.as_deref(), &job.options.assembly)?;
     let extra_files = ExtraFiles::new(folder.clone(), &manifest.outputs(), args.force);
     let progress = Mutex::new(BatchProgress { bar: Bar::new(args.quiet), n_meshes: 0, cost: 0.0 });
     let input_folders = list_folders(&inputs);
@@ -102,12 +104,12 @@ fn check_arguments(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure
     }
     inputs::check_arguments(args)?;
     memory::limit_memory(args.memory);
-    let job = request::create_job(&request::to_arguments(args)?, None)?;
-    Ok((args.format.as_deref().map(|name| check_writable(parse_format(name)?)).transpose()?, job))
+    let job = request::create_job(&args.options, None)?;
+    Ok((args.options.format.as_deref().map(|name| check_writable(parse_format(name)?)).transpose()?, job))
 }
 
 /// Spells out the options for the manifest; a resumed batch must have the same.
-fn spell_options(args: &SimplifyArgs) -> String {
+fn spell_options(args: &Arguments) -> String {
     let mut words = [
         spell_target(args),
         format!("--assembly {:?} --optimize {:?} --effort {:?}", args.assembly, args.optimize, args.effort),
@@ -119,15 +121,15 @@ fn spell_options(args: &SimplifyArgs) -> String {
         args.scores.map(|scores| format!(" --scores {scores:?}").to_ascii_lowercase()),
         args.weights.as_ref().map(|path| format!(" --weights {}", path.display())),
         args.format.as_ref().map(|format| format!(" --format {format}")),
-        args.prune.as_ref().map(|size| spell_option("--prune", size.as_ref())),
-        args.hold_shape.as_ref().map(|most| spell_option("--hold-shape", most.as_ref())),
+        args.prune.map(|size| spell_option("--prune", size)),
+        args.hold_shape.map(|most| spell_option("--hold-shape", most)),
         args.keep_components.then(|| " --keep-components".into()),
         args.fill_holes.map(|most| spell_option("--fill-holes", most)),
-        args.printable.as_ref().map(|size| spell_option("--printable", size.as_ref())),
+        args.printable.map(|size| spell_option("--printable", size)),
         args.bake.map(|size| format!(" --bake {size}")),
         args.compress.map(|how| format!(" --compress={how:?}").to_ascii_lowercase()),
         args.textures.map(|side| format!(" --textures {side}")),
-        args.weld.as_ref().map(|distance| format!(" --weld {distance}")),
+        args.weld.map(|distance| format!(" --weld {distance}")),
         args.no_weld.then(|| " --no-weld".into()),
         args.no_check.then(|| " --no-check".into()),
         args.lock_boundaries.then(|| " --lock-boundaries".into()),
@@ -136,10 +138,10 @@ fn spell_options(args: &SimplifyArgs) -> String {
         args.place.then(|| " --place".into()),
         args.keep_features.then(|| " --keep-features".into()),
         args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),
-        (args.purpose != PurposeArg::Shape).then(|| format!(" --for {:?}", args.purpose).to_ascii_lowercase()),
+        (args.purpose != Purpose::Shape).then(|| format!(" --for {:?}", args.purpose).to_ascii_lowercase()),
         args.seam_error.map(|texels| format!(" --seam-error {texels}")),
         (!args.ignore.is_empty()).then(|| format!(" --ignore {:?}", args.ignore).to_ascii_lowercase()),
-        args.symmetric.as_ref().map(|plane| spell_option("--symmetric", plane.as_ref())),
+        args.symmetric.map(|plane| spell_option("--symmetric", plane)),
         args.importance.as_ref().map(|name| format!(" --importance {name}")),
         (!args.keep.is_empty()).then(|| format!(" --keep {:?}", args.keep)),
         args.allow_outside.then(|| " --allow-outside".into()),
@@ -148,7 +150,7 @@ fn spell_options(args: &SimplifyArgs) -> String {
     words
 }
 
-fn spell_target(args: &SimplifyArgs) -> String {
+fn spell_target(args: &Arguments) -> String {
     let sizes = [
         (!args.ratio.is_empty()).then(|| {
             let prefix = |of: &RatioOf| of.name.as_ref().map_or_else(String::new, |name| format!("{name}="));
@@ -157,8 +159,8 @@ fn spell_target(args: &SimplifyArgs) -> String {
         }),
         args.vertices.map(|n| format!("--vertices {n}")),
         args.faces.map(|n| format!("--faces {n}")),
-        args.error.as_ref().map(|error| format!("--error {error}")),
-        args.size.as_ref().map(|size| format!("--size {size}")),
+        args.error.map(|error| format!("--error {error}")),
+        args.size.map(|size| format!("--size {size}")),
         (!args.lods.is_empty()).then(|| format!("--lods {}", args.lods.join(","))),
         args.lods_by.map(|by| format!("--lods-by {by:?}")),
     ];
@@ -202,8 +204,10 @@ impl Batch {
     fn simplify_all(&self) -> Result<(), Failure> {
         let pending = self.manifest.pending_meshes();
         let bound = self.args.memory.map_or_else(memory::default_limit, memory::gib_to_bytes);
-        let sizes: HashMap<usize, u64> =
-            pending.iter().map(|&i| (i, memory::estimate_bytes(&self.inputs[i].path, self.args.bake))).collect();
+        let sizes: HashMap<usize, u64> = pending
+            .iter()
+            .map(|&i| (i, memory::estimate_bytes(&self.inputs[i].path, self.args.options.bake)))
+            .collect();
         let all: f64 = sizes.values().map(|&size| size as f64).sum();
         // An infinite cost makes the schedule run a mesh alone.
         let cost = |i: usize| if self.run_alone.contains(&i) { u64::MAX } else { sizes[&i] };
@@ -250,8 +254,8 @@ impl Batch {
         job.format = format;
         job.check_format().map_err(|error| to_usage_failure(&error))?;
         let mut request = Request {
-            source: Source::new(input.path.clone(), None, !self.args.no_weld)
-                .with_joined_scene(self.args.bake.is_some()),
+            source: Source::new(input.path.clone(), None, !self.args.options.no_weld)
+                .with_joined_scene(self.args.options.bake.is_some()),
             job,
             takes_input_format: false,
             stays_in_memory: false,

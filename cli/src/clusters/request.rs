@@ -1,28 +1,25 @@
 //! Options of the library from those of the program, and failures from its errors.
 
-use std::ffi::OsString;
-
-use clap::{Parser, ValueEnum};
 use neural_mesh::clusters::{ClusterError, ClusterOptions};
+use neural_mesh::job::{Arguments, RatioOf};
 use neural_mesh::simplify::{ClosedOptions, SimplifyError};
 
-use crate::args::{ClustersArgs, SimplifyArgs};
+use crate::args::ClustersArgs;
 use crate::failure::Failure;
-use crate::request::{Request, resolve_request};
+use crate::memory;
+use crate::request::Request;
 
 pub fn create_request(args: &ClustersArgs) -> Result<Request, Failure> {
     // A GLB holds all attributes, so that none is left out.
-    let mut words: Vec<OsString> =
-        ["simplify", "-o", "-", "--ratio", "50%", "--format", "glb"].map(OsString::from).into();
-    let ignored = args.ignore.iter().filter_map(|what| Some(what.to_possible_value()?.get_name().to_string()));
-    words.extend(ignored.map(|what| format!("--ignore={what}").into()));
-    let effort = args.effort.to_possible_value();
-    words.extend(effort.map(|effort| format!("--effort={}", effort.get_name()).into()));
-    words.extend(args.memory.map(|gib| format!("--memory={gib}").into()));
-    words.extend(["--".into(), args.input.clone().into_os_string()]);
-    // The arguments are given to the parser of `simplify`, so that its checks and defaults apply.
-    let parsed = SimplifyArgs::try_parse_from(words).map_err(|error| Failure::Usage(error.to_string()))?;
-    resolve_request(parsed)
+    let arguments = Arguments {
+        ratio: vec![RatioOf { name: None, share: 0.5 }],
+        ignore: args.ignore.clone(),
+        effort: args.effort,
+        ..Arguments::default()
+    };
+    memory::limit_memory(args.memory);
+    let request = Request::without_output(&args.input, Some("glb"), &arguments)?;
+    Ok(Request { memory: args.memory.map(memory::gib_to_bytes), ..request })
 }
 
 pub fn cluster_options(args: &ClustersArgs, simplify: ClosedOptions) -> ClusterOptions {

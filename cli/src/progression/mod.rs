@@ -2,15 +2,13 @@
 
 mod page;
 
-use std::ffi::OsString;
 use std::path::Path;
 
-use clap::{Parser, ValueEnum};
 use neural_mesh::io::{FilesRead, Format};
-use neural_mesh::job::{Document, Job, JobStage, Watch, make_progression};
+use neural_mesh::job::{Arguments, Document, Job, JobStage, RatioOf, Watch, make_progression};
 use neural_mesh::simplify::{Options, Progression, Target};
 
-use crate::args::{ProgressionArgs, SimplifyArgs};
+use crate::args::ProgressionArgs;
 use crate::document::{self, is_progression_name};
 use crate::failure::Failure;
 use crate::files::{self, OutputPaths};
@@ -19,7 +17,7 @@ use crate::messages::{MessageStream, group_digits};
 use crate::names::is_stream;
 use crate::plan::Plan;
 use crate::progress::Progress;
-use crate::request::{Request, resolve_request};
+use crate::request::Request;
 use crate::simplify::in_pool;
 
 /// Folders below the mesh's in which files that it names are looked for.
@@ -138,26 +136,20 @@ fn list_files(folder: &Path, before: &str, deep: usize) -> Vec<String> {
 }
 
 fn create_request(args: &ProgressionArgs) -> Result<Request, Failure> {
-    let mut words: Vec<OsString> = ["simplify", "-o", "-", "--ratio", "1"].map(OsString::from).into();
-    let flags = [
-        ("--no-weld", args.no_weld),
-        ("--lock-boundaries", args.lock_boundaries),
-        ("--subset", args.subset),
-        ("--keep-features", args.keep_features),
-        ("--keep-components", args.keep_components),
-    ];
-    words.extend(flags.into_iter().filter(|(_, is_given)| *is_given).map(|(flag, _)| flag.into()));
-    let named = |name: &str, value: Option<clap::builder::PossibleValue>| {
-        value.map(|value| OsString::from(format!("--{name}={}", value.get_name())))
+    let arguments = Arguments {
+        ratio: vec![RatioOf { name: None, share: 1.0 }],
+        no_weld: args.no_weld,
+        lock_boundaries: args.lock_boundaries,
+        subset: args.subset,
+        keep_features: args.keep_features,
+        keep_components: args.keep_components,
+        optimize: args.optimize,
+        effort: args.effort,
+        scores: args.scores,
+        keep: args.keep.clone(),
+        ..Arguments::default()
     };
-    words.extend(named("optimize", args.optimize.to_possible_value()));
-    words.extend(named("effort", args.effort.to_possible_value()));
-    words.extend(args.scores.as_ref().and_then(|scores| named("scores", scores.to_possible_value())));
-    words.extend(args.keep.iter().map(|name| format!("--keep={name}").into()));
-    words.extend(["--".into(), args.input.clone().into_os_string()]);
-    // The arguments are given to the parser of `simplify`, so that its checks and defaults apply.
-    let parsed = SimplifyArgs::try_parse_from(words).map_err(|error| Failure::Usage(error.to_string()))?;
-    let mut request = resolve_request(parsed)?;
+    let mut request = Request::without_output(&args.input, None, &arguments)?;
     request.stays_in_memory = true;
     Ok(request)
 }

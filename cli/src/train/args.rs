@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use neural_mesh::job::whole_number_parser;
 
-use crate::numbers::{parse_thread_count, whole_number_parser};
+use crate::numbers::parse_thread_count;
 
 const TRAIN_NOTES: &str = "\
 The program creates RUN with config.toml (the settings used), data.csv (the meshes with their checksums), steps.csv and \

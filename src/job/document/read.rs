@@ -8,8 +8,9 @@ use crate::mesh::{Attributes, Frame, RawMesh, Role, ScenePiece, UnitedMesh, snap
 use crate::repair::{fill_holes, printable};
 use crate::simplify::Purpose;
 
+use crate::job::choices::Ignored;
 use crate::job::error::JobError;
-use crate::job::request::{Ignored, Job, Repair};
+use crate::job::request::{Job, Repair};
 use crate::job::size::Bound;
 use crate::job::textures::Textures;
 

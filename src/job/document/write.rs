@@ -12,8 +12,9 @@ use crate::mesh::{Attributes, Frame, PositionGrid, TriMesh, UnitedMesh, longest_
 use crate::simplify::Simplified;
 
 use crate::job::baked_material::BakedMaterial;
+use crate::job::choices::Ignored;
 use crate::job::files::{Files, Meshes};
-use crate::job::request::{Ignored, Job};
+use crate::job::request::Job;
 use crate::job::textures::Textures;
 
 use super::{Document, Kind, PartPiece};

@@ -68,44 +68,86 @@ export type Amount = number | string;
  * or `lods`.
  */
 export interface SimplifyOptions {
-  /** Share of the vertices, between 0 and 1. */
+  // made from the list of options: start
+  /** Share of the vertices to keep: 0.1 or 10%. */
   ratio?: Amount;
-  /** Number of vertices, or a share as `'10%'`. */
-  vertices?: Amount;
-  /** Number of faces, or a share as `'10%'`. */
+  /** Number of faces to keep: 5000, 10k, 1.5M or 10%. */
   faces?: Amount;
-  /** Largest distance to the original, in the mesh's unit, or as `'0.5%'` of the diagonal of its bounding box. */
+  /** Number of vertices to keep: 5000, 10k, 1.5M or 10%. */
+  vertices?: Amount;
+  /** Largest distance to the original, in units of the mesh or with % of its diagonal; finds the smallest mesh. */
   error?: Amount;
-  /** Size of the written file: bytes, `'200kB'`, `'2MB'`. */
+  /** Largest file size, such as 500kB or 2MB; finds the largest mesh that fits. */
   size?: Amount;
-  /** Sizes of several levels of detail, the finest first. */
+  /** Levels of detail as falling shares of the vertices, such as 50%,25%,10%. */
   lods?: Amount[];
-  /** Kind of the sizes in `lods`: `'vertices'` (the default), `'faces'` or `'error'`. */
-  lods_by?: string;
-  /** Format of the result if no file name gives it; `formats().write` lists all. */
+  /** Unit of lods: vertices or faces, as shares or as numbers such as 20k,5k, or proved largest distances such as 0.1%,0.5% [default: vertices]. */
+  lods_by?: 'vertices' | 'faces' | 'error';
+  /** Format of the result if the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb. */
   format?: string;
-  /** Figure to favor. */
-  optimize?: 'balanced' | 'mean' | 'max' | 'normals' | 'looks';
-  /** Time against quality. */
-  effort?: 'fast' | 'standard' | 'best';
-  /** Keeps boundaries unchanged. */
-  lock_boundaries?: boolean;
-  /** Keeps vertices of the input, at their exact positions. */
-  subset?: boolean;
-  /** Keeps all components. */
-  keep_components?: boolean;
-  /** Keeps edges where the surface bends by more than 30 degrees. */
+  /** Property that the result must preserve best [default: shape]. */
+  for?: 'shape' | 'poses';
+  /** Keep edges where the surface bends by more than 30 degrees. */
   keep_features?: boolean;
-  /** Names whose faces stay unchanged. */
+  /** Keep edges where the surface bends by more than DEGREES. */
+  crease_angle?: number;
+  /** Keep the boundary exactly, so that neighbouring tiles still fit. */
+  lock_boundaries?: boolean;
+  /** Keep all components, even if their vertices would reduce the distance more elsewhere. */
+  keep_components?: boolean;
+  /** Keep a node, mesh, object, group or material unchanged; may be repeated. */
   keep?: string[];
+  /** Make the result exactly mirror-symmetric: x, y, z or x=0.5 [default: the best plane]. */
+  symmetric?: boolean | string;
+  /** Do not move vertices: the result uses vertices of the input. */
+  subset?: boolean;
+  /** Discard attributes (uv, normals, colors, materials), so that their seams and borders do not limit the result. */
+  ignore?: ('uv' | 'normals' | 'colors' | 'materials')[];
+  /** Distance that texture seams may move, in texels of the largest colour texture [default: 1/64 of its side]. */
+  seam_error?: number;
+  /** Weights of vertices: the name of a numeric vertex attribute, or NAME=FACTOR for the faces of a node, mesh, material, group or object. Larger weights keep more vertices; all other faces have weight 1. */
+  importance?: string;
+  /** Drop components smaller than SIZE, in units of the mesh or with % of its diagonal; without SIZE, smaller than the bound of error. Dropped components do not count for the bound. */
+  prune?: boolean | Amount;
+  /** Keep the shape of components, within DISTANCE in units of the mesh or with % of its diagonal [default: 1%]. Sizes that need more are then not reached. */
+  hold_shape?: boolean | Amount;
+  /** Treatment of surfaces that are invisible from outside [default: keep]. */
+  hidden?: 'keep' | 'drop';
+  /** Close holes with at most EDGES boundary edges [default: all holes]. */
+  fill_holes?: boolean | number;
+  /** Make a printable solid; drops components smaller than SIZE [default: 1%]. */
+  printable?: boolean | Amount;
+  /** Merge vertices closer than DISTANCE, in units of the mesh or with % of its diagonal. */
+  weld?: Amount;
+  /** Do not merge vertices at equal positions. */
+  no_weld?: boolean;
+  /** Write a compressed glTF, as gltfpack does; `quantize` only quantises it. */
+  compress?: boolean | 'meshopt' | 'quantize';
+  /** Shrink textures whose longer side exceeds SIZE texels; others stay unchanged. */
+  textures?: number;
+  /** Also read materials and textures that lie outside the folder of the mesh. */
+  allow_outside?: boolean;
+  /** Measure to favour: mean distance, largest distance, normals (shading), or appearance [default: balanced]. */
+  optimize?: 'balanced' | 'mean' | 'max' | 'normals' | 'looks';
+  /** Time to spend: more time, smaller distance to the original [default: standard]. */
+  effort?: 'fast' | 'standard' | 'best';
+  /** Source of the scores, which say where vertices are needed [default: bending]. */
+  scores?: 'bending' | 'network' | 'geometry';
+  /** Method that builds the surface [default: closed]. */
+  assembly?: 'closed' | 'paper';
+  /** With assembly paper: close the holes of the result. */
+  close?: boolean;
+  /** With assembly paper: sample again, denser where the error is large, and move vertices to reduce the error. */
+  place?: boolean;
+  /** Seed of the sampling of assembly paper; equal seeds give equal meshes [default: 0]. */
+  seed?: number;
+  /** Do not measure the distance of the result to the original. */
+  no_check?: boolean;
+  // made from the list of options: end
+  /** Shares of the vertices by the name of a node, mesh, object, group or material. */
+  ratio_of?: Record<string, Amount>;
   /** Adds the input vertex of each vertex to the results' arrays. */
   map?: boolean;
-  /** Skips the measurement of the distance. */
-  no_check?: boolean;
-  /** Seed of all random choices; equal seeds give equal bytes. */
-  seed?: number;
-  /** Further options of the program. */
-  [option: string]: unknown;
 }
 
 /** Cancellation and threading of a call. */

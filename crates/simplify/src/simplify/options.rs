@@ -198,22 +198,26 @@ impl Default for ClosedOptions {
 /// Use of a result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum Purpose {
-    /// Shape in its present pose.
+    /// The shape as it is in the file.
     #[default]
     Shape,
-    /// Shape in all poses given by morph targets, or else in unknown poses.
+    /// Animation: close to the original in the poses of skin and morph targets, too; without these, in any pose.
     Poses,
 }
 
 /// Treatment of surfaces that are invisible from outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum Hidden {
-    /// Hidden surfaces count like visible ones.
+    /// Simplify hidden surfaces like visible ones.
     #[default]
     Keep,
-    /// Components that are hidden as a whole are dropped.
+    /// Drop components that are fully hidden; they do not count for the bound of --error.
     Drop,
 }
 
@@ -275,6 +279,16 @@ pub enum Symmetry {
     Plane(MirrorPlane),
 }
 
+impl std::fmt::Display for Symmetry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Best => f.write_str("best"),
+            Self::Across(axis) => write!(f, "{axis}"),
+            Self::Plane(MirrorPlane { axis, at }) => write!(f, "{axis}={at}"),
+        }
+    }
+}
+
 /// Switches of the steps after the collapse, for measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -293,43 +307,49 @@ impl Default for Refinements {
 
 /// Source of the scores; the result has more vertices where scores are larger.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum ScoreSource {
-    /// Formula that favours bent regions; the network if weights are given.
+    /// A formula that puts more vertices where the surface bends.
     #[default]
     Bending,
-    /// The network's Point Sampler.
+    /// A trained network.
     Network,
-    /// No scores: every vertex counts by its area.
+    /// None: all vertices have equal importance.
     Geometry,
 }
 
 /// Error measure to optimise (`docs/measured/benchmark.md`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum Optimize {
-    /// All measures.
+    /// Mean distance, largest distance and normals alike.
     #[default]
     Balanced,
-    /// Mean distance; takes longer.
+    /// Mean distance; uses no scores, takes longer.
     Mean,
-    /// Largest distance, at the cost of the mean.
+    /// Largest distance; takes longer, and the mean distance grows.
     Max,
-    /// Normals, and so shading, at the cost of the mean distance.
+    /// Normals, which decide the shading; the mean distance grows.
     Normals,
-    /// Appearance: surfaces count by how much of them is visible, and a component stays if a viewer would miss it.
+    /// Appearance: surfaces count by how much of them is visible.
     Looks,
 }
 
 /// Trade-off between time and accuracy (`docs/measured/benchmark.md`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum Effort {
-    /// Collapse without flips and fit.
+    /// Edge collapse only: fastest.
     Fast,
-    /// Default trade-off.
+    /// Edge collapse, then moves of vertices and flips of edges toward the original.
     #[default]
     Standard,
-    /// More sample points, and more steps of the fit.
+    /// Standard with more steps and more sample points; takes about twice as long.
     Best,
 }
 

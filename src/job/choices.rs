@@ -1,0 +1,67 @@
+//! Options that are one of several names.
+
+use serde::Deserialize;
+
+/// Kind of attribute that is discarded, so that its seams and borders do not limit the result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+pub enum Ignored {
+    /// Texture coordinates and tangents.
+    Uv,
+    /// Normals; shading then follows the faces.
+    Normals,
+    /// Vertex colours.
+    #[cfg_attr(feature = "clap", value(alias = "colours"))]
+    Colors,
+    /// Materials and groups of faces.
+    Materials,
+}
+
+impl Ignored {
+    /// Returns the name of the option's value.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Uv => "uv",
+            Self::Normals => "normals",
+            Self::Colors => "colors",
+            Self::Materials => "materials",
+        }
+    }
+}
+
+/// Compression of a glTF.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+pub enum Compression {
+    /// Quantise and compress with meshopt.
+    Meshopt,
+    /// Quantise only.
+    Quantize,
+}
+
+/// Unit of the levels of detail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+pub enum LodsBy {
+    /// Vertices.
+    Vertices,
+    /// Faces.
+    Faces,
+    /// Largest distances to the original.
+    Error,
+}
+
+/// Name of an assembly, the method that builds the surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+pub enum AssemblyName {
+    /// Collapses edges; a closed mesh stays closed.
+    #[default]
+    Closed,
+    /// The method of the paper: the most probable faces of the network; leaves holes.
+    Paper,
+}
