@@ -20,8 +20,8 @@ pub fn read_weights(path: Option<&Path>, assembly: &Assembly) -> Result<Option<W
     let weights = Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;
     let usage = match (weights.objective(), assembly) {
         (Some("paper"), Assembly::Closed(_)) => "--assembly paper: add that option",
-        // Weights that name no objective, or the trial objective "uniform", suit both assemblies.
-        (None | Some("paper" | "uniform"), _) | (_, Assembly::Closed(_)) => return Ok(Some(weights)),
+        // Weights that name no objective suit both assemblies.
+        (None | Some("paper"), _) | (_, Assembly::Closed(_)) => return Ok(Some(weights)),
         (_, Assembly::Paper(_)) => "--assembly closed: leave --assembly paper out",
     };
     let learned = weights.objective().unwrap_or_default();

@@ -6,7 +6,7 @@ use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 
-const SETTINGS: &str = "objective = \"uniform\"\nepochs = 40\nvalidation = [\"held_\"]\nnoise = 0.1\n\
+const SETTINGS: &str = "objective = \"bending\"\nepochs = 40\nvalidation = [\"held_\"]\nnoise = 0.1\n\
     checkpoint_minutes = 0.0005\npoint_sampler_layers = 2\npoint_sampler_width = 12\nedge_predictor_width = 4\n\
     attention_width = 3\nface_classifier_layers = 1\nface_classifier_width = 4\n";
 
@@ -18,7 +18,7 @@ fn training_folder() -> tempfile::TempDir {
         ("box.ply", shapes::cuboid([1.0, 2.0, 3.0], 4)),
         ("held_ring.ply", shapes::torus(8, 6, 2.0, 0.7)),
         ("ring.ply", shapes::torus(16, 8, 2.0, 0.5)),
-        ("sheet.ply", shapes::grid(9, 9)),
+        ("pipe.ply", shapes::open_cylinder(9, 9)),
     ];
     for (name, mesh) in meshes {
         let bytes = write(&mesh, &Frame::default(), Format::Ply).unwrap();
@@ -108,7 +108,7 @@ fn a_training_leaves_what_the_help_says() {
     assert!(expected.iter().all(|name| help.contains(name)), "{help}");
     std::fs::remove_file(folder.path().join("run/curves.svg")).unwrap();
     assert_eq!(run(folder.path(), &["train", "--plot", "run", "-q"]).code, Some(0));
-    assert!(std::fs::read_to_string(folder.path().join("run/curves.svg")).unwrap().contains("spread, validation"));
+    assert!(std::fs::read_to_string(folder.path().join("run/curves.svg")).unwrap().contains("teacher, validation"));
     let config = std::fs::read_to_string(folder.path().join("run/config.toml")).unwrap();
     assert!(config.contains("\nepochs = 2\n") && config.contains("# Seed of the first weights"), "{config}");
     let copy = run(folder.path(), &["train", "--data", "data", "--out", "copy", "--config", "run/config.toml", "-q"]);

@@ -22,7 +22,7 @@ use super::{Settings, StepFunction, StepResult, TrainError, TrainingItem, Traini
 /// std::fs::write(folder.path().join("mesh.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 2 3 4\n").unwrap();
 /// let (data, run) = (folder.path(), folder.path().join("run"));
 /// let mut request = TrainRequest::new(data, &run);
-/// (request.objective, request.epochs) = (Some("uniform"), Some(2));
+/// (request.objective, request.epochs) = (Some("bending"), Some(2));
 /// let mut run = open(&request).unwrap();
 /// let step = step_function(&run.settings).unwrap();
 /// assert_eq!(train(&mut run, &step, &mut |_| Wish::Continue), Ok(Ending::Finished));

@@ -25,7 +25,6 @@ mod sampler_terms;
 mod scored_mesh;
 mod settings;
 mod step;
-mod uniform_step;
 mod validation;
 mod version;
 

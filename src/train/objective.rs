@@ -3,18 +3,16 @@
 use super::bending_step::bending_step;
 use super::measured_step::measured_step;
 use super::paper_step::paper_step;
-use super::uniform_step::uniform_step;
 use super::{Objective, Settings, ShapeObjective, StepFunction, TrainError, step_from_network};
 
 /// Value of the setting `objective` for a custom step.
 pub const OWN_OBJECTIVE: &str = "own";
 
 /// The values of the setting `objective`, with descriptions.
-pub const OBJECTIVES: [(&str, &str); 4] = [
+pub const OBJECTIVES: [(&str, &str); 3] = [
     ("bending", "scores for the closed assembly from the bending of the surface"),
     ("paper", "the paper's network with the paper's losses, for --assembly paper and mesh-points"),
     ("shape", "scores for the closed assembly from distance, normals and largest distance of results"),
-    ("uniform", "equal scores, to test a machine and a data set"),
 ];
 
 /// Returns the step function named by the setting `objective`.
@@ -24,7 +22,7 @@ pub const OBJECTIVES: [(&str, &str); 4] = [
 ///
 /// ```
 /// use neural_mesh::train::{Settings, step_function};
-/// assert!(step_function(&Settings::from_toml("objective = \"uniform\"").unwrap()).is_ok());
+/// assert!(step_function(&Settings::from_toml("objective = \"bending\"").unwrap()).is_ok());
 /// assert!(step_function(&Settings::from_toml("objective = \"unheard of\"").unwrap()).is_err());
 /// ```
 pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, TrainError> {
@@ -32,7 +30,6 @@ pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, 
         "bending" => Ok(step_from_network(bending_step)),
         "paper" => Ok(step_from_network(paper_step)),
         "shape" => Ok(step_from_objective(&ShapeObjective)),
-        "uniform" => Ok(step_from_network(uniform_step)),
         other => {
             let names = OBJECTIVES.map(|(name, _)| format!("\"{name}\"")).join(", ");
             Err(TrainError::Settings(format!("`objective` is \"{other}\": it must be one of {names}")))

@@ -31,7 +31,7 @@ pub struct TrainArgs {
     /// Settings file; missing settings have defaults
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Objective, overrides the settings [possible values: bending, paper, shape, uniform]
+    /// Objective, overrides the settings [possible values: bending, paper, shape]
     #[arg(long, value_name = "NAME")]
     pub objective: Option<String>,
     /// Number of epochs, overrides the settings
