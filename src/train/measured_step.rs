@@ -10,9 +10,7 @@ use super::{ErrorShares, JudgedErrors, Objective, Settings, StepResult, Training
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
 use crate::model::Weights;
-use crate::simplify::{
-    Importance, Refinements, WeightedResult, edge_graph, importance_of_scores, simplify_with_importance, vertex_areas,
-};
+use crate::simplify::{WeightedResult, edge_graph, importance_of_scores, simplify_with_importance, vertex_areas};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use rayon::prelude::*;
@@ -194,8 +192,7 @@ impl Prober<'_> {
 
     fn simplify_moved(&self, moves: &[f32]) -> Result<WeightedResult, String> {
         let importance: Vec<f32> = self.importance.iter().zip(moves).map(|(factor, by)| factor * by.exp()).collect();
-        let (importance, parts) = (Importance::Given(&importance), Refinements::default());
-        simplify_with_importance(self.mesh, self.n_output, importance, &parts).map_err(|error| error.to_string())
+        simplify_with_importance(self.mesh, self.n_output, &importance).map_err(|error| error.to_string())
     }
 
     fn output_shares(&self, result: &WeightedResult) -> Vec<f64> {

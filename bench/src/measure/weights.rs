@@ -1,5 +1,6 @@
-//! Results of the shipped weights, and effects of scores and stages of the closed assembly.
+//! Results of the shipped weights, and effects of scores on the closed assembly.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -7,7 +8,7 @@ use anyhow::{Context, Result};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Importance, Refinements, simplify_with_importance};
+use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Target, simplify};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
@@ -25,14 +26,9 @@ use crate::tables::{Column, Line, TextTable, pivot};
 const WHOLE: &str = "whole";
 const CORNER: &str = "over the full assembly";
 const SAMPLES: usize = 50_000;
-// Name and description of replaced scores, then of stages left out.
-const CASES: [(&str, &str); 5] = [
-    ("even", "no scores"),
-    ("network", "network scores"),
-    ("shuffled", "shuffled weights"),
-    ("flips", "without flips"),
-    ("fit", "without fit"),
-];
+// Name and description of replaced scores.
+const CASES: [(&str, &str); 3] =
+    [("even", "no scores"), ("network", "network scores"), ("shuffled", "shuffled weights")];
 
 pub fn measure(bench: &Bench) -> Result<Blocks> {
     let closed = bench.for_subsystems(&[Subsystem::Closed])?;
@@ -50,8 +46,7 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
         [("paper-open", &open, "paper"), ("paper-tosca", &tosca, "paper"), ("closed assembly", &open, "closed")];
     let weights = weights.map(|(name, rows, method)| tosca_table(name, rows, method));
     Ok(vec![
-        ("scores", case_table(&stages, &CASES[..3]).markdown()),
-        ("stages", case_table(&stages, &CASES[3..]).markdown()),
+        ("scores", case_table(&stages, &CASES).markdown()),
         ("default", ratio_table(&scores, "network", &["network / no scores"], |title| vec![title]).markdown()),
         ("paper-weights", weights.into_iter().fold(TextTable::default(), TextTable::with_lines_of).markdown()),
     ])
@@ -61,26 +56,23 @@ fn measure_stages(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
     let mesh = load(path)?;
     let weights = Weights::shipped_default();
     let shuffled = shuffle_weights(weights, 0)?;
-    let all = Refinements::default();
-    let [mut unflipped, mut unfitted] = [all; 2];
-    (unflipped.flips, unfitted.fit) = (false, false);
     let cases = [
-        (WHOLE, Importance::Bending, all),
-        ("even", Importance::Even, all),
-        ("network", Importance::Network(weights), all),
-        ("shuffled", Importance::Network(&shuffled), all),
-        ("flips", Importance::Bending, unflipped),
-        ("fit", Importance::Bending, unfitted),
+        (WHOLE, ScoreSource::Bending, None),
+        ("even", ScoreSource::Geometry, None),
+        ("network", ScoreSource::Network, Some(weights)),
+        ("shuffled", ScoreSource::Network, Some(&shuffled)),
     ];
     let original = Surface::new(&mesh, SAMPLES, 0);
     let one = thread_pool(1)?;
     let mut rows = Vec::new();
     for ratio in RATIOS {
         let n = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
-        for (method, importance, stages) in cases {
-            let simplify = || Ok(simplify_with_importance(&mesh, n, importance, &stages)?.mesh);
+        for (method, scores, weights) in cases {
+            let closed = ClosedOptions { scores, prune: false, ..ClosedOptions::default() };
+            let options = Options::with_closed(Target::Vertices(n), closed);
+            let run = || Ok(simplify(&mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?.mesh);
             let (simplified, time) =
-                one.install(|| measure_time(simplify)).with_context(|| format!("{method} at {ratio}"))?;
+                one.install(|| measure_time(run)).with_context(|| format!("{method} at {ratio}"))?;
             let distance = surface_distance(&original, &Surface::new(&simplified, SAMPLES, 1)).context("no faces")?;
             let (both, share) = (distance.both, 100.0 / distance.diagonal);
             let largest = hausdorff_distance(&mesh, &simplified)? * share;

@@ -19,13 +19,14 @@ pub enum Errors {
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, shapes};
-/// use neural_mesh::simplify::{Importance, Refinements, WeightedResult, simplify_with_importance, vertex_areas};
+/// use neural_mesh::simplify::{WeightedResult, simplify_with_importance, vertex_areas};
 /// use neural_mesh::train::{Errors, CustomObjective, Objective};
 /// let sphere = shapes::icosphere(4);
-/// let of = |n| simplify_with_importance(&sphere, n, Importance::Even, &Refinements::default()).unwrap();
+/// let even = vec![1.0; sphere.positions().len()];
+/// let simplify_to = |n| simplify_with_importance(&sphere, n, &even).unwrap();
 /// let area = |mesh: &TriMesh| vertex_areas(mesh).iter().sum::<f64>();
 /// let lost = CustomObjective(|original: &TriMesh, result: &WeightedResult| Ok(Errors::Whole((area(original) - area(&result.mesh)).abs())));
-/// let verdict = lost.judge(&sphere, [&of(100), &of(90)]).unwrap();
+/// let verdict = lost.judge(&sphere, [&simplify_to(100), &simplify_to(90)]).unwrap();
 /// assert!(verdict.terms[0].0 == "objective" && verdict.terms[0].1.is_finite());
 /// ```
 pub struct CustomObjective<F>(pub F);

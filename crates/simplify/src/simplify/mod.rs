@@ -37,7 +37,7 @@ pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 #[doc(hidden)]
 pub use block_mesh::simplify_block_mesh;
-pub use closed::{Importance, importance_of_scores};
+pub use closed::importance_of_scores;
 #[doc(hidden)]
 pub use components::prune;
 pub use groups::{GroupRatio, SimplifiedGroups, simplify_groups};
@@ -50,8 +50,8 @@ pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
     Assembly, Axis, ClosedOptions, DroppedComponent, Effort, Event, Hidden, Listener, Map, MirrorPlane, Optimize,
-    Options, Outcome, PaperOptions, Purpose, Refinements, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError,
-    Symmetry, Target, count_of_share,
+    Options, Outcome, PaperOptions, Purpose, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Symmetry,
+    Target, count_of_share,
 };
 pub use progression::{Progression, ProvedLevel};
 pub use record::Record;

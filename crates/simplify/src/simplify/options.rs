@@ -289,22 +289,6 @@ impl std::fmt::Display for Symmetry {
     }
 }
 
-/// Switches of the steps after the collapse, for measurements.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Refinements {
-    /// Runs edge flips.
-    pub flips: bool,
-    /// Runs the fit.
-    pub fit: bool,
-}
-
-impl Default for Refinements {
-    fn default() -> Self {
-        Self { flips: true, fit: true }
-    }
-}
-
 /// Source of the scores; the result has more vertices where scores are larger.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]

@@ -48,7 +48,6 @@ pub(super) use dropping::{DroppedFaces, VertexCost, vertex_components};
 pub use importance::importance_of_scores;
 pub(super) use progression::{LevelChoice, ProgressionSurface, RecordedCollapse, prices_by_size, record_collapse};
 pub(super) use refine::duplicate_positions::separate_mirrored;
-pub use request::Importance;
 use request::Requirements;
 pub(super) use request::{ClosedRequest, Task};
 pub(super) use result::ClosedResult;

@@ -4,7 +4,7 @@ use crate::mesh::{Attributes, FeatureEdge, Frame, Role, UnitedMesh};
 use crate::model::Weights;
 use crate::simplify::hidden::visible_shares;
 use crate::simplify::input::{Half, Input, kept_edges, locked_vertices};
-use crate::simplify::options::{ClosedOptions, Purpose, Refinements, ScoreSource};
+use crate::simplify::options::{ClosedOptions, Purpose, ScoreSource};
 
 use super::stage_settings::StageSettings;
 
@@ -49,7 +49,6 @@ pub struct ClosedRequest<'a> {
     /// Factor on the importance of each vertex by how much of it is visible; empty for none.
     pub visibility: Vec<f32>,
     pub settings: StageSettings,
-    pub refinements: Refinements,
     pub frame: Frame,
     pub differentiable: bool,
     pub requirements: Requirements<'a>,
@@ -92,7 +91,6 @@ impl<'a> ClosedRequest<'a> {
             scores,
             visibility: Vec::new(),
             settings,
-            refinements: Refinements::default(),
             frame: options.frame,
             differentiable,
             requirements: Requirements::new(input, options),
@@ -107,11 +105,11 @@ impl<'a> ClosedRequest<'a> {
     }
 
     pub fn runs_flips(&self) -> bool {
-        self.refinements.flips && self.settings.steps > 0
+        self.settings.steps > 0
     }
 
     pub fn runs_fit(&self) -> bool {
-        self.refinements.fit && self.settings.steps > 0 && !self.requirements.subset
+        self.settings.steps > 0 && !self.requirements.subset
     }
 
     pub fn visual_properties(&self) -> VisualProperties<'a> {
