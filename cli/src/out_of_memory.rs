@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
 
-use crate::{allocator, interrupt};
+use crate::interrupt;
 
 const MAX_RUNNING: usize = 1024;
 const NO_MESH: usize = usize::MAX;
@@ -19,9 +19,7 @@ struct RecordedBatch {
 static BATCH: OnceLock<RecordedBatch> = OnceLock::new();
 static RUNNING: [AtomicUsize; MAX_RUNNING] = [const { AtomicUsize::new(NO_MESH) }; MAX_RUNNING];
 
-/// Registers a batch: when memory runs out, the meshes in progress are written to `path`.
-///
-/// Each line has the number of meshes in progress, the memory bound in bytes, and a name.
+/// Registers a batch: when memory runs out, the names of the meshes in progress are appended to `path`, one per line.
 pub fn register_batch(path: PathBuf, names: Vec<String>) {
     let _ = BATCH.set(RecordedBatch { path, names });
 }
@@ -62,8 +60,7 @@ pub fn end_program(n_bytes: usize) -> ! {
 fn record_running_meshes() {
     let Some(RecordedBatch { path, names }) = BATCH.get() else { return };
     let Ok(mut file) = std::fs::OpenOptions::new().create(true).append(true).open(path) else { return };
-    let running = || RUNNING.iter().filter_map(|slot| names.get(slot.load(SeqCst)));
-    for name in running() {
-        let _ = writeln!(file, "{} {} {name}", running().count(), allocator::limit());
+    for name in RUNNING.iter().filter_map(|slot| names.get(slot.load(SeqCst))) {
+        let _ = writeln!(file, "{name}");
     }
 }

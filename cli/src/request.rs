@@ -201,7 +201,7 @@ pub fn resolve_request(mut args: SimplifyArgs) -> Result<Request, Failure> {
 }
 
 /// Converts an error of options.
-pub fn to_usage_failure(error: &JobError) -> Failure {
+fn to_usage_failure(error: &JobError) -> Failure {
     match error {
         JobError::Feature { option, feature } => {
             Failure::LacksFeature { option: (*option).into(), feature: (*feature).into() }

@@ -6,10 +6,11 @@ use std::sync::{Mutex, PoisonError};
 
 use neural_mesh::io::{FilesRead, OutputFile};
 
-use super::outputs::{fold_case, prepare_path};
-use super::{lock, manifest};
+use super::manifest::{BatchFolders, MANIFEST_FILE};
+use super::outputs::{LOCK_FILE, fold_case, prepare_path};
 use crate::failure::Failure;
 use crate::finished_run::write_extra_files;
+use crate::names::level_paths;
 
 pub struct ExtraFiles {
     folder: PathBuf,
@@ -23,13 +24,13 @@ pub struct ExtraFiles {
 }
 
 impl ExtraFiles {
-    pub fn new(folder: PathBuf, results: &[PathBuf], force: bool) -> Self {
-        let batch_files = [manifest::MANIFEST_FILE, lock::LOCK_FILE].map(PathBuf::from);
-        let results = || results.iter().chain(&batch_files);
+    pub fn new(folders: &BatchFolders, results: &[PathBuf], force: bool) -> Self {
+        let results = results.iter().flat_map(|path| level_paths(path, folders.n_levels));
+        let results: Vec<PathBuf> = results.chain([MANIFEST_FILE, LOCK_FILE].map(PathBuf::from)).collect();
         Self {
-            folder,
-            folders: results().flat_map(|path| path.ancestors().skip(1)).map(fold_case).collect(),
-            results: results().map(|path| fold_case(path)).collect(),
+            folder: folders.folder.clone(),
+            folders: results.iter().flat_map(|path| path.ancestors().skip(1)).map(fold_case).collect(),
+            results: results.iter().map(|path| fold_case(path)).collect(),
             written: Mutex::default(),
             force,
         }
@@ -72,6 +73,11 @@ impl ExtraFiles {
 mod tests {
     use super::*;
 
+    fn in_folder(folder: &Path, results: &[PathBuf], force: bool) -> ExtraFiles {
+        let (folder, read) = (folder.into(), FilesRead::default());
+        ExtraFiles::new(&BatchFolders { folder, n_levels: 0, side_folders: Vec::new(), read }, results, force)
+    }
+
     fn file(path: &str, bytes: &[u8]) -> OutputFile {
         OutputFile { path: path.into(), bytes: bytes.to_vec() }
     }
@@ -80,7 +86,7 @@ mod tests {
     fn extra_files_never_replace_results_folders_or_the_manifest() {
         let folder = tempfile::tempdir().unwrap();
         let results = ["a.obj", "deep/b.ply", "c.obj"].map(PathBuf::from);
-        let extra_files = ExtraFiles::new(folder.path().into(), &results, true);
+        let extra_files = in_folder(folder.path(), &results, true);
         let read = FilesRead::default();
         let write = |result: &str, path: &str| {
             extra_files.write(Path::new(result), &[file("t.png", b"t"), file(path, b"x")], &read)
@@ -102,9 +108,9 @@ mod tests {
         let write = |extra_files: &ExtraFiles, bytes| {
             extra_files.write(Path::new("a.obj"), &[file("t.png", bytes)], &FilesRead::default())
         };
-        let keeping = ExtraFiles::new(folder.path().into(), &[], false);
+        let keeping = in_folder(folder.path(), &[], false);
         assert!(write(&keeping, b"mine").is_err());
-        let extra_files = ExtraFiles::new(folder.path().into(), &[], true);
+        let extra_files = in_folder(folder.path(), &[], true);
         assert!(write(&extra_files, b"mine").is_ok() && write(&extra_files, b"mine").is_ok());
         assert!(write(&extra_files, b"yours").is_err());
         assert_eq!(std::fs::read(&path).unwrap(), b"mine");
@@ -116,7 +122,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("deep")).unwrap();
         std::os::unix::fs::symlink("deep", folder.path().join("maps")).unwrap();
-        let extra_files = ExtraFiles::new(folder.path().into(), &["a.obj".into(), "deep/b.ply".into()], true);
+        let extra_files = in_folder(folder.path(), &["a.obj".into(), "deep/b.ply".into()], true);
         assert!(extra_files.write(Path::new("a.obj"), &[file("maps/b.ply", b"x")], &FilesRead::default()).is_err());
         assert_eq!(std::fs::read_dir(folder.path().join("deep")).unwrap().count(), 0);
     }

@@ -12,8 +12,13 @@ use crate::names::{is_stream, list_readable_formats};
 #[derive(Debug, PartialEq)]
 pub struct Input {
     pub path: PathBuf,
-    /// Path relative to the common folder of all inputs, without `..`.
-    pub relative_path: PathBuf,
+    /// Path relative to the common folder of all inputs, without `..`, with `/` between names.
+    pub name: String,
+}
+
+/// Joins the names of a path by `/`.
+pub fn join_names(path: &Path) -> String {
+    path.iter().map(|name| name.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
 pub fn is_pattern(path: &Path) -> bool {
@@ -57,9 +62,10 @@ pub fn find_meshes(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
         [only] if only.is_dir() => normalize_path(only),
         _ => common_folder(&paths),
     };
-    let mut inputs: Vec<Input> = paths.into_iter().map(|path| create_input(path, &root)).collect();
-    inputs.sort_by(|a, b| a.relative_path.cmp(&b.relative_path));
-    inputs.dedup_by(|a, b| a.relative_path == b.relative_path);
+    let inputs: Result<Vec<Input>, Failure> = paths.into_iter().map(|path| create_input(path, &root)).collect();
+    let mut inputs = inputs?;
+    inputs.sort_by(|a, b| Path::new(&a.name).cmp(Path::new(&b.name)));
+    inputs.dedup_by(|a, b| a.name == b.name);
     if inputs.is_empty() {
         let given: Vec<String> = given.iter().map(|path| display_path(path)).collect();
         let what = format!("{}: no mesh files found: {}", given.join(", "), list_readable_formats());
@@ -116,12 +122,15 @@ fn is_mesh(path: &Path) -> bool {
     Format::from_path(path).is_some_and(can_read) && path.is_file()
 }
 
-fn create_input(path: PathBuf, root: &Path) -> Input {
+fn create_input(path: PathBuf, root: &Path) -> Result<Input, Failure> {
     let absolute = normalize_path(&path);
-    let relative_path = absolute.strip_prefix(root).unwrap_or(&absolute);
-    let relative_path =
-        relative_path.components().filter(|component| matches!(component, Component::Normal(_))).collect();
-    Input { path, relative_path }
+    let below = absolute.strip_prefix(root).unwrap_or(&absolute);
+    let below: PathBuf = below.components().filter(|component| matches!(component, Component::Normal(_))).collect();
+    // A name in the manifest must be that of one mesh.
+    match below.to_str() {
+        Some(_) => Ok(Input { path, name: join_names(&below) }),
+        None => Err(Failure::in_file(&path, "has a name that is not UTF-8: rename it, for the rows of manifest.csv")),
+    }
 }
 
 fn common_folder(paths: &[PathBuf]) -> PathBuf {
@@ -152,10 +161,10 @@ mod tests {
 
     #[test]
     fn relative_paths_have_no_parent_folders() {
-        for (path, root, relative_path) in
+        for (path, root, name) in
             [("/a/b/c.ply", "/a", "b/c.ply"), ("/a/../x/c.ply", "/a", "x/c.ply"), ("/x/c.ply", "/", "x/c.ply")]
         {
-            assert_eq!(create_input(path.into(), Path::new(root)).relative_path, Path::new(relative_path), "{path}");
+            assert_eq!(create_input(path.into(), Path::new(root)).unwrap().name, name, "{path}");
         }
     }
 

@@ -2,21 +2,17 @@
 
 mod extra_files;
 mod inputs;
-mod lock;
 mod manifest;
 mod outputs;
-mod path_text;
 mod schedule;
-mod unfinished;
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use neural_mesh::io::Format;
-use neural_mesh::job::{Arguments, Job, JobReport, RatioOf};
+use neural_mesh::job::{Arguments, JobReport, RatioOf};
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::Purpose;
 
@@ -24,16 +20,18 @@ use crate::args::SimplifyArgs;
 use crate::bar::Bar;
 use crate::failure::Failure;
 use crate::messages::MessageStream;
-use crate::names::{check_writable, is_stream, parse_format};
+use crate::names::{MeshPaths, check_writable, is_stream, parse_format};
 use crate::progress::Progress;
-use crate::request::{self, Request, Source, is_strict, to_usage_failure};
-use crate::{files, interrupt, memory, read, simplify};
+use crate::request::{self, Request, Source, is_strict};
+use crate::{files, interrupt, memory, out_of_memory, read, simplify};
 use extra_files::ExtraFiles;
 use inputs::Input;
-use manifest::{BatchFolders, Manifest, ManifestRow, append_ending};
+use manifest::{BatchFolders, Manifest};
 
 const REPORT_ENDING: &str = ".json";
 const PICTURE_ENDING: &str = ".png";
+/// File in OUTDIR with the names of meshes in progress when memory ran out.
+const OUT_OF_MEMORY_FILE: &str = ".neural-mesh-out-of-memory";
 
 /// Returns whether the arguments mean a batch: a list, several meshes, a folder or a pattern.
 pub fn is_batch(args: &SimplifyArgs) -> bool {
@@ -45,33 +43,30 @@ pub fn names_several_meshes(path: &Path) -> bool {
 }
 
 pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
-    let (format, job) = check_arguments(&args)?;
+    check_arguments(&args)?;
+    let job = request::create_job(&args.options, None)?;
+    let format = args.options.format.as_deref().map(|name| check_writable(parse_format(name)?)).transpose()?;
     let inputs = inputs::find_meshes(&args)?;
     let folder = outputs::create_folder(&args.output)?;
     // The folder stays locked until the batch has counted its results.
-    let _lock = lock::lock_folder(&folder)?;
+    let _lock = outputs::lock_folder(&folder)?;
     outputs::prepare_path(&folder, Path::new(manifest::MANIFEST_FILE))?;
-    let names = outputs::choose_names(&inputs, format);
-    let names =
-        if args.options.lods.is_empty() { names } else { outputs::with_level_placeholders(&inputs, names, format) };
-    let rows = ManifestRow::create_all(&inputs, &names, &spell_options(&args.options));
+    let outputs = outputs::choose_names(&inputs, format, !args.options.lods.is_empty())?;
     let read = files::list_files_read(None, args.list.as_deref().into_iter().chain(args.options.weights.as_deref()));
     inputs.iter().for_each(|input| read.add(&input.path));
-    let side_folders = open_side_folders(&args)?;
-    let folders = BatchFolders { folder: folder.clone(), n_levels: args.options.lods.len(), side_folders, read };
+    let folders =
+        BatchFolders { folder, n_levels: args.options.lods.len(), side_folders: open_side_folders(&args)?, read };
+    let extra_files = ExtraFiles::new(&folders, &outputs, args.force);
     // Every mesh has a row from the start, so that a killed batch can be resumed.
-    let mut manifest = Manifest::open(folders, rows, [args.resume, args.force])?;
+    let options = spell_options(&args.options);
+    let manifest = Manifest::open(folders, &inputs, &outputs, &options, [args.resume, args.force])?;
     interrupt::handle_signals(Failure::Stopped("interrupted: continue with --resume".into()));
-    let run_alone = unfinished::find_unfinished(&folder, &mut manifest, args.resume)?;
     let weights = read::read_weights(args.options.weights.as_deref(), &job.options.assembly)?;
-    let extra_files = ExtraFiles::new(folder.clone(), &manifest.outputs(), args.force);
-    let progress = Mutex::new(BatchProgress { bar: Bar::new(args.quiet), n_meshes: 0, cost: 0.0 });
+    let progress = Mutex::new((Bar::new(args.quiet), 0));
     let input_folders = list_folders(&inputs);
-    let batch =
-        Batch { progress, input_folders, args, job, folder, format, inputs, manifest, extra_files, run_alone, weights };
+    let batch = Batch { progress, input_folders, args, inputs, outputs, manifest, extra_files, weights };
     let began = Instant::now();
-    let written = batch.simplify_all().and_then(|()| batch.manifest.save());
-    written?;
+    batch.simplify_all()?;
     batch.report_end(began.elapsed().as_secs_f64())
 }
 
@@ -82,12 +77,12 @@ fn list_folders(inputs: &[Input]) -> BTreeSet<PathBuf> {
 
 fn open_side_folders(args: &SimplifyArgs) -> Result<Vec<(PathBuf, &'static str)>, Failure> {
     let folders = [(&args.report, REPORT_ENDING), (&args.picture, PICTURE_ENDING)].into_iter();
-    let open = |(folder, ending): (&Option<PathBuf>, _)| Some((folder.as_deref()?.to_path_buf(), ending));
-    folders.filter_map(open).map(|(folder, ending)| Ok((outputs::create_folder(&folder)?, ending))).collect()
+    let given = folders.filter_map(|(folder, ending)| Some((folder.as_deref()?, ending)));
+    given.map(|(folder, ending)| Ok((outputs::create_folder(folder)?, ending))).collect()
 }
 
-/// Rejects options that a batch cannot use; returns the common format, if any, and the job.
-fn check_arguments(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure> {
+/// Rejects options that a batch cannot use.
+fn check_arguments(args: &SimplifyArgs) -> Result<(), Failure> {
     let usage = |what: &str| Err(Failure::Usage(what.into()));
     if args.json || args.map.is_some() || args.explain {
         return usage(
@@ -104,8 +99,7 @@ fn check_arguments(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure
     }
     inputs::check_arguments(args)?;
     memory::limit_memory(args.memory);
-    let job = request::create_job(&args.options, None)?;
-    Ok((args.options.format.as_deref().map(|name| check_writable(parse_format(name)?)).transpose()?, job))
+    Ok(())
 }
 
 /// Spells out the options for the manifest; a resumed batch must have the same.
@@ -171,110 +165,104 @@ fn spell_option(option: &str, value: Option<impl std::fmt::Display>) -> String {
     value.map_or(format!(" {option}"), |value| format!(" {option}={value}"))
 }
 
-struct BatchProgress {
-    bar: Bar,
-    n_meshes: usize,
-    cost: f64,
-}
-
-impl BatchProgress {
-    fn count_mesh(&mut self, share: f64, n_all: usize) {
-        (self.n_meshes, self.cost) = (self.n_meshes + 1, self.cost + share);
-        self.bar.show(format!("{} of {n_all} meshes", self.n_meshes), self.cost);
-    }
-}
-
 struct Batch {
     args: SimplifyArgs,
-    job: Job,
-    folder: PathBuf,
-    format: Option<Format>,
     inputs: Vec<Input>,
+    /// Paths of the results in OUTDIR, with `{level}` for levels of detail.
+    outputs: Vec<PathBuf>,
     /// Folders of the meshes, without links.
     input_folders: BTreeSet<PathBuf>,
     manifest: Manifest,
     extra_files: ExtraFiles,
-    /// Indices of meshes that run alone, since an earlier run ran out of memory with them.
-    run_alone: Vec<usize>,
     weights: Option<Weights>,
-    progress: Mutex<BatchProgress>,
+    /// Bar and number of finished meshes.
+    progress: Mutex<(Bar, usize)>,
 }
 
 impl Batch {
     fn simplify_all(&self) -> Result<(), Failure> {
-        let pending = self.manifest.pending_meshes();
         let bound = self.args.memory.map_or_else(memory::default_limit, memory::gib_to_bytes);
-        let sizes: HashMap<usize, u64> = pending
-            .iter()
-            .map(|&i| (i, memory::estimate_bytes(&self.inputs[i].path, self.args.options.bake)))
-            .collect();
-        let all: f64 = sizes.values().map(|&size| size as f64).sum();
-        // An infinite cost makes the schedule run a mesh alone.
-        let cost = |i: usize| if self.run_alone.contains(&i) { u64::MAX } else { sizes[&i] };
-        let costs = pending.iter().map(|&i| (i, cost(i))).collect();
-        let share = |i: usize| sizes[&i] as f64 / all;
-        schedule::run_jobs(costs, bound, self.args.threads, &|i| self.simplify_into_row(i, share(i), pending.len()))
+        let cost = |i: usize| (i, memory::estimate_bytes(&self.inputs[i].path, self.args.options.bake));
+        let exhausting = self.start_memory_record()?;
+        let (last, first): (Vec<usize>, Vec<usize>) =
+            self.manifest.pending.iter().partition(|&&i| exhausting.contains(&self.inputs[i].name));
+        schedule::run_jobs(first.into_iter().map(cost).collect(), bound, self.args.threads, &|i| {
+            self.simplify_into_row(i)
+        })?;
+        // Meshes with which memory ran out come last and alone; where it runs out again, the row of that mesh is there.
+        for i in last {
+            let what = "ran out of memory: raise --memory, and continue with --resume";
+            self.manifest.set_result(i, Err(Failure::Failed(what.into())), 0.0)?;
+            self.manifest.save()?;
+            simplify::in_pool(self.args.threads, || self.simplify_into_row(i))?;
+        }
+        let _ = std::fs::remove_file(self.manifest.folders.folder.join(OUT_OF_MEMORY_FILE));
+        self.manifest.save()
     }
 
-    fn simplify_into_row(&self, i: usize, share: f64, n_meshes: usize) -> Result<(), Failure> {
+    /// Returns the names of meshes in progress when memory ran out in earlier runs, and records those of this run.
+    fn start_memory_record(&self) -> Result<Vec<String>, Failure> {
+        let path = self.manifest.folders.folder.join(OUT_OF_MEMORY_FILE);
+        let known = if self.args.resume && path.is_file() { files::read(&path)? } else { Vec::new() };
+        if !self.args.resume {
+            // The file is missing, or belongs to a batch that this one replaces.
+            let _ = std::fs::remove_file(&path);
+        }
+        out_of_memory::register_batch(path, self.inputs.iter().map(|input| input.name.clone()).collect());
+        Ok(String::from_utf8_lossy(&known).lines().map(String::from).collect())
+    }
+
+    fn simplify_into_row(&self, i: usize) -> Result<(), Failure> {
         let began = Instant::now();
         // A panic in one mesh must not end the batch.
-        let result = crate::out_of_memory::track_mesh(i, || catch_unwind(AssertUnwindSafe(|| self.simplify_one(i))));
+        let result = out_of_memory::track_mesh(i, || catch_unwind(AssertUnwindSafe(|| self.simplify_one(i))));
         let result = result.unwrap_or_else(|_| Err(Failure::Failed("internal error: please report it".into())));
+        let mut progress = self.lock_progress();
         if let Err(failure) = &result {
-            let line = format!("failed    {}: {failure}", self.manifest.name(i));
-            self.lock_progress()
-                .bar
-                .suspend(|| if self.args.quiet { MessageStream::Quiet } else { MessageStream::Err }.print_line(&line));
+            let line = format!("failed    {}: {failure}", self.inputs[i].name);
+            let stream = if self.args.quiet { MessageStream::Quiet } else { MessageStream::Err };
+            progress.0.suspend(|| stream.print_line(&line));
         }
-        self.lock_progress().count_mesh(share, n_meshes);
+        progress.1 += 1;
+        let (n_done, n_all) = (progress.1, self.manifest.pending.len());
+        progress.0.show(format!("{n_done} of {n_all} meshes"), n_done as f64 / n_all as f64);
+        drop(progress);
         self.manifest.set_result(i, result, began.elapsed().as_secs_f64())
     }
 
-    fn lock_progress(&self) -> MutexGuard<'_, BatchProgress> {
+    fn lock_progress(&self) -> MutexGuard<'_, (Bar, usize)> {
         self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn simplify_one(&self, i: usize) -> Result<JobReport, Failure> {
-        let below = self.manifest.output(i);
-        let output = outputs::prepare_path(&self.folder, &below)?;
-        let mut request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
+        let output = outputs::prepare_path(&self.manifest.folders.folder, &self.outputs[i])?;
+        let mut request = self.request(&self.inputs[i], output, self.manifest.may_replace[i])?;
         // An existing file may be the result of an earlier run, so only other obstacles count here.
         simplify::check_outputs(&request, true)?;
         let run = simplify::simplify_file(&mut request, self.weights.as_ref(), &mut Progress::silent())?;
         let read = run.read.clone();
-        let (report, _) = run
-            .place_results_with(&|_, files| self.extra_files.write(&below, files, &read), files::place_missing_files)?;
-        Ok(report)
+        let write = |_: &Path, files: &[_]| self.extra_files.write(&self.outputs[i], files, &read);
+        Ok(run.place_results_with(&write, files::place_missing_files)?.0)
     }
 
     fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {
-        let format = self.format.unwrap_or_else(|| outputs::default_format(input));
-        let mut job = self.job.clone();
-        job.format = format;
-        job.check_format().map_err(|error| to_usage_failure(&error))?;
+        let args = &self.args;
+        let paths = MeshPaths { input: &input.path, output: &output, format: args.options.format.as_deref() };
         let mut request = Request {
-            source: Source::new(input.path.clone(), None, !self.args.options.no_weld)
-                .with_joined_scene(self.args.options.bake.is_some()),
-            job,
-            takes_input_format: false,
-            stays_in_memory: false,
-            output: Some(output),
-            memory: None,
-            map: None,
-            explain: false,
-            weights: None,
-            n_threads: None,
+            // In a batch, --format is always that of the results.
+            source: Source::new(input.path.clone(), None, !args.options.no_weld)
+                .with_joined_scene(args.options.bake.is_some()),
+            strict: false,
             report: self.side_file(input, REPORT_ENDING)?,
             picture: self.side_file(input, PICTURE_ENDING)?,
-            view: self.args.view,
-            wires: self.args.wires,
-            quiet: true,
-            strict: false,
+            view: args.view,
+            wires: args.wires,
             force,
-            read: self.manifest.folders().read.with_mesh_path(&input.path),
+            read: self.manifest.folders.read.with_mesh_path(&input.path),
+            ..Request::new(&paths, &args.options)?
         };
-        request.job.names.keeps_all = self.holds_inputs(request.output.as_deref().and_then(Path::parent));
+        request.job.names.keeps_all = self.holds_inputs(output.parent());
+        request.output = Some(output);
         request.job.shapes = request.report.is_some();
         request.name_files();
         Ok(request)
@@ -288,36 +276,29 @@ impl Batch {
     }
 
     fn side_file(&self, input: &Input, ending: &str) -> Result<Option<PathBuf>, Failure> {
-        let folders = &self.manifest.folders().side_folders;
-        let path = folders
-            .iter()
-            .find(|(_, its)| *its == ending)
-            .map(|(folder, _)| outputs::prepare_path(folder, &append_ending(&input.relative_path, ending)));
-        path.transpose()
+        let folder = self.manifest.folders.side_folders.iter().find(|(_, its)| *its == ending);
+        let path =
+            |(folder, _): &(PathBuf, _)| outputs::prepare_path(folder, format!("{}{ending}", input.name).as_ref());
+        folder.map(path).transpose()
     }
 
     fn report_end(&self, seconds: f64) -> Result<(), Failure> {
-        let counts = self.manifest.count_outcomes();
+        let [reached, stopped, failed] = self.manifest.count_outcomes();
         let voice = if self.args.quiet { MessageStream::Quiet } else { MessageStream::Out };
         voice.print_line(&format!(
-            "meshes    {}: {} reached the target, {} stopped before it, {} failed",
-            self.inputs.len(),
-            counts.reached,
-            counts.stopped,
-            counts.failed
+            "meshes    {}: {reached} reached the target, {stopped} stopped before it, {failed} failed",
+            self.inputs.len()
         ));
         voice.print_line(&format!("time      {seconds:.3} s"));
-        match (counts.failed, counts.stopped) {
+        let path = &self.manifest.path;
+        match (failed, stopped) {
             (0, n) if n > 0 && is_strict(&self.args) => {
                 let what = "meshes missed the target: manifest.csv gives the reasons";
-                Err(Failure::Unmet(format!("{}: {n} {what}", self.manifest.path().display())))
+                Err(Failure::Unmet(format!("{}: {n} {what}", path.display())))
             }
             (0, _) => Ok(()),
-            (1, _) => Err(Failure::in_file(self.manifest.path(), "1 mesh failed: manifest.csv gives the reason")),
-            (n, _) => Err(Failure::in_file(
-                self.manifest.path(),
-                format!("{n} meshes failed: manifest.csv gives the reasons"),
-            )),
+            (1, _) => Err(Failure::in_file(path, "1 mesh failed: manifest.csv gives the reason")),
+            (n, _) => Err(Failure::in_file(path, format!("{n} meshes failed: manifest.csv gives the reasons"))),
         }
     }
 }

@@ -1,16 +1,18 @@
-//! Output paths of a batch.
+//! Output paths of a batch, and the lock of its folder.
 
 use std::collections::{HashMap, HashSet};
-use std::ffi::OsString;
+use std::fs::{File, TryLockError};
 use std::path::{Component, Path, PathBuf};
 
 use neural_mesh::io::Format;
 
-use super::inputs::Input;
-use super::path_text::spell_path;
+use super::inputs::{Input, join_names};
 use crate::failure::Failure;
 use crate::names::{file_ending, guess_format, result_format, with_ending, with_level_placeholder};
 use crate::request::Source;
+
+/// File that is locked where folders cannot be.
+pub const LOCK_FILE: &str = "manifest.lock";
 
 pub fn create_folder(folder: &Path) -> Result<PathBuf, Failure> {
     let problem = |error| Failure::in_file(folder, format!("cannot be the output folder: {error}: choose another"));
@@ -18,61 +20,57 @@ pub fn create_folder(folder: &Path) -> Result<PathBuf, Failure> {
     folder.canonicalize().map_err(problem)
 }
 
-/// Returns a distinct path in OUTDIR for each mesh, ignoring case.
+/// Locks the folder against other batches until the returned file is dropped.
 ///
-/// Meshes that would share a name keep their old ending before the new one (`a.obj.ply`), with a number if needed.
-pub fn choose_names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
-    let own: Vec<PathBuf> = inputs.iter().map(|input| own_name(input, format)).collect();
-    // Some disks ignore case, so names that differ only in case count as equal.
-    let mut counts = HashMap::<String, usize>::new();
-    for name in &own {
-        *counts.entry(fold_case(name)).or_default() += 1;
-    }
-    let is_shared = |name: &Path| counts.get(&fold_case(name)).is_some_and(|&n| n > 1);
-    // Names of a single mesh are taken first; meshes that would share a name all get a longer one.
-    let mut taken: HashSet<String> = own.iter().filter(|name| !is_shared(name)).map(|name| fold_case(name)).collect();
-    let name =
-        |(input, own): (&Input, PathBuf)| if is_shared(&own) { free_name(input, format, &mut taken) } else { own };
-    inputs.iter().zip(own).map(name).collect()
-}
-
-/// Adds the placeholder `{level}` where each level of detail has its own file.
-pub fn with_level_placeholders(inputs: &[Input], names: Vec<PathBuf>, format: Option<Format>) -> Vec<PathBuf> {
-    let with_placeholder = |(input, name): (&Input, PathBuf)| {
-        let source = Source::new(input.path.clone(), None, true);
-        if source.is_scene(format.unwrap_or_else(|| default_format(input))) {
-            name
-        } else {
-            with_level_placeholder(&name)
-        }
+/// # Errors
+/// If another batch holds the lock, or the disk does not support locks.
+pub fn lock_folder(folder: &Path) -> Result<File, Failure> {
+    let problem = |error| {
+        Failure::in_file(folder, format!("cannot be locked against other batches: {error}: choose another folder"))
     };
-    inputs.iter().zip(names).map(with_placeholder).collect()
-}
-
-fn own_name(input: &Input, format: Option<Format>) -> PathBuf {
-    with_ending(&input.relative_path, format.unwrap_or_else(|| default_format(input)))
-}
-
-fn free_name(input: &Input, format: Option<Format>, taken: &mut HashSet<String>) -> PathBuf {
-    let mut number = 1;
-    loop {
-        let mut name = OsString::from(input.relative_path.file_name().unwrap_or_default());
-        if number > 1 {
-            name.push(format!("-{number}"));
-        }
-        name.push(".");
-        name.push(file_ending(format.unwrap_or_else(|| default_format(input))));
-        let path = input.relative_path.with_file_name(name);
-        if taken.insert(fold_case(&path)) {
-            return path;
-        }
-        number += 1;
+    #[cfg(unix)]
+    let file = File::open(folder);
+    #[cfg(not(unix))]
+    let file = File::options().create(true).truncate(false).write(true).open(folder.join(LOCK_FILE));
+    let file = file.map_err(problem)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(Failure::in_file(
+            folder,
+            "another batch writes into this folder: wait for its end, or choose another folder",
+        )),
+        Err(TryLockError::Error(error)) => Err(problem(error)),
     }
+}
+
+/// Returns a distinct path in OUTDIR for each mesh, ignoring case, with `{level}` where each level has its own file.
+///
+/// Meshes that would share a name keep their old ending before the new one: `a.obj.ply`.
+///
+/// # Errors
+/// If two meshes would have the same path even then.
+pub fn choose_names(inputs: &[Input], format: Option<Format>, has_levels: bool) -> Result<Vec<PathBuf>, Failure> {
+    let format_of = |input: &Input| format.unwrap_or_else(|| default_format(input));
+    let own: Vec<PathBuf> = inputs.iter().map(|input| with_ending(input.name.as_ref(), format_of(input))).collect();
+    let mut counts = HashMap::<String, usize>::new();
+    own.iter().for_each(|name| *counts.entry(fold_case(name)).or_default() += 1);
+    let mut taken = HashSet::new();
+    let choose_name = |(input, own): (&Input, PathBuf)| {
+        let is_shared = counts.get(&fold_case(&own)).is_some_and(|&n| n > 1);
+        let name = if is_shared { format!("{}.{}", input.name, file_ending(format_of(input))).into() } else { own };
+        if !taken.insert(fold_case(&name)) {
+            let what = format!("another mesh has the same result, {}: rename one of the two", name.display());
+            return Err(Failure::in_file(&input.path, what));
+        }
+        let is_scene = Source::new(input.path.clone(), None, true).is_scene(format_of(input));
+        Ok(if has_levels && !is_scene { with_level_placeholder(&name) } else { name })
+    };
+    inputs.iter().zip(own).map(choose_name).collect()
 }
 
 /// Returns the path in lower case, since some disks ignore case.
 pub fn fold_case(path: &Path) -> String {
-    spell_path(path).to_lowercase()
+    join_names(path).to_lowercase()
 }
 
 pub fn default_format(input: &Input) -> Format {
@@ -125,9 +123,9 @@ mod tests {
     use super::*;
 
     fn chosen_names(paths: &[&str], format: Option<Format>) -> Vec<String> {
-        let input = |path: &&str| Input { path: path.into(), relative_path: path.into() };
+        let input = |path: &&str| Input { path: path.into(), name: path.to_string() };
         let inputs: Vec<Input> = paths.iter().map(input).collect();
-        choose_names(&inputs, format).iter().map(|name| name.to_string_lossy().into_owned()).collect()
+        choose_names(&inputs, format, false).unwrap().iter().map(|name| name.to_string_lossy().into_owned()).collect()
     }
 
     #[test]
@@ -139,10 +137,14 @@ mod tests {
     #[test]
     fn shared_names_keep_their_old_ending() {
         assert_eq!(chosen_names(&["a.obj", "a.ply"], Some(Format::Ply)), ["a.obj.ply", "a.ply.ply"]);
-        assert_eq!(chosen_names(&["A.ply", "a.ply"], None), ["A.ply.ply", "a.ply-2.ply"]);
-        // A third mesh has the name that one of the two would get.
-        let three = chosen_names(&["a.obj", "a.obj.ply", "a.ply"], Some(Format::Ply));
-        assert_eq!(three, ["a.obj-2.ply", "a.obj.ply", "a.ply.ply"]);
+    }
+
+    #[test]
+    fn two_meshes_never_have_one_result() {
+        let input = |path: &str| Input { path: path.into(), name: path.into() };
+        for names in [["A.ply", "a.ply", "b.ply"], ["a.obj", "a.obj.ply", "a.ply"]] {
+            assert!(choose_names(&names.map(input), Some(Format::Ply), false).is_err(), "{names:?}");
+        }
     }
 
     #[test]

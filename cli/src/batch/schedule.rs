@@ -1,21 +1,13 @@
-//! Scheduling of jobs on threads: large ones first, within a memory bound.
+//! Scheduling of jobs on threads within a memory bound.
 
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use crate::failure::Failure;
 use crate::simplify::in_pool;
 
-struct ScheduleState {
-    /// Jobs with their costs, the largest last.
-    waiting: Vec<(usize, u64)>,
-    n_running: usize,
-    running_cost: u64,
-    failure: Option<Failure>,
-}
-
-/// Runs the jobs (number, cost), several at once while their costs sum to at most `bound`.
+/// Runs the jobs (number, cost): cheap ones side by side, then each other one alone on all threads.
 ///
-/// `n_threads` `None` means one thread per core. A job that costs more than half of `bound` runs alone on all threads.
+/// Costs of jobs that run at once sum to at most `bound`; `n_threads` `None` means one thread per core.
 ///
 /// # Errors
 /// The first error of a job; no job starts after it.
@@ -25,61 +17,24 @@ pub fn run_jobs(
     n_threads: Option<usize>,
     work: &(impl Fn(usize) -> Result<(), Failure> + Sync),
 ) -> Result<(), Failure> {
-    // Large jobs run one by one with all threads; next to others they would exceed the bound.
-    let (large, mut small): (Vec<_>, Vec<_>) = costs.into_iter().partition(|&(_, cost)| cost > bound / 2);
-    large.into_iter().try_for_each(|(job, _)| in_pool(n_threads, || work(job)))?;
-    // The sort is stable, so equal jobs keep their order.
-    small.reverse();
-    small.sort_by_key(|&(_, cost)| cost);
     let n_threads = n_threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    let n_workers = n_threads.min(small.len());
-    let threads_each = n_threads / n_workers.max(1);
-    let state = Mutex::new(ScheduleState { waiting: small, n_running: 0, running_cost: 0, failure: None });
-    let changed = Condvar::new();
-    std::thread::scope(|scope| {
-        for _ in 0..n_workers {
-            scope.spawn(|| {
-                while let Some((job, cost)) = next_job(&state, &changed, bound) {
-                    let result = in_pool(Some(threads_each), || work(job));
-                    end_job(&state, cost, result);
-                    changed.notify_all();
-                }
-            });
+    let n_workers = n_threads.min(costs.len()).max(1);
+    let (small, large): (Vec<_>, Vec<_>) = costs.into_iter().partition(|&(_, cost)| cost <= bound / n_workers as u64);
+    // The jobs that wait, or the first error.
+    let waiting = Mutex::new(Ok(small.into_iter()));
+    let lock = || waiting.lock().unwrap_or_else(PoisonError::into_inner);
+    let next_job = || lock().as_mut().ok().and_then(Iterator::next);
+    let run_worker = || {
+        while let Some((job, _)) = next_job() {
+            if let Err(failure) = in_pool(Some(n_threads / n_workers), || work(job)) {
+                let mut waiting = lock();
+                *waiting = std::mem::replace(&mut *waiting, Ok(Vec::new().into_iter())).and(Err(failure));
+            }
         }
-    });
-    lock_state(&state).failure.take().map_or(Ok(()), Err)
-}
-
-/// Waits for the largest job that fits under the bound with the running ones; `None` when none is left.
-fn next_job(state: &Mutex<ScheduleState>, changed: &Condvar, bound: u64) -> Option<(usize, u64)> {
-    let mut locked = lock_state(state);
-    loop {
-        if locked.waiting.is_empty() || locked.failure.is_some() {
-            return None;
-        }
-        let room = bound.saturating_sub(locked.running_cost);
-        let fits = locked.waiting.iter().rposition(|&(_, cost)| cost <= room);
-        if let Some(at) = fits.or((locked.n_running == 0).then_some(0)) {
-            let (job, cost) = locked.waiting.remove(at);
-            locked.n_running += 1;
-            locked.running_cost += cost;
-            return Some((job, cost));
-        }
-        locked = changed.wait(locked).unwrap_or_else(PoisonError::into_inner);
-    }
-}
-
-fn end_job(state: &Mutex<ScheduleState>, cost: u64, result: Result<(), Failure>) {
-    let mut locked = lock_state(state);
-    locked.n_running -= 1;
-    locked.running_cost -= cost;
-    if let Err(failure) = result {
-        locked.failure.get_or_insert(failure);
-    }
-}
-
-fn lock_state(state: &Mutex<ScheduleState>) -> MutexGuard<'_, ScheduleState> {
-    state.lock().unwrap_or_else(PoisonError::into_inner)
+    };
+    std::thread::scope(|scope| (0..n_workers).for_each(|_| drop(scope.spawn(run_worker))));
+    waiting.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+    large.into_iter().try_for_each(|(job, _)| in_pool(Some(n_threads), || work(job)))
 }
 
 #[cfg(test)]
@@ -93,7 +48,7 @@ mod tests {
         let done = Mutex::new(Vec::new());
         let costs: Vec<(usize, u64)> = (0..40).map(|i| (i, 1 + (i as u64 * 7) % 30)).collect();
         let cost = costs.clone();
-        run_jobs(costs, 40, Some(8), &|i| {
+        run_jobs(costs, 40, Some(4), &|i| {
             let own = cost[i].1;
             most.fetch_max(taken.fetch_add(own, Ordering::SeqCst) + own, Ordering::SeqCst);
             std::thread::sleep(std::time::Duration::from_millis(2));
