@@ -1,12 +1,11 @@
 //! Hierarchy of clusters as one self-contained HTML file; the page's `clusters/container.js` reads it.
 
 use crate::page::embed_file;
-
-const PAGE: &str = include_str!("../../viewer/dist/clusters.html");
+use crate::page::empty_pages::empty_page;
 
 /// Returns the page, with the bytes `file` of an `.nmc` embedded.
 pub fn create_page(name: &str, file: &[u8]) -> String {
-    embed_file(PAGE, name, file)
+    embed_file(empty_page("clusters.html"), name, file)
 }
 
 #[cfg(test)]

@@ -10,11 +10,10 @@ use super::cover_data::{CoverData, CoverLayout};
 use super::images::{FittedImage, Gallery};
 use super::meshes::NamedMesh;
 use super::{Comparison, json};
+use crate::page::empty_pages::empty_page;
 use crate::page::pairs::{Distances, common_colour_scale, pack_surface};
 use crate::page::surface_data::SurfaceData;
 use crate::page::{data_script, fill_page, json_script};
-
-const VIEWER: &str = include_str!("../../viewer/dist/viewer.html");
 
 /// Page, with notes on missing or reduced content.
 pub struct Page {
@@ -24,7 +23,7 @@ pub struct Page {
 
 pub fn create_page(comparison: &Comparison) -> Page {
     let (data, notes) = page_data(comparison);
-    Page { html: fill_page(VIEWER, &comparison.original.name, &data), notes }
+    Page { html: fill_page(empty_page("viewer.html"), &comparison.original.name, &data), notes }
 }
 
 fn page_data(comparison: &Comparison) -> (String, Vec<String>) {
@@ -113,7 +112,7 @@ mod tests {
     fn names_are_escaped() {
         let page = html("</script><!-- data --><img src=x onerror=alert(1)>&amp;");
         assert!(!page.contains("<img src=x"));
-        assert_eq!(page.matches("</script>").count(), VIEWER.matches("</script>").count() + 4);
+        assert_eq!(page.matches("</script>").count(), empty_page("viewer.html").matches("</script>").count() + 4);
         assert!(page.contains("<title>&lt;/script&gt;"));
         assert!(page.contains("&amp;amp;"));
     }

@@ -3,6 +3,7 @@
 #[cfg(test)]
 #[path = "../../tests/common/page_check.rs"]
 pub mod check;
+pub mod empty_pages;
 pub mod packed;
 pub mod pairs;
 pub mod surface_data;

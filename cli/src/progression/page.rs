@@ -1,12 +1,11 @@
 //! Progression as one self-contained HTML file; the page's `progression/container.js` reads it.
 
 use crate::page::embed_file;
-
-const PAGE: &str = include_str!("../../viewer/dist/progression.html");
+use crate::page::empty_pages::empty_page;
 
 /// Returns the page, with the bytes `file` of an `.nmp` embedded.
 pub fn create_page(name: &str, file: &[u8]) -> String {
-    embed_file(PAGE, name, file)
+    embed_file(empty_page("progression.html"), name, file)
 }
 
 #[cfg(test)]

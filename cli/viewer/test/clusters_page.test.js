@@ -4,12 +4,13 @@
 
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
+import { writeEmptyPage } from '../packed.js';
 import { launch, visit } from './browser.js';
 import { NMC, oddEdges } from './hierarchy.js';
 import { makeEye, shoot } from './pixels.js';
 
 const PAGE = `${process.env.PAGES}/clusters.html`;
-const EMPTY = `${import.meta.dirname}/../dist/clusters.html`;
+const EMPTY = writeEmptyPage('clusters.html', process.env.PAGES);
 
 let browser;
 let eye;

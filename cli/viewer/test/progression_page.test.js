@@ -5,13 +5,14 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
+import { writeEmptyPage } from '../packed.js';
 import { launch, visit } from './browser.js';
 import { oddEdges } from './hierarchy.js';
 import { makeEye, shoot } from './pixels.js';
 
 const FOLDER = process.env.PAGES;
 const PAGE = `${FOLDER}/progression.html`;
-const EMPTY = `${import.meta.dirname}/../dist/progression.html`;
+const EMPTY = writeEmptyPage('progression.html', FOLDER);
 
 let browser;
 let eye;

@@ -1,0 +1,30 @@
+//! Pages without data, made by `scripts/viewer` and embedded as one compressed file.
+
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use flate2::read::GzDecoder;
+
+/// JSON object of names and texts, compressed by gzip.
+const FILE: &[u8] = include_bytes!("../../viewer/dist/pages.gz");
+
+static PAGES: LazyLock<HashMap<String, String>> =
+    LazyLock::new(|| serde_json::from_reader(GzDecoder::new(FILE)).unwrap_or_default());
+
+/// Returns the page of this name: `viewer.html`, `clusters.html` or `progression.html`.
+pub fn empty_page(name: &str) -> &'static str {
+    PAGES.get(name).map_or("", String::as_str)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_pages_are_there_with_their_licence() {
+        for name in ["viewer.html", "clusters.html", "progression.html"] {
+            assert!(empty_page(name).contains(include_str!("../../viewer/dist/LICENSE-three").trim()), "{name}");
+        }
+        assert_eq!(PAGES.len(), 3);
+    }
+}
