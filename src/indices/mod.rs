@@ -4,11 +4,11 @@
 
 mod buffers;
 mod distance;
+mod error;
 mod slots;
 mod small_components;
 mod welded;
 
-use std::fmt;
 use std::ops::ControlFlow;
 
 use crate::search::simplify_to_error;
@@ -21,6 +21,7 @@ use small_components::drop_small_components;
 use welded::WeldedMesh;
 
 pub use buffers::{Buffers, extent};
+pub use error::IndexError;
 
 /// Largest number of sizes tried to find the smallest within a distance, if attributes have weights.
 const MAX_TRIES: usize = 8;
@@ -86,33 +87,6 @@ impl Indices {
 
     fn empty(buffers: Buffers, error: f64) -> Self {
         Self { error: Some(error), buffers, ..Self::default() }
-    }
-}
-
-/// Reason for a failed run.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum IndexError {
-    /// Wrong buffer, named by the text.
-    Buffers(String),
-    /// Error of the simplifier.
-    Simplify(SimplifyError),
-}
-
-impl fmt::Display for IndexError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Buffers(reason) => f.write_str(reason),
-            Self::Simplify(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for IndexError {}
-
-impl From<SimplifyError> for IndexError {
-    fn from(error: SimplifyError) -> Self {
-        Self::Simplify(error)
     }
 }
 

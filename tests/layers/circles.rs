@@ -1,7 +1,7 @@
-//! Import cycles between files.
+//! Circles of files: each uses an item that the next one defines.
 //!
-//! A file imports the file that its path names and the one that defines the item. Re-exports do not count, nor do uses
-//! between a parent module and its children.
+//! A file uses the file that defines the item, whichever modules pass its name on; parents and children count like others.
+//! A module that is only a name on the way to an item does not count, nor does a name that is only passed on.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,6 +9,10 @@ use super::{Source, library_folders, sources};
 
 // Limit of followed re-exports for one name.
 const DEEPEST: usize = 8;
+
+// Folders whose `mod.rs` and children still use each other.
+const OPEN_KNOTS: [&str; 4] =
+    ["src/clusters/container/", "crates/io/src/io/obj/", "crates/io/src/io/pieces/", "crates/io/src/io/ply/"];
 
 type Path = Vec<String>;
 
@@ -33,39 +37,48 @@ impl<'a> Tree<'a> {
         Self { files, uses }
     }
 
-    // Returns the modules whose files define what a module names.
+    // Returns the modules whose files define what a module uses.
     fn imports(&self, module: &Path) -> BTreeSet<Path> {
-        let stated = self.uses[module].iter().filter(|import| !import.is_public).map(|import| import.path.clone());
-        let inline = inline_paths(&without_uses(&self.files[module].code));
-        let found = stated.chain(inline).flat_map(|path| self.named_modules(module, &path, 0));
-        found.filter(|other| !module.starts_with(other)).collect()
+        let code = without_uses(&self.files[module].code);
+        let lines = code.lines().filter(|line| !line.contains("mod ") || !line.ends_with(';'));
+        let words: BTreeSet<&str> = lines.flat_map(words).collect();
+        let is_used = |import: &&Use| !import.is_public || words.contains(import.name.as_str());
+        let stated = self.uses[module].iter().filter(is_used).map(|import| import.path.clone());
+        let found = stated.chain(inline_paths(&code)).filter_map(|path| self.find_definition(module, &path, 0));
+        found.filter(|(other, is_item)| *is_item && other != module).map(|(other, _)| other).collect()
     }
 
-    // Returns the modules behind `path` as seen from `module`: the one named and the one that defines the item.
-    fn named_modules(&self, module: &Path, path: &[String], depth: usize) -> Vec<Path> {
-        let Some((mut at, rest)) = self.start(module, path) else { return Vec::new() };
+    // Returns the module whose file defines what `path` means in `module`, and whether that is an item and no module.
+    fn find_definition(&self, module: &Path, path: &[String], depth: usize) -> Option<(Path, bool)> {
+        let (mut at, rest) = self.start(module, path, depth)?;
         for (i, name) in rest.iter().enumerate() {
-            if let Some(child) = self.child(&at, name) {
-                at = child;
-                continue;
-            }
             let passed_on = self.uses.get(&at).and_then(|uses| uses.iter().find(|import| import.name == *name));
-            let further = passed_on.filter(|_| depth < DEEPEST).map(|import| [&import.path, &rest[i + 1..]].concat());
-            let mut found = further.map_or(Vec::new(), |path| self.named_modules(&at, &path, depth + 1));
-            found.push(at);
-            return found;
+            let child = self.child(&at, name);
+            match (passed_on, child) {
+                // An item may have the name of its module.
+                (Some(import), child) if depth < DEEPEST && (child.is_none() || i + 1 == rest.len()) => {
+                    return self.find_definition(&at, &[&import.path, &rest[i + 1..]].concat(), depth + 1);
+                }
+                (_, Some(child)) => at = child,
+                _ => return Some((at, true)),
+            }
         }
-        vec![at]
+        Some((at, false))
     }
 
     // Returns the module where a path starts, and the names after it.
-    fn start<'p>(&self, module: &Path, path: &'p [String]) -> Option<(Path, &'p [String])> {
+    fn start<'p>(&self, module: &Path, path: &'p [String], depth: usize) -> Option<(Path, &'p [String])> {
         let n_up = path.iter().take_while(|name| *name == "super").count();
+        let imported = |first: &String| {
+            let import = self.uses[module].iter().find(|import| import.name == *first && depth < DEEPEST)?;
+            let (found, is_item) = self.find_definition(module, &import.path, depth + 1)?;
+            (!is_item).then_some(found)
+        };
         match path.first()?.as_str() {
             "crate" => Some((Path::new(), &path[1..])),
             "self" => Some((module.clone(), &path[1..])),
             "super" => Some((module[..module.len().checked_sub(n_up)?].to_vec(), &path[n_up..])),
-            first => Some((self.child(module, first)?, &path[1..])),
+            first => Some((self.child(module, first).or_else(|| imported(&path[0]))?, &path[1..])),
         }
     }
 
@@ -167,6 +180,10 @@ fn without_uses(code: &str) -> String {
     left
 }
 
+fn words(code: &str) -> impl Iterator<Item = &str> {
+    code.split(|letter: char| !letter.is_alphanumeric() && letter != '_')
+}
+
 // Lists the paths of two or more names in code.
 fn inline_paths(code: &str) -> Vec<Path> {
     let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == ':';
@@ -176,12 +193,14 @@ fn inline_paths(code: &str) -> Vec<Path> {
 }
 
 fn circles_below(folder: &str) -> Vec<String> {
-    Tree::new(&sources(folder), folder).circles()
+    let found = Tree::new(&sources(folder), folder).circles();
+    found.into_iter().filter(|line| OPEN_KNOTS.iter().all(|knot| !line.starts_with(knot))).collect()
 }
 
 #[test]
-fn no_two_files_import_each_other() {
-    for folder in library_folders().into_iter().chain(["cli/src", "bench/src"].map(String::from)) {
+fn no_files_use_each_other_in_a_circle() {
+    let programs = ["bench/src", "bevy/src", "c/src", "cli/src", "python/src", "web/src"].map(String::from);
+    for folder in library_folders().into_iter().chain(programs) {
         assert_eq!(circles_below(&folder), Vec::<String>::new());
     }
 }
@@ -204,10 +223,17 @@ fn circles_are_found_through_names_passed_on() {
 }
 
 #[test]
-fn what_a_parent_holds_and_what_others_hold_is_no_circle() {
-    let tree = [
-        source("src/a/mod.rs", "mod b;\nuse b::f;\nuse std::fmt;\nconst N: u32 = 1;"),
+fn parents_and_children_are_in_circles_only_by_items() {
+    let knot = [
+        source("src/a/mod.rs", "mod b;\npub use b::f;\npub const N: u32 = 1;\nfn g() { f() }"),
         source("src/a/b.rs", "use super::N;\npub fn f() {}"),
+    ];
+    let found = Tree::new(&knot, "src").circles();
+    assert_eq!(found, ["src/a/mod.rs imports src/a/b.rs", "src/a/b.rs imports src/a/mod.rs"]);
+    let tree = [
+        source("src/a/mod.rs", "mod b;\nmod d;\npub use b::f;\npub use d::N;\nuse std::fmt;"),
+        source("src/a/b.rs", "use super::{N, d};\npub fn f() { d::h() }"),
+        source("src/a/d.rs", "pub fn h() {}\npub const N: u32 = 1;"),
         source("src/c.rs", "use crate::a::N;"),
     ];
     assert_eq!(Tree::new(&tree, "src").circles(), Vec::<String>::new());

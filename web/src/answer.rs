@@ -1,15 +1,10 @@
 //! Dispatch of requests by name.
 
-use std::ops::ControlFlow;
-
 use serde_json::{Value, json};
 
-use crate::message::{Answer, Message};
+use crate::message::{Answer, Message, ProgressListener};
 use crate::refusal::Refusal;
 use crate::{documents, indices};
-
-/// Progress listener: receives the finished share (0 to 1) of a step and the step's number; `Break` ends the run.
-pub type ProgressListener = Box<dyn FnMut(f64, u32) -> ControlFlow<()> + Send>;
 
 /// Answers a request; failures are answers with a one-line message.
 ///

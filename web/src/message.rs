@@ -3,6 +3,8 @@
 //! A message holds the number of parts, the bytes of each, zeros up to a multiple of 8, then the parts, each padded to
 //! a multiple of 8. Numbers are little-endian, counts `u32`. Part 0 is JSON, which names the others by number.
 
+use std::ops::ControlFlow;
+
 use serde_json::Value;
 
 use crate::refusal::Refusal;
@@ -75,6 +77,9 @@ fn parts(bytes: &[u8]) -> Option<Vec<&[u8]>> {
     }
     Some(parts)
 }
+
+/// Progress listener: receives the finished share (0 to 1) of a step and the step's number; `Break` ends the run.
+pub type ProgressListener = Box<dyn FnMut(f64, u32) -> ControlFlow<()> + Send>;
 
 /// Arrays of an answer.
 #[derive(Default)]

@@ -2,8 +2,7 @@
 
 use serde_json::Value;
 
-use crate::answer::ProgressListener;
-use crate::message::{Answer, Message};
+use crate::message::{Answer, Message, ProgressListener};
 use crate::refusal::Refusal;
 
 pub fn answer_call(call: &str, _: &Message, _: Value, _: &mut Answer, _: ProgressListener) -> Result<Value, Refusal> {

@@ -3,7 +3,8 @@
 use neural_mesh::metrics::Figure;
 use serde_json::{Map, Value, json};
 
-use super::{Comparison, MeasuredResult, NamedMesh};
+use super::comparison::{Comparison, MeasuredResult};
+use super::meshes::NamedMesh;
 
 pub fn to_json(comparison: &Comparison) -> Value {
     let Comparison { original, results, options, .. } = comparison;

@@ -1,5 +1,6 @@
 //! `neural-mesh compare`: measures simplified meshes against their original.
 
+mod comparison;
 mod cover_data;
 mod images;
 mod json;
@@ -8,10 +9,8 @@ mod meshes;
 mod page;
 mod table;
 
-use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
 use neural_mesh::io::{FilesRead, ReadMesh};
 use neural_mesh::job::{JobStage, Watch};
-use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
 
 use crate::args::CompareArgs;
 use crate::failure::Failure;
@@ -22,13 +21,8 @@ use crate::names::{check_stdin, is_stream};
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::simplify::in_pool;
-use meshes::{ComparedMeshes, NamedMesh, read_all};
-
-struct Comparison {
-    original: NamedMesh,
-    results: Vec<MeasuredResult>,
-    options: CompareOptions,
-}
+use comparison::{Comparison, measure_results};
+use meshes::{ComparedMeshes, read_all};
 
 /// Comparison returned to another program.
 pub struct ComparisonOutput {
@@ -36,11 +30,6 @@ pub struct ComparisonOutput {
     pub figures: String,
     /// Page of `--html`, if requested.
     pub page: Option<String>,
-}
-
-struct MeasuredResult {
-    mesh: NamedMesh,
-    figures: Vec<Figure>,
 }
 
 const READ_AND_PAGE_COSTS: [f64; 2] = [0.05, 0.15];
@@ -105,30 +94,6 @@ pub fn compare_in_memory(
     let comparison = measure_results(args, original, simplified, &mut Progress::silent());
     let figures = json::to_json(&comparison).to_string();
     Ok(ComparisonOutput { figures, page: args.html.is_some().then(|| page::create_page(&comparison).html) })
-}
-
-fn measure_results(
-    args: &CompareArgs,
-    original: NamedMesh,
-    simplified: Vec<NamedMesh>,
-    progress: &mut Progress,
-) -> Comparison {
-    progress.begin(JobStage::Check);
-    let mut options = CompareOptions::default();
-    (options.samples, options.seed) = (args.samples, args.seed);
-    let prepared = ReferenceMesh::new(&original.mesh, &options);
-    let n_results = simplified.len() as f64;
-    let measure = |(number, mesh): (usize, NamedMesh)| {
-        progress.show_step_done(JobStage::Check, (number as f64 + 0.5) / (n_results + 0.5));
-        let mut figures = compare(&prepared, &mesh.mesh);
-        let similarity = appearance(original.to_shaded(), mesh.to_shaded(), USUAL_HEIGHT);
-        // What a viewer sees comes after the distances.
-        let at = figures.iter().position(|figure| figure.name == "distance_max").map_or(0, |at| at + 1);
-        figures.splice(at..at, appearance::figures(similarity.as_ref()));
-        MeasuredResult { figures, mesh }
-    };
-    let results = simplified.into_iter().enumerate().map(measure).collect();
-    Comparison { original, results, options }
 }
 
 struct PreparedOutputs {

@@ -6,10 +6,11 @@ use neural_mesh::metrics::closest_point_tree;
 use neural_mesh::picture::toward_eye;
 use serde_json::{Value, json};
 
+use super::comparison::Comparison;
 use super::cover_data::{CoverData, CoverLayout};
 use super::images::{FittedImage, Gallery};
+use super::json;
 use super::meshes::NamedMesh;
-use super::{Comparison, json};
 use crate::page::empty_pages::empty_page;
 use crate::page::pairs::{Distances, common_colour_scale, pack_surface};
 use crate::page::surface_data::SurfaceData;
@@ -91,7 +92,7 @@ fn distances(comparison: &Comparison) -> Vec<Distances> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::MeasuredResult;
+    use crate::compare::comparison::MeasuredResult;
     use crate::page::check::check_page_loads_nothing;
     use neural_mesh::mesh::{TriMesh, shapes};
     use neural_mesh::metrics::CompareOptions;

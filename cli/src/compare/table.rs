@@ -2,7 +2,8 @@
 
 use neural_mesh::metrics::Figure;
 
-use super::{Comparison, MeasuredResult, NamedMesh};
+use super::comparison::{Comparison, MeasuredResult};
+use super::meshes::NamedMesh;
 use crate::escapes::escape_controls;
 use crate::messages::{group_digits, shorten_path};
 

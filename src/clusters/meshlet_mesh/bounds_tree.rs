@@ -3,7 +3,7 @@
 use crate::clusters::Sphere;
 use crate::spatial::Bounds;
 
-use super::{center_and_half, push_count, push_floats};
+use super::numbers::{center_and_half, push_count, push_floats};
 
 const WIDTH: usize = 8;
 /// Stored count of a child that is a node.

@@ -4,15 +4,15 @@
 //! walks. Bevy compresses the content by LZ4; here its frame holds stored blocks, which every reader accepts.
 
 mod bounds_tree;
+mod numbers;
 mod packed_vertices;
-
-use glam::Vec3;
 
 use crate::mesh::Role;
 use crate::spatial::Bounds;
 
 use super::{Cluster, Clusters, Sphere};
 use bounds_tree::{BoundsTree, Leaf};
+use numbers::{center_and_half, push_count, push_floats};
 use packed_vertices::{PackedPositions, octahedral, vertex_normals};
 
 const MAGIC: u64 = 1_717_551_717_668;
@@ -184,19 +184,6 @@ impl Clusters {
     }
 }
 
-fn center_and_half(bounds: &Bounds) -> (Vec3, Vec3) {
-    let [low, high] = [bounds.low, bounds.high].map(Vec3::from);
-    (0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low)
-}
-
-fn push_count(bytes: &mut Vec<u8>, count: usize) {
-    bytes.extend((count as u64).to_le_bytes());
-}
-
-fn push_floats(bytes: &mut Vec<u8>, numbers: impl Iterator<Item = f32>) {
-    numbers.for_each(|x| bytes.extend(x.to_le_bytes()));
-}
-
 /// Joins the head of the file, which is not compressed, and the content in an LZ4 frame.
 fn frame(tree: &BoundsTree, content: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(content.len() + content.len() / BLOCK * 4 + 64);
@@ -219,6 +206,7 @@ mod tests {
     use crate::clusters::{ClusterOptions, ViewPoint, build_clusters};
     use crate::mesh::shapes;
     use crate::simplify::Input;
+    use glam::Vec3;
     use std::collections::BTreeSet;
     use std::ops::ControlFlow;
 

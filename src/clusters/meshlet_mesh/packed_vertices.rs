@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::numbers::push_count;
 use crate::clusters::Clusters;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{Role, first_equal, position_key};
@@ -65,7 +66,7 @@ impl PackedPositions {
 
     pub fn write(&self, content: &mut Vec<u8>) {
         let n_words = (self.n_bits.div_ceil(32) as usize).max(1);
-        super::push_count(content, n_words);
+        push_count(content, n_words);
         let words = self.words.iter().copied().chain([0]).take(n_words);
         words.for_each(|word| content.extend(word.to_le_bytes()));
     }

@@ -95,14 +95,14 @@ impl SplitVertices {
             return Self { vertices, faces: mesh.faces().to_vec() };
         }
         let (mut vertices, mut number) = (Vec::new(), FxHashMap::default());
-        let mut at = |pair: [u32; 2]| {
+        let mut number_pair = |pair: [u32; 2]| {
             *number.entry(pair).or_insert_with(|| {
                 vertices.push(pair);
                 vertices.len() as u32 - 1
             })
         };
         let pairs = mesh.faces().iter().zip(&attributes.wedges);
-        let faces = pairs.map(|(face, wedges)| [0, 1, 2].map(|k| at([face[k], wedges[k]]))).collect();
+        let faces = pairs.map(|(face, wedges)| [0, 1, 2].map(|k| number_pair([face[k], wedges[k]]))).collect();
         Self { vertices, faces }
     }
 

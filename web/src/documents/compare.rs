@@ -12,8 +12,7 @@ use serde_json::{Map, Value, json};
 
 use super::file::File;
 use super::look::read_scene;
-use crate::answer::ProgressListener;
-use crate::message::{Answer, Message};
+use crate::message::{Answer, Message, ProgressListener};
 use crate::refusal::Refusal;
 
 #[derive(Deserialize)]

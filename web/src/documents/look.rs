@@ -55,18 +55,18 @@ fn add_arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &m
     let mut arrays = Map::new();
     let positions = split.of_vertices(mesh.positions()).copied().flatten();
     arrays.insert("positions".into(), json!(answer.add_numbers(positions, f32::to_le_bytes)));
-    let of = |role| attributes.channels.iter().find(|channel| channel.role == role);
-    if let Some(normals) = of(Role::Normal) {
+    let find_channel = |role| attributes.channels.iter().find(|channel| channel.role == role);
+    if let Some(normals) = find_channel(Role::Normal) {
         arrays.insert("normals".into(), json!(answer.add_numbers(split.of_wedges(normals), f32::to_le_bytes)));
     }
-    if let Some(uv) = of(Role::Uv).filter(|uv| uv.width == 2) {
+    if let Some(uv) = find_channel(Role::Uv).filter(|uv| uv.width == 2) {
         // Texture coordinates count v upwards, images count it downwards.
         let values: Vec<f32> = split.of_wedges(uv).collect();
         let down = |(at, v): (usize, f32)| if looks.v_is_up && at % 2 == 1 { 1.0 - v } else { v };
         let values = values.into_iter().enumerate().map(down);
         arrays.insert("uv".into(), json!(answer.add_numbers(values, f32::to_le_bytes)));
     }
-    if let Some(colors) = of(Role::Colour) {
+    if let Some(colors) = find_channel(Role::Colour) {
         let linear = |x: f32| if looks.linear_colours { x } else { linear_light(x) };
         let colors = colors_of(&split, colors).flat_map(|[r, g, b, a]| [linear(r), linear(g), linear(b), a]);
         arrays.insert("colors".into(), json!(answer.add_numbers(colors, f32::to_le_bytes)));
@@ -78,8 +78,9 @@ fn add_arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &m
 
 fn colors_of(split: &SplitVertices, channel: &Channel) -> impl Iterator<Item = [f32; 4]> {
     let values: Vec<f32> = split.of_wedges(channel).collect();
-    let at = |values: &[f32], k: usize| values.get(k).copied().unwrap_or(1.0);
-    let colors: Vec<[f32; 4]> = values.chunks(channel.width.max(1)).map(|it| [0, 1, 2, 3].map(|k| at(it, k))).collect();
+    let component = |values: &[f32], k: usize| values.get(k).copied().unwrap_or(1.0);
+    let colors: Vec<[f32; 4]> =
+        values.chunks(channel.width.max(1)).map(|it| [0, 1, 2, 3].map(|k| component(it, k))).collect();
     colors.into_iter()
 }
 

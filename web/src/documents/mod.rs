@@ -11,8 +11,7 @@ use neural_mesh::io::{Format, can_read, write_obstacle};
 use neural_mesh::job::{Caller, JobError, respell_options};
 use serde_json::{Value, json};
 
-use crate::answer::ProgressListener;
-use crate::message::{Answer, Message};
+use crate::message::{Answer, Message, ProgressListener};
 use crate::refusal::Refusal;
 
 /// Answers the calls on mesh files.
@@ -36,11 +35,11 @@ pub fn answer_call(
 }
 
 fn list_formats() -> Value {
-    let of = |is_known: &dyn Fn(Format) -> bool| -> Vec<&str> {
+    let select_names = |is_known: &dyn Fn(Format) -> bool| -> Vec<&str> {
         Format::NAMES.into_iter().filter(|name| Format::from_name(name).is_some_and(is_known)).collect()
     };
     let written = |format| write_obstacle(format).is_none();
-    json!({ "read": of(&can_read), "write": of(&written), "version": env!("CARGO_PKG_VERSION") })
+    json!({ "read": select_names(&can_read), "write": select_names(&written), "version": env!("CARGO_PKG_VERSION") })
 }
 
 impl From<JobError> for Refusal {

@@ -12,8 +12,7 @@ use serde_json::{Value, json};
 use super::arrays::{Arrays, add_result};
 use super::clock::seconds;
 use super::file::File;
-use crate::answer::ProgressListener;
-use crate::message::{Answer, Message};
+use crate::message::{Answer, Message, ProgressListener};
 use crate::refusal::Refusal;
 
 /// Steps of a job; a step's index is its number in calls of `progress`.

@@ -6,8 +6,7 @@ use neural_mesh::indices::{self, Buffers, IndexError, IndexOptions, Indices};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::answer::ProgressListener;
-use crate::message::{Answer, Message};
+use crate::message::{Answer, Message, ProgressListener};
 use crate::refusal::Refusal;
 
 pub use points::select_points;

@@ -11,6 +11,7 @@ mod extra;
 mod far_from_origin;
 #[cfg(feature = "fbx")]
 mod fbx;
+mod file_fetcher;
 mod files_read;
 mod folder;
 mod format;
@@ -79,11 +80,9 @@ pub use write_path::{compress_by_name, write_path};
 
 use crate::mesh::{Attributes, Frame, RawMesh, TriMesh};
 use attributed_writer::WriteTask;
+use file_fetcher::{FileFetcher, refuse_external_file};
 use format_table::FormatRow;
 use write::Content;
-
-/// Returns the bytes of a companion file by its URI.
-type FileFetcher<'a> = dyn Fn(&str) -> Result<Vec<u8>, ReadError> + 'a;
 
 /// Reads a mesh from the bytes of a file, gzip-compressed or not; without a `format`, the content decides.
 ///
@@ -144,11 +143,6 @@ fn read_by_row<T>(
     }
     // Readers do not know which of their names was given, so the format is added here.
     read(format.row(), bytes).map_err(|error| ReadError { format: Some(format), ..error })
-}
-
-fn refuse_external_file(uri: &str) -> Result<Vec<u8>, ReadError> {
-    let what = format!("the buffer {:?} is a separate file", shorten_name(uri));
-    Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
 }
 
 fn unknown_format_error(bytes: &[u8]) -> ReadError {

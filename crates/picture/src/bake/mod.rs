@@ -18,54 +18,16 @@ mod frames;
 mod maps;
 mod original_materials;
 mod raster;
+mod request;
 mod texel;
 mod unfold;
 
-use crate::mesh::{Attributes, Look, Looks, TriMesh};
+use crate::mesh::{Attributes, Look, TriMesh};
 use fine::FineSurface;
 use frames::Frames;
 use unfold::Charts;
 
-/// Permitted texels per side.
-pub const SIZES: std::ops::RangeInclusive<usize> = 16..=8192;
-
-/// Mesh to be baked, with its materials.
-#[derive(Clone, Copy, Debug)]
-#[non_exhaustive]
-pub struct BakeSource<'a> {
-    /// Surface.
-    pub mesh: &'a TriMesh,
-    /// Attributes of corners and faces.
-    pub attributes: &'a Attributes,
-    /// Materials of the groups.
-    pub looks: &'a Looks,
-}
-
-/// Options for baking.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct BakeOptions {
-    /// Texels per side of each texture, within [`SIZES`].
-    pub size: usize,
-    /// True if roughness and metal get separate images, as in MTL, instead of one, as in glTF.
-    pub separate_maps: bool,
-    /// True if corners get tangents.
-    pub with_tangents: bool,
-}
-
-impl<'a> BakeSource<'a> {
-    /// Makes an original from a mesh, its attributes and the materials of its groups.
-    pub fn new(mesh: &'a TriMesh, attributes: &'a Attributes, looks: &'a Looks) -> Self {
-        Self { mesh, attributes, looks }
-    }
-}
-
-impl BakeOptions {
-    /// Makes options for glTF: roughness and metal in one image, with tangents.
-    pub fn new(size: usize) -> Self {
-        Self { size, separate_maps: false, with_tangents: true }
-    }
-}
+pub use request::{BakeError, BakeOptions, BakeSource, SIZES};
 
 /// Attributes and material for a simplified mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,33 +44,6 @@ pub struct BakedMesh {
     /// Messages on lost content, one line each.
     pub notes: Vec<String>,
 }
-
-/// Reason for a failed bake.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum BakeError {
-    /// Charts that do not fit on a texture of this size.
-    NoRoom(usize),
-    /// Size outside [`SIZES`].
-    BadSize(usize),
-    /// Mesh without faces.
-    Empty,
-}
-
-impl std::fmt::Display for BakeError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (least, most) = (SIZES.start(), SIZES.end());
-        match self {
-            Self::NoRoom(size) => {
-                write!(f, "the charts do not fit on {size} x {size} texels: choose more texels or fewer faces")
-            }
-            Self::BadSize(size) => write!(f, "{size} texels a side: give a whole number from {least} to {most}"),
-            Self::Empty => write!(f, "no face has an area to bake onto: keep more faces"),
-        }
-    }
-}
-
-impl std::error::Error for BakeError {}
 
 /// Bakes the look and shape of an original into textures for a simplified mesh.
 ///
@@ -155,7 +90,7 @@ mod tests {
     use glam::{Vec3, Vec4};
 
     use super::*;
-    use crate::mesh::{BaseTexture, Channel, Finish, Role, Wrap, linear_light, shapes};
+    use crate::mesh::{BaseTexture, Channel, Finish, Looks, Role, Wrap, linear_light, shapes};
     use crate::picture::{DecodedMaterials, Image, decode_image, encode_png};
 
     const OPTIONS: BakeOptions = BakeOptions { size: 128, separate_maps: false, with_tangents: true };
@@ -370,21 +305,21 @@ mod tests {
     #[test]
     fn what_cannot_be_baked_is_said() {
         let mesh = sheet(1, |_, _| 0.0);
-        let of = |mesh: &TriMesh, onto: &TriMesh, size| {
+        let try_bake = |mesh: &TriMesh, onto: &TriMesh, size| {
             let original = BakeSource { mesh, attributes: Attributes::NONE, looks: &Looks::default() };
             bake(&original, onto, &BakeOptions { size, ..OPTIONS }).map(|_| ())
         };
         for size in [0, 15, 8193] {
-            assert_eq!(of(&mesh, &mesh, size), Err(BakeError::BadSize(size)));
+            assert_eq!(try_bake(&mesh, &mesh, size), Err(BakeError::BadSize(size)));
         }
         let line = TriMesh::new(vec![[0.0; 3], [1.0; 3], [2.0; 3]], vec![[0, 1, 2]]).unwrap();
-        assert_eq!(of(&mesh, &line, 64), Err(BakeError::Empty));
-        assert_eq!(of(&TriMesh::default(), &mesh, 64), Err(BakeError::Empty));
-        assert_eq!(of(&line, &mesh, 64), Ok(()));
+        assert_eq!(try_bake(&mesh, &line, 64), Err(BakeError::Empty));
+        assert_eq!(try_bake(&TriMesh::default(), &mesh, 64), Err(BakeError::Empty));
+        assert_eq!(try_bake(&line, &mesh, 64), Ok(()));
         let crumbs = (0..300).flat_map(|i| [[i as f32; 3], [i as f32 + 0.1, i as f32, 0.0], [i as f32, 1.0, i as f32]]);
         let faces = (0..300).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let crumbs = TriMesh::new(crumbs.collect(), faces).unwrap();
-        assert_eq!(of(&crumbs, &crumbs, 16), Err(BakeError::NoRoom(16)));
+        assert_eq!(try_bake(&crumbs, &crumbs, 16), Err(BakeError::NoRoom(16)));
         let no_image = BaseTexture { image: Arc::from(&b"x"[..]), channel: String::new(), wrap: [Wrap::Clamp; 2] };
         let finish = Finish { is_opaque: false, ..Finish::default() };
         let look = Look { texture: Some(no_image), finish, ..Look::default() };

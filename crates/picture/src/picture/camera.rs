@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 
-use super::SAMPLES;
 use super::scaled_mesh::ScaledMesh;
 
+/// Samples per pixel along each axis; odd, so that one is in the middle.
+pub const SAMPLES: usize = 3;
 /// Distance of the eye from the centre of the unit ball.
 const EYE: f32 = 4.5;
 /// Empty margin around the meshes, as a share of the panel's height.

@@ -71,19 +71,19 @@ struct Ktx2<'a> {
 
 impl<'a> Ktx2<'a> {
     fn read(bytes: &'a [u8]) -> Option<Self> {
-        let at = |at: usize| word(bytes, at);
-        let [depth, layers, faces, levels] = [at(28)?, at(32)?, at(36)?, at(40)?];
+        let read_word = |at: usize| word(bytes, at);
+        let [depth, layers, faces, levels] = [read_word(28)?, read_word(32)?, read_word(36)?, read_word(40)?];
         // Everything but a flat texture is rejected, as for glTF.
         if !bytes.starts_with(&MAGIC) || depth > 1 || layers > 1 || faces != 1 || levels > 32 {
             return None;
         }
-        let descriptor = bytes_at(bytes, at(48)?.into(), at(52)?.into())?;
+        let descriptor = bytes_at(bytes, read_word(48)?.into(), read_word(52)?.into())?;
         // A sample is four words; the first ends with its channel.
         let samples = descriptor.get(28..)?.as_chunks::<16>().0.iter().take(2);
         Some(Self {
-            vk_format: at(12)?,
-            size: [at(20)? as usize, at(24)? as usize],
-            scheme: at(44)?,
+            vk_format: read_word(12)?,
+            size: [read_word(20)? as usize, read_word(24)? as usize],
+            scheme: read_word(44)?,
             n_images: levels.max(1) as usize,
             model: descriptor[12],
             channels: samples.map(|sample| sample[3] & 15).collect(),

@@ -6,6 +6,7 @@ mod camera;
 mod caption;
 mod corner_normals;
 mod halving;
+mod image;
 mod image_file;
 #[cfg(feature = "ktx2")]
 mod ktx2;
@@ -29,9 +30,11 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::mesh::TriMesh;
+use camera::SAMPLES;
 use shade::Shading;
 
 pub use corner_normals::CornerNormals;
+pub use image::Image;
 pub use image_file::{ImageFormat, decode_image, decode_numbers, encode_webp, image_problem, image_size};
 pub use png_file::{encode_png, encode_png_opaque};
 pub use shaded_mesh::ShadedMesh;
@@ -39,33 +42,6 @@ pub use surface_materials::{DecodedMaterials, PaintedCorner, SurfaceMaterials};
 pub use texture::shrink;
 pub use value_paint::Scale;
 pub use views::{MeshView, view, view_shaded};
-
-/// Samples per pixel along each axis; odd, so that one is in the middle.
-const SAMPLES: usize = 3;
-
-/// Image, row by row from the top left.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Image {
-    /// Width in pixels.
-    pub width: usize,
-    /// Height in pixels.
-    pub height: usize,
-    /// Red, green, blue and opacity, height x width x 4, sRGB.
-    pub rgba: Vec<u8>,
-}
-
-impl Image {
-    /// Returns red, green and blue of each pixel, without opacity, height x width.
-    ///
-    /// ```
-    /// # use neural_mesh_picture as neural_mesh;
-    /// let image = neural_mesh::picture::Image { width: 1, height: 1, rgba: vec![1, 2, 3, 255] };
-    /// assert_eq!(image.colours(), [[1, 2, 3]]);
-    /// ```
-    pub fn colours(&self) -> Vec<[u8; 3]> {
-        self.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
-    }
-}
 
 /// Options for the layout of a picture.
 #[derive(Clone, Debug, PartialEq)]

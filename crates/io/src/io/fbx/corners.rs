@@ -62,17 +62,19 @@ fn channels(mesh: &Mesh) -> Vec<Channel> {
 
 fn push_values(mesh: &Mesh, corner: usize, width_of_colour: usize, values: &mut Vec<f32>) {
     // Broken indices give zeros instead of an error.
-    let at = |indices: &[u32]| indices.get(corner).map_or(usize::MAX, |&index| index as usize);
+    let index_at_corner = |indices: &[u32]| indices.get(corner).map_or(usize::MAX, |&index| index as usize);
     if mesh.vertex_normal.exists {
-        let normal = mesh.vertex_normal.values.get(at(&mesh.vertex_normal.indices)).copied().unwrap_or_default();
+        let normal =
+            mesh.vertex_normal.values.get(index_at_corner(&mesh.vertex_normal.indices)).copied().unwrap_or_default();
         values.extend([normal.x, normal.y, normal.z].map(|x| x as f32));
     }
     for set in mesh.uv_sets.iter() {
-        let uv = set.vertex_uv.values.get(at(&set.vertex_uv.indices)).copied().unwrap_or_default();
+        let uv = set.vertex_uv.values.get(index_at_corner(&set.vertex_uv.indices)).copied().unwrap_or_default();
         values.extend([uv.x, uv.y].map(|x| x as f32));
     }
     if mesh.vertex_color.exists {
-        let colour = mesh.vertex_color.values.get(at(&mesh.vertex_color.indices)).copied().unwrap_or_default();
+        let colour =
+            mesh.vertex_color.values.get(index_at_corner(&mesh.vertex_color.indices)).copied().unwrap_or_default();
         let colour = [colour.x, colour.y, colour.z, colour.w].map(|x| (x as f32).clamp(0.0, 1.0));
         values.extend(&colour[..width_of_colour]);
     }

@@ -1,8 +1,8 @@
 //! Accessors of a glTF, dense or sparse.
 
 use super::buffers::AssetBuffers;
+use super::refusals::{REMEDY, missing_error};
 use super::schema::{Accessor, BufferView, Root};
-use super::{REMEDY, missing_error};
 use crate::io::ReadError;
 use crate::io::memory::{allocate_zeros, reserve};
 

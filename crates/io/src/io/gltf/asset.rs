@@ -6,12 +6,12 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::REMEDY;
 use super::accessor::Data;
 use super::asset_part::{self, AssetPart};
 use super::container::{self, Container};
 use super::load_uri::load_uri;
 use super::placements::placements;
+use super::refusals::REMEDY;
 use super::schema::Root;
 use crate::io::memory::read_file;
 use crate::io::uri::{fetch, path_inside};

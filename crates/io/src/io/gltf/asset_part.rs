@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use super::accessor::Data;
 use super::draft::FLOAT;
+use super::refusals::spend;
 use super::schema::{GltfMesh, Primitive, Root};
 use super::semantics::{SKIN, is_own_channel, n_skin_sets, role, target_channel, target_of, target_role};
-use super::{spend, triangles};
+use super::triangles;
 use crate::io::ReadError;
 use crate::mesh::{Attributes, Channel, RawMesh, Role};
 
@@ -128,9 +129,9 @@ impl<'a> PartBuilder<'a> {
         let first_wedge = self.wedges_of(primitive, run.count, budget, repairs)?;
         let triangles = triangles::read_triangles(self.data, primitive, run.count, budget)?;
         // Corners out of range stay invalid, for cleanup to drop.
-        let at = |first: usize| move |v: u32| if v == u32::MAX { v } else { (first + v as usize) as u32 };
-        self.mesh.faces.extend(triangles.iter().map(|triangle| triangle.map(at(run.first))));
-        self.mesh.attributes.wedges.extend(triangles.iter().map(|triangle| triangle.map(at(first_wedge))));
+        let shift_vertices = |first: usize| move |v: u32| if v == u32::MAX { v } else { (first + v as usize) as u32 };
+        self.mesh.faces.extend(triangles.iter().map(|triangle| triangle.map(shift_vertices(run.first))));
+        self.mesh.attributes.wedges.extend(triangles.iter().map(|triangle| triangle.map(shift_vertices(first_wedge))));
         self.mesh.attributes.groups.extend(std::iter::repeat_n(index, triangles.len()));
         Ok(())
     }

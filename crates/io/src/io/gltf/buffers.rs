@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use rustc_hash::FxHashMap;
 
-use super::REMEDY;
 use super::load_uri::load_uri;
+use super::refusals::REMEDY;
 use crate::io::uri::path_inside;
 use crate::io::{FileFetcher, ReadError};
 

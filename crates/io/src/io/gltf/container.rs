@@ -5,8 +5,9 @@ use serde_json::Value;
 
 use super::accessor::Data;
 use super::buffers::AssetBuffers;
+use super::refusals::REMEDY;
 use super::schema::Root;
-use super::{REMEDY, compressed, draco};
+use super::{compressed, draco};
 use crate::io::memory::instance_limit;
 use crate::io::{FileFetcher, ReadError};
 

@@ -3,7 +3,7 @@
 use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
-use super::REMEDY;
+use super::refusals::REMEDY;
 use crate::io::{FileFetcher, ReadError};
 
 pub(super) fn load_uri(uri: &str, fetch: &FileFetcher) -> Result<Vec<u8>, ReadError> {

@@ -6,8 +6,8 @@ use glam::{DMat4, DQuat, DVec3};
 
 use super::accessor::Data;
 use super::bones::{Bones, world_transforms};
+use super::refusals::{REMEDY, missing_error};
 use super::schema::{GltfNode, Root};
-use super::{REMEDY, missing_error};
 use crate::io::ReadError;
 
 pub(super) struct MeshPlacement<'a> {

@@ -4,7 +4,7 @@ use glam::DMat4;
 
 use super::asset::Asset;
 use super::placements::placements;
-use super::spend;
+use super::refusals::spend;
 use crate::io::ReadError;
 use crate::io::far_from_origin::is_far_from_origin;
 use crate::mesh::{Looks, PlacedMesh, RawMesh, merge_placed_meshes};

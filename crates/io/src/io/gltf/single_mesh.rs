@@ -6,8 +6,9 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::asset::Asset;
 use super::asset_part::AssetPart;
+use super::geometry;
 use super::placements::{MeshPlacement, placements};
-use super::{refuse_instancing, spend};
+use super::refusals::{refuse_instancing, spend};
 use crate::io::extra::{Extra, Group, ReadMesh};
 use crate::io::far_from_origin::is_far_from_origin;
 use crate::io::{FileFetcher, ReadError};
@@ -21,12 +22,12 @@ pub(in crate::io) fn read_attributed(bytes: &[u8], fetch: &FileFetcher) -> Resul
     let asset = match Asset::from_bytes(bytes, fetch) {
         Ok(asset) => asset,
         Err(error) => {
-            let mesh = super::read(bytes, fetch)?;
+            let mesh = geometry::read(bytes, fetch)?;
             let notes = vec![format!("only the geometry is read: {}", ReadError { format: None, ..error })];
             return Ok(ReadMesh { mesh, notes, ..ReadMesh::default() });
         }
     };
-    refuse_instancing(&asset.container.root)?;
+    refuse_instancing(&asset.container.root.extensions_required)?;
     let (extra, first_groups, notes) = describe_groups(&asset);
     let mut mesh = join_parts(&asset, &first_groups, asset.container.budget(bytes.len()))?;
     mesh.attributes.channels.iter_mut().for_each(to_sceneless_values);

@@ -1,8 +1,8 @@
 //! Triangles of a primitive: lists, strips, fans.
 
 use super::accessor::Data;
+use super::refusals::spend;
 use super::schema::Primitive;
-use super::spend;
 use crate::io::ReadError;
 
 /// Returns the triangles over vertices `0..n_vertices`, n_faces x 3; corners out of range become `u32::MAX`.

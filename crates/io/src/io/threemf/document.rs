@@ -7,8 +7,8 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use rustc_hash::FxHashMap;
 
-use super::attribute;
 use super::required::refuse_unknown;
+use super::xml_attribute::attribute;
 use crate::io::memory::reserve;
 use crate::io::one_line::one_line;
 use crate::io::{ReadError, number, shorten_name};

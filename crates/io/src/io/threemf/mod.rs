@@ -5,13 +5,11 @@ mod faces;
 mod package;
 mod required;
 mod write;
+mod xml_attribute;
 
-use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DMat4;
-use quick_xml::XmlVersion;
-use quick_xml::events::BytesStart;
 
 pub(super) use write::write;
 
@@ -186,15 +184,6 @@ impl<'a> Models<'a> {
         }
         is_known.then_some(unit)
     }
-}
-
-fn attribute<'a>(element: &'a BytesStart, name: &str) -> Option<Cow<'a, str>> {
-    let mut attributes = element.attributes();
-    let named = attributes
-        .with_checks(false)
-        .flatten()
-        .find(|it| it.key.into_inner() == name || it.key.local_name().into_inner() == name)?;
-    named.normalized_value(XmlVersion::Implicit1_0).ok().or(Some(named.value))
 }
 
 #[cfg(test)]

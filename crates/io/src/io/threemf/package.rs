@@ -8,7 +8,7 @@ use quick_xml::events::Event;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-use super::attribute;
+use super::xml_attribute::attribute;
 use crate::io::one_line::one_line;
 use crate::io::{ReadError, shorten_name};
 use crate::mesh::fallible_allocation::with_fallible_allocation;

@@ -2,7 +2,7 @@
 
 use quick_xml::events::BytesStart;
 
-use super::attribute;
+use super::xml_attribute::attribute;
 use crate::io::{ReadError, shorten_name};
 
 // Parts of the namespaces of accepted extensions, without the year. Production adds parts; materials and triangle sets

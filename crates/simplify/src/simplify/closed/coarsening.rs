@@ -6,10 +6,11 @@
 use crate::simplify::limits::Limit;
 
 use super::collapse::{Collapse, CollapseEnd};
+use super::collapse_base::CollapseBase;
 use super::dropping::{DroppedFaces, vertex_components};
+use super::output::Output;
 use super::request::ClosedRequest;
 use super::visible_drops::{DropChoice, Step, choose_by_views};
-use super::{CollapseBase, Output};
 
 /// First ceiling in the scene, over its diagonal, and the ratio of neighbouring ones.
 // Below the first one no component that has a ceiling keeps its own.

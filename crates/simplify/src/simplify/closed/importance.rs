@@ -162,8 +162,8 @@ mod tests {
         let mut surface = PreparedSurface::new(&mesh, Pulse::NONE);
         weigh(&mut surface, Importance::Bending, 0.7, &[]);
         let n_at_sides = |p: &[f32; 3]| p.iter().filter(|x| [0.0, 1.0].contains(*x)).count();
-        let at = |n: usize| mesh.positions().iter().position(|p| n_at_sides(p) == n).unwrap();
-        let [plane, edge, corner] = [1, 2, 3].map(|n| surface.importance[at(n)]);
+        let find_vertex = |n: usize| mesh.positions().iter().position(|p| n_at_sides(p) == n).unwrap();
+        let [plane, edge, corner] = [1, 2, 3].map(|n| surface.importance[find_vertex(n)]);
         assert!(edge > 3.0 * plane && corner > edge, "{plane} {edge} {corner}");
         let sheet = shapes::grid(5, 5);
         let mut flat = PreparedSurface::new(&sheet, Pulse::NONE);

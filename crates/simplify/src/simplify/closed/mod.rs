@@ -4,6 +4,7 @@ mod attributes;
 mod ceilings;
 mod coarsening;
 mod collapse;
+mod collapse_base;
 mod derivative;
 mod deviation_check;
 mod diamond;
@@ -28,11 +29,12 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Frame, TriMesh, topology};
 
 use super::limits::Limit;
-use super::options::{Report, SimplifyError};
+use super::options::SimplifyError;
 use super::progress::Progress;
 use ceilings::find_ceilings;
 use coarsening::coarsen;
 use collapse::{Collapse, Constraints, Poses, merges_to, sum_attribute_quadrics};
+use collapse_base::CollapseBase;
 use deviation_check::DeviationCheck;
 use original::Original;
 use output::Output;
@@ -48,7 +50,6 @@ pub(super) use dropping::{DroppedFaces, VertexCost, vertex_components};
 pub use importance::importance_of_scores;
 pub(super) use progression::{LevelChoice, ProgressionSurface, RecordedCollapse, prices_by_size, record_collapse};
 pub(super) use refine::duplicate_positions::separate_mirrored;
-use request::Requirements;
 pub(super) use request::{ClosedRequest, Task};
 pub(super) use result::ClosedResult;
 use saved_collapse::SavedCollapse;
@@ -228,48 +229,6 @@ fn run<'a>(
     let distance = |of: &Collapse| deviation_check::distance(&base.original, &base.output(of));
     let repeated = deviation_check.and_then(|it| it.repeat_if_too_far(&collapse, limit, distance));
     repeated.unwrap_or((collapse, end))
-}
-
-struct CollapseBase<'a> {
-    original: Original<'a>,
-    collapse_vertices: Vec<u32>,
-}
-
-impl CollapseBase<'_> {
-    fn output(&self, collapse: &Collapse) -> Output {
-        let mut output = collapse.output();
-        if !self.collapse_vertices.is_empty() {
-            // The collapse numbers the vertices of all components, this surface only those that remain.
-            let mut of_surface = vec![0; output.vertex_of.len()];
-            (0u32..).zip(&self.collapse_vertices).for_each(|(own, &v)| of_surface[v as usize] = own);
-            output.pins.renumber_origins(|v| of_surface[v as usize]);
-            output.vertex_of = self.collapse_vertices.iter().map(|&v| output.vertex_of[v as usize]).collect();
-        }
-        output
-    }
-
-    fn complete_report(&self, report: &mut Report, request: &ClosedRequest, end: CollapseEnd) {
-        let Requirements { edges, locked, .. } = &request.requirements;
-        report.scores = request.scores;
-        report.outcome = end.outcome();
-        report.split_vertices = self.original.surface.n_split();
-        report.kept_edges = edges.len();
-        report.locked_vertices = locked.iter().filter(|&&locked| locked).count();
-    }
-
-    fn unit_of_prices(&self) -> f64 {
-        f64::from(self.original.surface.length(1.0)).powi(4)
-    }
-
-    fn pass_prices(&self, collapse: &Collapse) -> Vec<(usize, f64)> {
-        let unit = self.unit_of_prices();
-        collapse.pass_prices().iter().map(|&(n, price)| (n, f64::from(price) / unit)).collect()
-    }
-
-    fn limit(&self, price: Option<f64>, limit: Limit) -> Limit {
-        let with_price = |price| Limit { price: (price * self.unit_of_prices()) as f32, ..Limit::from_vertices(0) };
-        price.map_or(limit, with_price)
-    }
 }
 
 fn start_trace(history: Option<Vec<collapse::CollapseEvent>>) -> Option<Trace> {

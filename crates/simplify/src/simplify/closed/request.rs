@@ -173,8 +173,9 @@ impl<'a> Requirements<'a> {
     }
 
     pub fn piece_of_face(&self, face: u32) -> usize {
-        let of = |scene: &UnitedMesh| scene.piece_of_group(self.attributes.unwrap_or(Attributes::NONE).group(face));
-        self.scene.map_or(0, of)
+        let find_piece =
+            |scene: &UnitedMesh| scene.piece_of_group(self.attributes.unwrap_or(Attributes::NONE).group(face));
+        self.scene.map_or(0, find_piece)
     }
 
     /// Returns the scene piece of a face, or the first piece with the same instances.

@@ -5,8 +5,8 @@ use crate::simplify::limits::Limit;
 use crate::simplify::options::SimplifyError;
 use crate::simplify::progress::Progress;
 
-use super::CollapseBase;
 use super::collapse::Collapse;
+use super::collapse_base::CollapseBase;
 use super::dropping::DroppedFaces;
 use super::original::Original;
 use super::prepare::prepare_at_scale;

@@ -10,8 +10,8 @@ mod vertices;
 
 use serde::Deserialize;
 
-use super::REMEDY;
 use super::buffers::AssetBuffers;
+use super::refusals::REMEDY;
 use crate::io::ReadError;
 use filters::{undo_colours, undo_exponents, undo_octahedral, undo_quaternions};
 use indices::{decode_sequence, decode_triangles};

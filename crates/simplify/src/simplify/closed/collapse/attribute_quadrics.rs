@@ -204,10 +204,10 @@ mod tests {
     ];
 
     fn naive(x: DVec3) -> f64 {
-        let at = |(gradient, value, _): &([f64; 3], f64, f64)| DVec3::from(*gradient).dot(x) + value;
+        let value_at_point = |(gradient, value, _): &([f64; 3], f64, f64)| DVec3::from(*gradient).dot(x) + value;
         let weight: f64 = FUNCTIONS.iter().map(|f| f.2).sum();
-        let mean = FUNCTIONS.iter().map(|f| f.2 * at(f)).sum::<f64>() / weight;
-        FUNCTIONS.iter().map(|f| f.2 * (at(f) - mean).powi(2)).sum()
+        let mean = FUNCTIONS.iter().map(|f| f.2 * value_at_point(f)).sum::<f64>() / weight;
+        FUNCTIONS.iter().map(|f| f.2 * (value_at_point(f) - mean).powi(2)).sum()
     }
 
     fn quadric(functions: &[([f64; 3], f64, f64)], vertex: DVec3) -> AttributeQuadric {

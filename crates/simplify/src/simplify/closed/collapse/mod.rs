@@ -39,10 +39,10 @@ mod tests {
     use super::*;
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{Attributes, Channel, FeatureEdge, Role, TriMesh, compact, seams, shapes, topology};
-    use crate::simplify::closed::Requirements;
     use crate::simplify::closed::output::Output;
     use crate::simplify::closed::prepare::prepare;
     use crate::simplify::closed::prepare::surface::PreparedSurface;
+    use crate::simplify::closed::request::Requirements;
     use crate::simplify::limits::Limit;
     use attribute_quadrics::AttributeQuadrics;
     use glam::Vec3;
@@ -117,8 +117,8 @@ mod tests {
     fn naive_run(collapse: &mut Collapse, vertices: usize) {
         while collapse.n_vertices > vertices {
             collapse.begin_pass();
-            let of = |u: u32| collapse.edges_at(u).into_iter().map(move |(price, edge)| (price, u, edge));
-            let mut edges: Vec<(f32, u32, u32)> = collapse.remaining().flat_map(of).collect();
+            let list_edges = |u: u32| collapse.edges_at(u).into_iter().map(move |(price, edge)| (price, u, edge));
+            let mut edges: Vec<(f32, u32, u32)> = collapse.remaining().flat_map(list_edges).collect();
             edges.sort_by(|x, y| x.0.total_cmp(&y.0));
             assert!(edges.iter().any(|&(_, u, edge)| collapse.try_merge(u, edge)));
         }
