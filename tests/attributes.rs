@@ -459,11 +459,11 @@ fn values_are_fitted_over_the_faces() {
         let result = simplify_with_attributes(&mesh, &attributes, &options);
         let map = result.map.unwrap();
         let nearest = |f: usize| {
-            let at = |k: usize| {
+            let blend_corner = |k: usize| {
                 let values = at_corners(&attributes, map.corner_faces[f][k] as usize);
                 values.iter().zip(map.corner_weights[f][k]).map(|(x, w)| x * w).sum()
             };
-            [at(0), at(1), at(2)]
+            [blend_corner(0), blend_corner(1), blend_corner(2)]
         };
         let fitted = error(&result.mesh, |f| at_corners(&result.attributes, f), meant);
         let nearest = error(&result.mesh, nearest, meant);

@@ -170,8 +170,8 @@ fn gradients_through_all_equations() {
     let last = golden.tri_conv_layer(["w3", "b3", "w4", "b4"]);
     let result = tri_conv(tape, &last, &positions, features, &triangle_graph);
     let gradients = tape.backward(&[(&result, golden.matrix("loss_weights").matrix().clone())]);
-    let of = |value: &Value| gradients.get(value).unwrap().clone();
-    golden.assert_slope("slope_x", of(&x).data());
-    golden.assert_slope("slope_theta_0", of(&theta).transpose().data());
-    golden.assert_slope("slope_w1", of(&w1).transpose().data());
+    let gradient_by = |value: &Value| gradients.get(value).unwrap().clone();
+    golden.assert_slope("slope_x", gradient_by(&x).data());
+    golden.assert_slope("slope_theta_0", gradient_by(&theta).transpose().data());
+    golden.assert_slope("slope_w1", gradient_by(&w1).transpose().data());
 }

@@ -15,8 +15,9 @@ fn write_textured_plate(folder: &Path) {
     for (name, rows) in [("left", 0..n / 2), ("right", n / 2..n)] {
         text += &format!("usemtl {name}\n");
         for (i, j) in rows.flat_map(|i| (0..n).map(move |j| (i, j))) {
-            let at = |i, j| 1 + j * (n + 1) + i;
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)].map(|v| format!("{v}/{v}"));
+            let vertex = |i, j| 1 + j * (n + 1) + i;
+            let [a, b, c, d] =
+                [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)].map(|v| format!("{v}/{v}"));
             text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
         }
     }
@@ -274,15 +275,15 @@ fn importance_is_taken_from_an_attribute() {
         text += &format!("{i} {j} {} {wear}\n", 0.5 * (f64::from(i) * 0.9).sin() * (f64::from(j) * 0.7).cos());
     }
     for (i, j) in (0..20).flat_map(|j| (0..20).map(move |i| (i, j))) {
-        let at = |i: i32, j: i32| j * 21 + i;
+        let vertex = |i: i32, j: i32| j * 21 + i;
         text += &format!(
             "3 {} {} {}\n3 {} {} {}\n",
-            at(i, j),
-            at(i + 1, j),
-            at(i + 1, j + 1),
-            at(i, j),
-            at(i + 1, j + 1),
-            at(i, j + 1)
+            vertex(i, j),
+            vertex(i + 1, j),
+            vertex(i + 1, j + 1),
+            vertex(i, j),
+            vertex(i + 1, j + 1),
+            vertex(i, j + 1)
         );
     }
     std::fs::write(folder.path().join("a.ply"), text).unwrap();

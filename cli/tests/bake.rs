@@ -97,20 +97,20 @@ fn simplify(folder: &Path, input: &str, output: &str, more: &[&str]) -> String {
 #[test]
 fn a_twentieth_of_the_faces_looks_like_the_original_in_every_format() {
     let folder = folder();
-    let at = |name: &str| folder.path().join(name);
-    std::fs::write(at("ball.obj"), ball()).unwrap();
-    let original = read_textured(&at("ball.obj"));
+    let in_folder = |name: &str| folder.path().join(name);
+    std::fs::write(in_folder("ball.obj"), ball()).unwrap();
+    let original = read_textured(&in_folder("ball.obj"));
     let asked = ["--ratio", "0.05", "--bake", "512", "--report", "r.json"];
     simplify(folder.path(), "ball.obj", "plain.obj", &["--ratio", "0.05"]);
-    let plain = likeness(&original, &read_textured(&at("plain.obj")));
+    let plain = likeness(&original, &read_textured(&in_folder("plain.obj")));
     for output in ["baked.glb", "baked.obj", "baked.gltf"] {
         let said = simplify(folder.path(), "ball.obj", output, &asked);
         let line = said.lines().find(|line| line.starts_with("baked     512 x 512 texels, ")).unwrap();
         assert!(line.contains(" charts, ") && line.ends_with(" % of them"), "{line}");
-        let report = &json(&at("r.json"))["baked"];
+        let report = &json(&in_folder("r.json"))["baked"];
         assert_eq!(report["size"], 512);
         assert!(report["covered"].as_f64().unwrap() > 0.4 && report["charts"].as_u64().unwrap() > 1, "{report}");
-        let baked = read_textured(&at(output));
+        let baked = read_textured(&in_folder(output));
         assert!(baked.mesh.faces().len() < original.mesh.faces().len() / 18);
         let found = likeness(&original, &baked);
         assert!(found > plain + 3.0 && found > 24.0, "{output}: {found} dB, {plain} dB without");
@@ -135,7 +135,7 @@ fn a_twentieth_of_the_faces_looks_like_the_original_in_every_format() {
             "r.json"
         ]
     );
-    let library = std::fs::read_to_string(at("baked.mtl")).unwrap();
+    let library = std::fs::read_to_string(in_folder("baked.mtl")).unwrap();
     assert!(library.contains("\nmap_Kd baked_0.png\n") && library.contains("\nnorm baked_1.png\n"), "{library}");
 }
 

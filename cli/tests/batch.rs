@@ -352,15 +352,15 @@ fn ctrl_c_leaves_a_batch_that_goes_on() {
 #[test]
 fn a_texture_never_takes_the_place_of_another_mesh() {
     let folder = folder();
-    let at = |name: &str| folder.path().join("in").join(name);
-    write_mesh(&at("b.ply"), &shapes::icosphere(3), Format::Ply);
-    write_mesh(&at("c.obj"), &shapes::icosphere(2), Format::Obj);
+    let input_path = |name: &str| folder.path().join("in").join(name);
+    write_mesh(&input_path("b.ply"), &shapes::icosphere(3), Format::Ply);
+    write_mesh(&input_path("c.obj"), &shapes::icosphere(2), Format::Obj);
     for (name, texture) in [("a", "b.ply"), ("d", "c.obj"), ("e", "manifest.csv"), ("f", "t.png")] {
-        fs::write(at(&format!("{name}.mtl")), format!("newmtl m\nmap_Kd {texture}\n")).unwrap();
-        fs::write(at(&format!("{name}.obj")), format!("mtllib {name}.mtl\nusemtl m\n{OCTAHEDRON}")).unwrap();
+        fs::write(input_path(&format!("{name}.mtl")), format!("newmtl m\nmap_Kd {texture}\n")).unwrap();
+        fs::write(input_path(&format!("{name}.obj")), format!("mtllib {name}.mtl\nusemtl m\n{OCTAHEDRON}")).unwrap();
     }
-    fs::write(at("manifest.csv"), "evil").unwrap();
-    fs::write(at("t.png"), "texture").unwrap();
+    fs::write(input_path("manifest.csv"), "evil").unwrap();
+    fs::write(input_path("t.png"), "texture").unwrap();
     let out = folder.path().join("out");
     for more in [&[][..], &["--force"], &["--force", "--threads", "1"]] {
         let run = run(folder.path(), &[&["simplify", "in", "-o", "out", "--ratio", "1"], more].concat());
@@ -381,14 +381,14 @@ fn a_texture_never_takes_the_place_of_another_mesh() {
 #[test]
 fn two_meshes_never_share_a_file_that_differs() {
     let folder = folder();
-    let at = |name: &str| folder.path().join("in").join(name);
+    let input_path = |name: &str| folder.path().join("in").join(name);
     for (place, texture) in [("x", "one"), ("y", "two")] {
-        fs::create_dir_all(at(place)).unwrap();
-        fs::write(at(place).join("t.png"), texture).unwrap();
-        fs::write(at(&format!("{place}.mtl")), format!("newmtl m\nmap_Kd {place}/t.png\n")).unwrap();
-        fs::create_dir_all(at("meshes")).unwrap();
+        fs::create_dir_all(input_path(place)).unwrap();
+        fs::write(input_path(place).join("t.png"), texture).unwrap();
+        fs::write(input_path(&format!("{place}.mtl")), format!("newmtl m\nmap_Kd {place}/t.png\n")).unwrap();
+        fs::create_dir_all(input_path("meshes")).unwrap();
         let mesh = format!("mtllib ../{place}.mtl\nusemtl m\n{OCTAHEDRON}");
-        fs::write(at(&format!("meshes/{place}.obj")), mesh).unwrap();
+        fs::write(input_path(&format!("meshes/{place}.obj")), mesh).unwrap();
     }
     // Both textures come from outside and would become `t.png` next to the result.
     let arguments = ["simplify", "in/meshes", "-o", "out", "--ratio", "1", "--allow-outside", "--force"];

@@ -176,12 +176,12 @@ fn openings_of_components_stay_open_where_nothing_but_a_boundary_shows_them() {
     let folder = folder();
     let nodes: Vec<Value> = (0..12).map(|i| json!({"mesh": i, "translation": [2.5 * f64::from(i), 0, 0]})).collect();
     for turned in [false, true] {
-        let of = |mesh: TriMesh| match turned {
+        let turn_mesh = |mesh: TriMesh| match turned {
             true => TriMesh::new(mesh.positions().to_vec(), mesh.faces().iter().map(|&[a, b, c]| [b, a, c]).collect())
                 .unwrap(),
             false => mesh,
         };
-        let frames: Vec<TriMesh> = (0..12).map(|i| of(frame(1 + i % 3))).collect();
+        let frames: Vec<TriMesh> = (0..12).map(|i| turn_mesh(frame(1 + i % 3))).collect();
         std::fs::write(folder.path().join("in.gltf"), scene_of(&frames, &nodes.clone().into())).unwrap();
         let asked = ["simplify", "in.gltf", "-o", "out.glb", "--ratio", "0.1", "--hold-shape", "--force"];
         assert_eq!(run(folder.path(), &asked).code, Some(0));

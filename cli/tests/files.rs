@@ -90,9 +90,9 @@ fn a_place_that_takes_no_file_is_refused_before_the_work() {
 #[test]
 fn a_folder_takes_the_mesh_under_its_name() {
     let folder = folder();
-    let at = |name: &str| folder.path().join(name);
-    fs::write(at("a.obj"), OCTAHEDRON).unwrap();
-    fs::create_dir(at("out")).unwrap();
+    let in_folder = |name: &str| folder.path().join(name);
+    fs::write(in_folder("a.obj"), OCTAHEDRON).unwrap();
+    fs::create_dir(in_folder("out")).unwrap();
     let into = |output: &str, more: &[&str]| {
         run(folder.path(), &[&["simplify", "a.obj", "-o", output, "--ratio", "1"], more].concat())
     };
@@ -109,7 +109,7 @@ fn a_folder_takes_the_mesh_under_its_name() {
     assert_eq!(into("out", &["--lods", "1,0.9"][..]).code, Some(2));
     let levels = run(folder.path(), &["simplify", "a.obj", "-o", "out", "--lods", "1,1"]);
     assert_eq!(levels.code, Some(0), "{}", levels.stderr);
-    assert_eq!(files(&at("out")), ["a-lod0.obj", "a-lod1.obj", "a.obj", "a.stl"]);
+    assert_eq!(files(&in_folder("out")), ["a-lod0.obj", "a-lod1.obj", "a.obj", "a.stl"]);
     // Not a batch: no manifest, but a report.
     assert_eq!(files(folder.path()), ["a.obj", "out", "r.json"]);
 }
@@ -152,14 +152,14 @@ fn written_files_have_the_permissions_of_new_files() {
 fn a_link_stays_and_the_file_behind_it_changes() {
     use std::os::unix::fs::symlink;
     let folder = folder();
-    let at = |name: &str| folder.path().join(name);
-    fs::create_dir(at("there")).unwrap();
-    fs::write(at("there/real.obj"), "old").unwrap();
-    symlink("there/real.obj", at("link.obj")).unwrap();
-    symlink("link.obj", at("twice.obj")).unwrap();
-    symlink("there/new.obj", at("ahead.obj")).unwrap();
-    symlink("nowhere/new.obj", at("nowhere.obj")).unwrap();
-    symlink("around.obj", at("around.obj")).unwrap();
+    let in_folder = |name: &str| folder.path().join(name);
+    fs::create_dir(in_folder("there")).unwrap();
+    fs::write(in_folder("there/real.obj"), "old").unwrap();
+    symlink("there/real.obj", in_folder("link.obj")).unwrap();
+    symlink("link.obj", in_folder("twice.obj")).unwrap();
+    symlink("there/new.obj", in_folder("ahead.obj")).unwrap();
+    symlink("nowhere/new.obj", in_folder("nowhere.obj")).unwrap();
+    symlink("around.obj", in_folder("around.obj")).unwrap();
     let write = |name: &str, force: &[&str]| {
         let arguments = [&["simplify", "-", "-o", name, "--ratio", "1"], force].concat();
         run_with_input(folder.path(), &arguments, OCTAHEDRON.as_bytes())
@@ -168,19 +168,19 @@ fn a_link_stays_and_the_file_behind_it_changes() {
         [("link.obj", "there/real.obj"), ("twice.obj", "there/real.obj"), ("ahead.obj", "there/new.obj")]
     {
         assert_eq!(write(link, &[]).code, Some(1));
-        let before = fs::read(at(real)).ok();
+        let before = fs::read(in_folder(real)).ok();
         let run = write(link, &["--force"]);
         assert_eq!(run.code, Some(0), "{}", run.stderr);
-        assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink());
+        assert!(fs::symlink_metadata(in_folder(link)).unwrap().is_symlink());
         assert_eq!(info(folder.path(), real)["faces"], 8, "{before:?}");
-        fs::write(at(real), "old").unwrap();
+        fs::write(in_folder(real), "old").unwrap();
     }
     for link in ["nowhere.obj", "around.obj"] {
         let run = write(link, &["--force"]);
         assert_eq!(run.code, Some(1));
         assert!(error_line(&run).contains(link));
     }
-    assert_eq!(files(&at("there")), ["new.obj", "real.obj"]);
+    assert_eq!(files(&in_folder("there")), ["new.obj", "real.obj"]);
 }
 
 #[track_caller]
@@ -235,12 +235,12 @@ fn results_that_would_be_one_file_through_links_are_refused_first() {
 #[test]
 fn companion_files_of_a_mesh_are_never_replaced_by_other_results() {
     let folder = folder();
-    let at = |name: &str| folder.path().join(name);
-    fs::create_dir_all(at("out/maps")).unwrap();
-    fs::create_dir(at("maps")).unwrap();
-    fs::write(at("in.mtl"), "newmtl m\nmap_Kd maps/t.png\n").unwrap();
-    fs::write(at("maps/t.png"), "texture").unwrap();
-    fs::write(at("in.obj"), format!("mtllib in.mtl\nusemtl m\n{OCTAHEDRON}")).unwrap();
+    let in_folder = |name: &str| folder.path().join(name);
+    fs::create_dir_all(in_folder("out/maps")).unwrap();
+    fs::create_dir(in_folder("maps")).unwrap();
+    fs::write(in_folder("in.mtl"), "newmtl m\nmap_Kd maps/t.png\n").unwrap();
+    fs::write(in_folder("maps/t.png"), "texture").unwrap();
+    fs::write(in_folder("in.obj"), format!("mtllib in.mtl\nusemtl m\n{OCTAHEDRON}")).unwrap();
     let simplify = |more: &[&str]| run(folder.path(), &[&["simplify", "in.obj", "--ratio", "1"], more].concat());
     for (option, place) in
         [("--report", "out/in.mtl"), ("--picture", "out/maps/t.png"), ("--map", "out/maps/../in.mtl")]
@@ -248,25 +248,25 @@ fn companion_files_of_a_mesh_are_never_replaced_by_other_results() {
         let refused = simplify(&["-o", "out/a.obj", option, place, "--force"]);
         assert_eq!(refused.code, Some(1), "{option}");
         assert!(error_line(&refused).contains("choose another name"), "{}", refused.stderr);
-        assert_eq!((files(&at("out")), files(&at("out/maps"))), (vec!["maps".into()], Vec::new()));
+        assert_eq!((files(&in_folder("out")), files(&in_folder("out/maps"))), (vec!["maps".into()], Vec::new()));
     }
     assert_eq!(simplify(&["-o", "out/in.mtl", "--format", "obj", "--force"]).code, Some(1));
-    assert_eq!(files(&at("out")), ["maps"]);
+    assert_eq!(files(&in_folder("out")), ["maps"]);
     assert_eq!(simplify(&["-o", "out/a.obj", "--report", "out/maps/r.json"]).code, Some(0));
-    assert_eq!(files(&at("out")), ["a.obj", "in.mtl", "maps"]);
+    assert_eq!(files(&in_folder("out")), ["a.obj", "in.mtl", "maps"]);
 }
 
 #[test]
 fn the_buffer_of_a_scene_is_never_replaced_by_another_result() {
     use base64::prelude::*;
     let folder = folder();
-    let at = |name: &str| folder.path().join(name);
+    let in_folder = |name: &str| folder.path().join(name);
     run_with_input(folder.path(), &["simplify", "-", "-o", "a.gltf", "--ratio", "1"], OCTAHEDRON.as_bytes());
-    let mut scene = json(&at("a.gltf"));
+    let mut scene = json(&in_folder("a.gltf"));
     let buffer = scene["buffers"][0]["uri"].as_str().unwrap().split(',').next_back().unwrap().to_string();
-    fs::write(at("a.bin"), BASE64_STANDARD.decode(buffer).unwrap()).unwrap();
+    fs::write(in_folder("a.bin"), BASE64_STANDARD.decode(buffer).unwrap()).unwrap();
     scene["buffers"][0]["uri"] = "a.bin".into();
-    fs::write(at("a.gltf"), scene.to_string()).unwrap();
+    fs::write(in_folder("a.gltf"), scene.to_string()).unwrap();
     let arguments = ["simplify", "a.gltf", "--ratio", "1", "-o", "b.gltf", "--report"];
     let refused = run(folder.path(), &[&arguments[..], &["b.bin", "--force"]].concat());
     assert_eq!(refused.code, Some(1), "{}", refused.stderr);

@@ -14,8 +14,8 @@ fn everything(folder: &Path) {
     std::fs::write(folder.join("a.mtl"), "newmtl wood\nKd 1 1 1\nmap_Kd wood.png\n").unwrap();
     const N: usize = 12;
     let mut text = String::from("mtllib a.mtl\nvn 0 0 1\n");
-    let at = |i: usize| [i % (N + 1), i / (N + 1)].map(|x| x as f64 / N as f64);
-    for [x, y] in (0..(N + 1) * (N + 1)).map(at) {
+    let grid_point = |i: usize| [i % (N + 1), i / (N + 1)].map(|x| x as f64 / N as f64);
+    for [x, y] in (0..(N + 1) * (N + 1)).map(grid_point) {
         text += &format!("v {x} {y} {} {x} {y} 0.5\nvt {x} {y}\n", 0.2 * (4.0 * x).sin() * y);
     }
     for (object, rows) in [("seat", 0..N / 2), ("back", N / 2..N)] {

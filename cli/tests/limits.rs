@@ -15,11 +15,11 @@ fn sizes_fall_and_distances_rise_down_to_the_smallest_closed_surface() {
     let folder = folder();
     let said = limits(folder.path(), &[test_mesh_path("spot.ply").to_str().unwrap()]);
     let levels = said["levels"].as_array().unwrap();
-    let of = |key: &str| levels.iter().map(|level| level[key].as_f64().unwrap()).collect::<Vec<_>>();
-    assert_eq!(of("percent"), [50.0, 25.0, 10.0, 5.0, 2.0, 1.0]);
-    assert_eq!(of("vertices"), [1465.0, 732.0, 293.0, 146.0, 58.0, 29.0]);
-    assert!(of("mean_percent").windows(2).all(|pair| pair[0] < pair[1]), "{said}");
-    assert!(of("flip").windows(2).all(|pair| pair[0] < pair[1]) && of("flip")[0] > 0.0, "{said}");
+    let list_numbers = |key: &str| levels.iter().map(|level| level[key].as_f64().unwrap()).collect::<Vec<_>>();
+    assert_eq!(list_numbers("percent"), [50.0, 25.0, 10.0, 5.0, 2.0, 1.0]);
+    assert_eq!(list_numbers("vertices"), [1465.0, 732.0, 293.0, 146.0, 58.0, 29.0]);
+    assert!(list_numbers("mean_percent").windows(2).all(|pair| pair[0] < pair[1]), "{said}");
+    assert!(list_numbers("flip").windows(2).all(|pair| pair[0] < pair[1]) && list_numbers("flip")[0] > 0.0, "{said}");
     let smallest = &said["smallest"];
     assert!(smallest["vertices"].as_u64().unwrap() < 29 && smallest["components"] == 1, "{said}");
     assert!(said["outcome"].as_str().unwrap().starts_with("stopped: "), "{said}");

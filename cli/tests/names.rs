@@ -16,8 +16,9 @@ fn plate(folder: &Path) {
     for (name, rows) in [("left", 0..n / 2), ("right", n / 2..n)] {
         text += &format!("usemtl {name}\n");
         for (i, j) in rows.flat_map(|i| (0..n).map(move |j| (i, j))) {
-            let at = |i, j| 1 + j * (n + 1) + i;
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)].map(|v| format!("{v}/{v}"));
+            let vertex = |i, j| 1 + j * (n + 1) + i;
+            let [a, b, c, d] =
+                [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)].map(|v| format!("{v}/{v}"));
             text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
         }
     }

@@ -72,8 +72,9 @@ fn mean_distance_to_roll(asset: &Asset) -> f64 {
     assert_eq!(targets.len(), 1);
     let off = mesh.faces.iter().zip(&mesh.attributes.wedges).map(|(face, wedges)| {
         let rolled = |axis: usize| {
-            let at = |k: usize| mesh.positions[face[k] as usize][axis] + f64::from(targets[0].value(wedges[k])[axis]);
-            (at(0) + at(1) + at(2)) / 3.0
+            let rolled_coordinate =
+                |k: usize| mesh.positions[face[k] as usize][axis] + f64::from(targets[0].value(wedges[k])[axis]);
+            (rolled_coordinate(0) + rolled_coordinate(1) + rolled_coordinate(2)) / 3.0
         };
         (rolled(0).hypot(rolled(2) - 1.0) - 1.0).abs()
     });

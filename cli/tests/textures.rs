@@ -17,8 +17,9 @@ fn write_textured_plate(folder: &Path) {
         text += &format!("v {i} {j} {}\nvt {} {}\n", (i * i + j) % 3, i as f64 / 8.0, j as f64 / 8.0);
     }
     for (i, j) in (0..n).flat_map(|j| (0..n).map(move |i| (i, j))) {
-        let at = |i, j| 1 + j * (n + 1) + i;
-        let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)].map(|v| format!("{v}/{v}"));
+        let vertex = |i, j| 1 + j * (n + 1) + i;
+        let [a, b, c, d] =
+            [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)].map(|v| format!("{v}/{v}"));
         text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
     }
     std::fs::write(folder.join("plate.obj"), text).unwrap();
@@ -45,8 +46,8 @@ fn images(glb: &Path) -> (Vec<[usize; 2]>, serde_json::Value) {
     let buffer = &bytes[28 + length..];
     let size = |image: &serde_json::Value| {
         let view = &document["bufferViews"][image["bufferView"].as_u64().unwrap() as usize];
-        let at = |name: &str| view[name].as_u64().unwrap_or(0) as usize;
-        image_size(&buffer[at("byteOffset")..][..at("byteLength")]).unwrap()
+        let view_number = |name: &str| view[name].as_u64().unwrap_or(0) as usize;
+        image_size(&buffer[view_number("byteOffset")..][..view_number("byteLength")]).unwrap()
     };
     (document["images"].as_array().unwrap().iter().map(size).collect(), document)
 }
@@ -72,11 +73,11 @@ fn images_within_a_glb_shrink_on_the_way_in_and_again_in_a_scene() {
     let folder = folder();
     write_textured_plate(folder.path());
     simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &[]);
-    let at = |name: &str| folder.path().join(name);
-    assert_eq!(images(&at("plate.glb")).0, [[32, 32], [32, 32]]);
+    let in_folder = |name: &str| folder.path().join(name);
+    assert_eq!(images(&in_folder("plate.glb")).0, [[32, 32], [32, 32]]);
     let run = run(folder.path(), &["simplify", "plate.glb", "-o", "less.glb", "--ratio", "50%", "--textures", "20"]);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
-    let (sizes, document) = images(&at("less.glb"));
+    let (sizes, document) = images(&in_folder("less.glb"));
     assert_eq!(sizes, [[20, 20], [20, 20]]);
     assert_eq!(document["images"][0]["mimeType"], "image/png");
 }

@@ -321,11 +321,11 @@ impl Blocks<'_> {
 }
 
 fn target_share(target: Target, n_faces: usize) -> f64 {
-    let of = |n: usize, n_all: usize| n as f64 / n_all.max(1) as f64;
+    let divide = |n: usize, n_all: usize| n as f64 / n_all.max(1) as f64;
     match target {
         Target::Ratio(ratio) => ratio,
-        Target::Vertices(n) => of(n, n_faces / 2),
-        Target::Faces(n) => of(n, n_faces),
+        Target::Vertices(n) => divide(n, n_faces / 2),
+        Target::Faces(n) => divide(n, n_faces),
     }
 }
 

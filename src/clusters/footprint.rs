@@ -108,10 +108,10 @@ mod tests {
 
     #[test]
     pub fn coordinates_are_weights_and_height() {
-        let at = |p: [f64; 3]| footprint().coordinates(DVec3::from(p)).to_array();
-        assert_eq!(at([0.0, 0.0, 3.0]), [1.0, 0.0, 0.0, 3.0]);
-        assert_eq!(at([1.0, 1.0, -2.0]), [0.0, 0.5, 0.5, -2.0]);
-        assert_eq!(at([2.0, 2.0, 0.0]), [-1.0, 1.0, 1.0, 0.0]);
+        let coordinates = |p: [f64; 3]| footprint().coordinates(DVec3::from(p)).to_array();
+        assert_eq!(coordinates([0.0, 0.0, 3.0]), [1.0, 0.0, 0.0, 3.0]);
+        assert_eq!(coordinates([1.0, 1.0, -2.0]), [0.0, 0.5, 0.5, -2.0]);
+        assert_eq!(coordinates([2.0, 2.0, 0.0]), [-1.0, 1.0, 1.0, 0.0]);
         assert!(Footprint::new([DVec3::ZERO, DVec3::X, 2.0 * DVec3::X], DVec3::ZERO).is_none());
     }
 

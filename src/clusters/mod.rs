@@ -423,8 +423,8 @@ mod tests {
             let positions: Vec<[f32; 3]> = points.iter().map(|p| p.map(f32::from)).collect();
             let faces = corners.iter().map(|face| face.map(|v| (v % positions.len()) as u32));
             let distinct = |[a, b, c]: [u32; 3]| {
-                let at = |v: u32| positions[v as usize];
-                at(a) != at(b) && at(b) != at(c) && at(c) != at(a)
+                let position = |v: u32| positions[v as usize];
+                position(a) != position(b) && position(b) != position(c) && position(c) != position(a)
             };
             let faces: Vec<[u32; 3]> = faces.filter(|&face| distinct(face)).collect();
             prop_assume!(!faces.is_empty());

@@ -171,9 +171,9 @@ mod tests {
 
     #[test]
     fn a_share_may_be_of_what_has_a_name() {
-        let of = |name: &str, share| Ok(RatioOf { name: Some(name.into()), share });
+        let name_share = |name: &str, share| Ok(RatioOf { name: Some(name.into()), share });
         assert_eq!(ratio_of("10%"), Ok(RatioOf { name: None, share: 0.1 }));
-        assert_eq!([ratio_of("head=50%"), ratio_of("a=b=0.2")], [of("head", 0.5), of("a=b", 0.2)]);
+        assert_eq!([ratio_of("head=50%"), ratio_of("a=b=0.2")], [name_share("head", 0.5), name_share("a=b", 0.2)]);
         assert!(ratio_of("head=").is_err() && ratio_of("=0.5").is_err() && ratio_of("head").is_err());
         assert!(ratio_of("head=50").unwrap_err().ends_with("did you mean 50%?"));
     }

@@ -117,7 +117,7 @@ pub(super) fn levels_for_goal(
     let n_faces = document.mesh().faces().len();
     // The quick levels are those of the merges, as with the collapse alone.
     let is_refined = job.closed_options().effort != Effort::Fast;
-    let at = |target: Target| Ok::<_, JobError>(progression.at_target(target, is_refined)?);
+    let make_level = |target: Target| Ok::<_, JobError>(progression.at_target(target, is_refined)?);
     let mut found = SimplifiedResults::new(Vec::new(), job);
     let bounds: &[Bound] = match &job.goal {
         Goal::Error(bound) => std::slice::from_ref(bound),
@@ -126,13 +126,13 @@ pub(super) fn levels_for_goal(
     };
     found.results = match &job.goal {
         Goal::Levels(sizes) => {
-            sizes.iter().map(|size: &LevelSize| at(size.target(n_faces))).collect::<Result<_, _>>()?
+            sizes.iter().map(|size: &LevelSize| make_level(size.target(n_faces))).collect::<Result<_, _>>()?
         }
         Goal::Error(_) | Goal::ErrorLevels(_) => Vec::new(),
         Goal::Size(_) => {
             return Err(JobError::Options("--size: a progression has levels by size or error: give one".into()));
         }
-        Goal::Target | Goal::ShareOfFaces(_) => vec![at(job.target(n_faces))?],
+        Goal::Target | Goal::ShareOfFaces(_) => vec![make_level(job.target(n_faces))?],
     };
     for bound in bounds {
         let error = bound.to_absolute(document.diagonal());

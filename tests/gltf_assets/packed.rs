@@ -10,8 +10,8 @@ use super::{morphed_square, skinned_squares};
 // Builds a wave of 12 x 12 squares with all attributes, in a node that is turned and scaled.
 fn wave() -> Builder {
     let mut asset = Builder::new();
-    let at = |i: usize| [(i % 13) as f32 / 12.0, (i / 13) as f32 / 12.0];
-    let rows: Vec<[f32; 2]> = (0..169).map(at).collect();
+    let grid_point = |i: usize| [(i % 13) as f32 / 12.0, (i / 13) as f32 / 12.0];
+    let rows: Vec<[f32; 2]> = (0..169).map(grid_point).collect();
     let position = asset.positions(&rows.iter().map(|[u, v]| [*u, *v, 0.2 * (6.0 * u).sin()]).collect::<Vec<_>>());
     let unit = |x: f32, y: f32, z: f32| (glam::Vec3::new(x, y, z).normalize()).to_array();
     let normal = asset.floats(&rows.iter().map(|[u, v]| unit(u - 0.5, v - 0.3, 0.4)).collect::<Vec<_>>());

@@ -27,37 +27,8 @@ pub const ADVERBS: &str = "\
 pub const PREFIXES: &str = "\
     as can from has into is may needs to try with";
 
-// Words in `s` that are no verbs.
-pub const NOUNS: &str = "\
-    access across address afterwards always analysis areas arguments as atlas attributes axes axis barycenters basis \
-    besides bias bodies boundaries boxes buckets buffers bus bytes candidates canvas cases channels charts checksums \
-    circles class colours columns components coordinates cores corners creases cubes curves derivatives diagnostics \
-    diagonals differences digits directions distances does edges eigenpairs entities entries epochs errors factors \
-    fans figures files fractions gas genus gradients groups has heights his hours images indices instances is its \
-    joints layers lengths less letters levels lines loops loss mass materials matrices means medians members minus \
-    minutes neighbors neighbours nodes normals objects offsets ones options others pairs panels parameters parts \
-    percents perhaps pieces pixels planes plus positions probabilities process proposals quadrics quarters radius \
-    regions results rings roots rows scenes seams seconds seeds segments settings sides slots sources spheres spokes \
-    spots statistics status success tables tangents targets tensors terms texels textures thirds this thus tools \
-    tori triangles triples twins unless us values various vertices voices voxels was wedges weights whereas whose \
-    words yes";
-
-// Words in `s` that are nouns before one of [`AFTER_NOUNS`], and verbs elsewhere.
-pub const NOUNS_OR_VERBS: &str = "\
-    bends blocks bounds changes clusters collapses colors copies costs counts covers cuts ends estimates faces flips \
-    halves indexes joins labels limits lists marks merges meshes moves names notes numbers orders packs patches \
-    places points prices projects ranges ranks records reports samples scales scores shapes shares sizes splits \
-    steps stores sums tests traces turns views walks weighs";
-
-pub const AFTER_NOUNS: &str = "\
-    and are around as at between by for from in of on or per that to were where which whose with within";
-
-// Verbs with which no function doc should begin.
-pub const WEAK_VERBS: &str = "\
-    does has hears is";
-
-// Words with which docs of types, fields and constants do not begin.
-pub const NO_FIRST_WORDS: &str = "as how of so that those what whatever where which whoever why";
+// Names that no closure has.
+pub const NO_CLOSURE_NAMES: &str = "at by it of";
 
 // Phrases to avoid, with their replacements.
 pub const PHRASES: &[(&str, &str)] = &[

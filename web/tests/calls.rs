@@ -172,10 +172,10 @@ fn moved_vertices_match_the_indices() {
 fn seams_keep_the_vertices_of_their_sides() {
     // A grid whose two halves have vertices of their own along the middle.
     let n = 21;
-    let at = |x: usize, y: usize| [x as f32, y as f32, (0.3 * x as f32).sin()];
+    let grid_point = |x: usize, y: usize| [x as f32, y as f32, (0.3 * x as f32).sin()];
     let positions: Vec<[f32; 3]> = [0..n, n - 1..2 * n - 1]
         .into_iter()
-        .flat_map(|xs| xs.flat_map(move |x| (0..n).map(move |y| at(x, y))))
+        .flat_map(|xs| xs.flat_map(move |x| (0..n).map(move |y| grid_point(x, y))))
         .collect();
     let place = |half: usize, x: usize, y: usize| (half * n * n + x * n + y) as u32;
     let cell = |half: usize, x: usize, y: usize| {

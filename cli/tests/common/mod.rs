@@ -138,12 +138,13 @@ pub fn sphere(first: usize, rings: usize, centre: [f64; 3], radius: f64) -> Stri
     };
     let mut text = point(0, 0) + &point(rings, 0);
     text.extend((1..rings).flat_map(|ring| (0..around).map(move |step| point(ring, step))));
-    let at = |ring: usize, step: usize| first + 2 + (ring - 1) * around + step % around;
+    let vertex = |ring: usize, step: usize| first + 2 + (ring - 1) * around + step % around;
     for step in 0..around {
-        text += &format!("f {first} {} {}\n", at(1, step + 1), at(1, step));
-        text += &format!("f {} {} {}\n", first + 1, at(rings - 1, step), at(rings - 1, step + 1));
+        text += &format!("f {first} {} {}\n", vertex(1, step + 1), vertex(1, step));
+        text += &format!("f {} {} {}\n", first + 1, vertex(rings - 1, step), vertex(rings - 1, step + 1));
         for ring in 1..rings - 1 {
-            let [a, b, c, d] = [at(ring, step), at(ring, step + 1), at(ring + 1, step + 1), at(ring + 1, step)];
+            let [a, b, c, d] =
+                [vertex(ring, step), vertex(ring, step + 1), vertex(ring + 1, step + 1), vertex(ring + 1, step)];
             text += &format!("f {a} {b} {c} {d}\n");
         }
     }

@@ -18,12 +18,12 @@ const FINEST: f64 = 1024.0;
 pub fn cluster_vertices(reduced: ReducedPatch, locked: &FxHashSet<PositionKey>, n_faces: usize) -> ReducedPatch {
     let is_locked: Vec<bool> = reduced.mesh.positions().iter().map(|&p| locked.contains(&position_key(p))).collect();
     let bounds = Bounds::from_points(reduced.mesh.positions());
-    let at = |n_cells: f64| joined_faces(&reduced.mesh, &is_locked, &bounds, bounds.diagonal() / n_cells);
+    let join_in_grid = |n_cells: f64| joined_faces(&reduced.mesh, &is_locked, &bounds, bounds.diagonal() / n_cells);
     let (mut low, mut high) = (0.5, FINEST);
-    let mut best = at(low);
+    let mut best = join_in_grid(low);
     for _ in 0..STEPS {
         let middle = f64::sqrt(low * high);
-        let joined = at(middle);
+        let joined = join_in_grid(middle);
         if joined.faces.len() <= n_faces {
             (low, best) = (middle, joined);
         } else {

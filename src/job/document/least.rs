@@ -110,6 +110,6 @@ fn least_of_scene(
 
 fn first_faces(groups: &[u32], n_faces: usize) -> Vec<u32> {
     let mut seen = BTreeSet::new();
-    let of = |face: u32| groups.get(face as usize).copied().unwrap_or_default();
-    (0..n_faces as u32).filter(|&face| seen.insert(of(face))).collect()
+    let group = |face: u32| groups.get(face as usize).copied().unwrap_or_default();
+    (0..n_faces as u32).filter(|&face| seen.insert(group(face))).collect()
 }

@@ -39,8 +39,8 @@ mod tests {
     use super::*;
 
     fn ridge(height: f32) -> Vec<[f32; 3]> {
-        let at = |i: i32, j: i32| [i as f32, j as f32, height * (-(i * i) as f32 / 30.0).exp()];
-        (-12..=12).flat_map(|i| (-12..=12).map(move |j| at(i, j))).collect()
+        let bump_point = |i: i32, j: i32| [i as f32, j as f32, height * (-(i * i) as f32 / 30.0).exp()];
+        (-12..=12).flat_map(|i| (-12..=12).map(move |j| bump_point(i, j))).collect()
     }
 
     #[test]

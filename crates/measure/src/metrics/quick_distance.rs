@@ -49,8 +49,8 @@ pub struct QuickDistance {
 /// ```
 /// # use neural_mesh_measure as neural_mesh;
 /// use neural_mesh::{mesh::TriMesh, metrics::quick_distance};
-/// let at = |z: f32| TriMesh::new(vec![[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]], vec![[0, 1, 2]]).unwrap();
-/// let distance = quick_distance(&at(0.0), &at(0.5), 100, 0).unwrap();
+/// let triangle_at_height = |z: f32| TriMesh::new(vec![[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]], vec![[0, 1, 2]]).unwrap();
+/// let distance = quick_distance(&triangle_at_height(0.0), &triangle_at_height(0.5), 100, 0).unwrap();
 /// assert_eq!((distance.mean, distance.max), (0.5, 0.5));
 /// ```
 pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize, seed: u64) -> Option<QuickDistance> {

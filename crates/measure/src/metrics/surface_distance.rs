@@ -50,8 +50,8 @@ pub struct SurfaceDistance {
 /// ```
 /// # use neural_mesh_measure as neural_mesh;
 /// use neural_mesh::{mesh::TriMesh, metrics::{Surface, surface_distance}};
-/// let at = |z: f32| TriMesh::new(vec![[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]], vec![[0, 1, 2]]).unwrap();
-/// let [low, high] = [0.0, 0.5].map(|z| Surface::new(&at(z), 100, 0));
+/// let triangle_at_height = |z: f32| TriMesh::new(vec![[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]], vec![[0, 1, 2]]).unwrap();
+/// let [low, high] = [0.0, 0.5].map(|z| Surface::new(&triangle_at_height(z), 100, 0));
 /// let distance = surface_distance(&low, &high).unwrap();
 /// assert_eq!((distance.both.mean, distance.both.max, distance.both.normal_error), (0.5, 0.5, 0.0));
 /// ```

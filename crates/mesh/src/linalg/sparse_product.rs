@@ -183,8 +183,8 @@ mod tests {
         let (graph, adjacency, s, gradient) = example(20);
         assert!(graph.position(3, 3).is_some());
         assert_slopes(&sparse_product_backward(&s, &graph, &adjacency, &gradient), &s, |s| {
-            let at = |i: u32, j: u32| graph.position(i as usize, j).map_or(0.0, |at| s[at]);
-            let entry = |[i, j]: [u32; 2]| adjacency.entries().map(|[k, l]| at(i, k) * at(j, l)).sum::<f64>();
+            let entry = |i: u32, j: u32| graph.position(i as usize, j).map_or(0.0, |at| s[at]);
+            let entry = |[i, j]: [u32; 2]| adjacency.entries().map(|[k, l]| entry(i, k) * entry(j, l)).sum::<f64>();
             graph.entries().zip(&gradient).map(|(pair, g)| f64::from(*g) * entry(pair)).sum()
         });
     }

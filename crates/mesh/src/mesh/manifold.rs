@@ -316,13 +316,13 @@ mod tests {
         let mesh = shapes::cuboid([1.0; 3], 1);
         let (positions, faces) = (mesh.positions(), mesh.faces());
         // The second point is beyond the edge where x and y are largest.
-        let at = |p: &[f32; 3]| [p[0] + 1.0, p[1] + 1.0, p[2]];
+        let shift_point = |p: &[f32; 3]| [p[0] + 1.0, p[1] + 1.0, p[2]];
         let low = |p: &[f32; 3]| p.map(|x| (4.0 * x).round() as i32);
         let mut all = positions.to_vec();
         let number: Vec<u32> = positions
             .iter()
             .map(|p| {
-                let place = at(p);
+                let place = shift_point(p);
                 let known = positions.iter().position(|q| low(q) == low(&place));
                 known.map_or_else(
                     || {

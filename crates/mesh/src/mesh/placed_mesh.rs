@@ -33,8 +33,8 @@ fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMe
     let turn = |[a, b, c]: [u32; 3]| if is_mirrored { [a, c, b] } else { [a, b, c] };
     all.positions.extend(mesh.positions.iter().map(|&p| transform.transform_point3(p.into()).to_array()));
     // Indices out of range stay out of range, so that cleaning drops their faces.
-    let at = |v: u32| if v as usize >= mesh.positions.len() { u32::MAX } else { first as u32 + v };
-    all.faces.extend(mesh.faces.iter().map(|face| turn(face.map(at))));
+    let shift_vertex = |v: u32| if v as usize >= mesh.positions.len() { u32::MAX } else { first as u32 + v };
+    all.faces.extend(mesh.faces.iter().map(|face| turn(face.map(shift_vertex))));
     all.dropped_faces += mesh.dropped_faces;
     let attributes = &mut all.attributes;
     attributes.groups.extend((0..n_faces).map(|face| first_group + own.group(face)));
@@ -43,8 +43,8 @@ fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMe
     }
     // A mesh without channels has one wedge, of zeros.
     let n_wedges = own.n_wedges().max(1);
-    let at = |w: u32| if w as usize >= n_wedges { u32::MAX } else { first_wedge + w };
-    let wedge = |face: u32| own.wedges.get(face as usize).map_or([first_wedge; 3], |row| row.map(at));
+    let shift_wedge = |w: u32| if w as usize >= n_wedges { u32::MAX } else { first_wedge + w };
+    let wedge = |face: u32| own.wedges.get(face as usize).map_or([first_wedge; 3], |row| row.map(shift_wedge));
     attributes.wedges.extend((0..n_faces).map(|face| turn(wedge(face))));
     for (near, channel) in attributes.channels.iter_mut().enumerate() {
         let from = channel.values.len();

@@ -277,8 +277,8 @@ mod tests {
     #[test]
     fn a_band_with_one_side_has_one_in_blocks_as_well() {
         // Squares around a ring, the last joined upside down.
-        let at = |i: u32| if i == 12 { [1, 0] } else { [2 * i, 2 * i + 1] };
-        let square = |i: u32| (at(i), at(i + 1));
+        let rung = |i: u32| if i == 12 { [1, 0] } else { [2 * i, 2 * i + 1] };
+        let square = |i: u32| (rung(i), rung(i + 1));
         let faces = (0..12).map(square).flat_map(|([a, b], [c, d])| [[a, b, c], [c, b, d]]);
         let faces: Vec<[u32; 3]> = faces.collect();
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);

@@ -173,8 +173,8 @@ mod tests {
         let mut once = order.clone();
         once.sort_unstable();
         assert!(once.iter().copied().eq(0..n * n));
-        let at = |i: u32| glam::Vec3::from(positions[i as usize]);
-        let steps: f32 = order.windows(2).map(|pair| at(pair[0]).distance(at(pair[1]))).sum();
+        let point = |i: u32| glam::Vec3::from(positions[i as usize]);
+        let steps: f32 = order.windows(2).map(|pair| point(pair[0]).distance(point(pair[1]))).sum();
         assert!(steps / ((n * n) as f32) < 2.0, "{steps}");
     }
 }

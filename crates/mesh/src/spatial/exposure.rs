@@ -203,11 +203,11 @@ mod tests {
     fn the_lid_of_a_sphere_opens_it_and_what_is_within_changes_nothing() {
         let sphere = shapes::icosphere(3);
         let is_lid = |face: &[u32; 3]| face.iter().all(|&v| sphere.positions()[v as usize][2] > 0.9);
-        let of = |is_wanted: &dyn Fn(&[u32; 3]) -> bool| {
+        let keep_faces = |is_wanted: &dyn Fn(&[u32; 3]) -> bool| {
             let faces = sphere.faces().iter().copied().filter(|face| is_wanted(face)).collect();
             TriMesh::new(sphere.positions().to_vec(), faces).unwrap()
         };
-        let meshes = [of(&|face| !is_lid(face)), of(&is_lid), scale_mesh(&sphere, 0.5)];
+        let meshes = [keep_faces(&|face| !is_lid(face)), keep_faces(&is_lid), scale_mesh(&sphere, 0.5)];
         let found = exposures_of(&meshes, 0.01);
         assert!(found[0].changed > 0.5 && found[1].opened > 0.005, "{found:?}");
         assert!(found[2].changed == 0.0 && found[2].opened == 0.0 && found[2].shown == 0.0);

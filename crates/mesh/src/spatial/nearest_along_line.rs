@@ -32,8 +32,8 @@ impl NearestOnTriangles {
     /// ```
     /// # use neural_mesh_mesh as neural_mesh;
     /// use neural_mesh::spatial::NearestOnTriangles;
-    /// let at = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
-    /// let surface = NearestOnTriangles::new(&[at(1.0), at(-2.0)]);
+    /// let triangle_at_height = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
+    /// let surface = NearestOnTriangles::new(&[triangle_at_height(1.0), triangle_at_height(-2.0)]);
     /// let hit = |reach: f64| surface.crossing_along([0.2, 0.2, 0.0].into(), [0.0, 0.0, -5.0].into(), reach, |_| true);
     /// assert_eq!(hit(3.0).map(|hit| (hit.triangle, hit.distance2)), Some((0, 1.0)));
     /// assert_eq!(hit(0.5), None);

@@ -75,10 +75,10 @@ impl NearestOnTriangles {
             return Self::with_one_unit(triangles, most);
         }
         let (inner, outer): (Vec<u32>, Vec<u32>) = (0..triangles.len() as u32).partition(is_inner);
-        let of = |idx: &[u32]| idx.iter().map(|&i| triangles[i as usize]).collect::<Vec<_>>();
-        let mut nearest = Self::with_one_unit(&of(&outer), most);
+        let select_triangles = |idx: &[u32]| idx.iter().map(|&i| triangles[i as usize]).collect::<Vec<_>>();
+        let mut nearest = Self::with_one_unit(&select_triangles(&outer), most);
         nearest.tree.triangle_idx.iter_mut().for_each(|i| *i = outer[*i as usize]);
-        let near = of(&inner);
+        let near = select_triangles(&inner);
         let most = f64::from(largest(near.as_flattened()));
         nearest.inner =
             Some(Box::new(InnerTriangles { surface: Self::new(&near), triangles: near, triangle_idx: inner, most }));
@@ -116,8 +116,8 @@ impl NearestOnTriangles {
     /// ```
     /// # use neural_mesh_mesh as neural_mesh;
     /// use neural_mesh::spatial::NearestOnTriangles;
-    /// let at = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
-    /// let surface = NearestOnTriangles::new(&[at(0.0), at(1.0)]);
+    /// let triangle_at_height = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
+    /// let surface = NearestOnTriangles::new(&[triangle_at_height(0.0), triangle_at_height(1.0)]);
     /// let is_any = |reach: f64| surface.is_within_distance([0.2, 0.2, 0.1].into(), reach, |triangle| triangle != 0);
     /// assert!(is_any(1.0) && !is_any(0.8));
     /// ```

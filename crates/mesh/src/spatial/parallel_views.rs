@@ -26,8 +26,8 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// ```
 /// # use neural_mesh_mesh as neural_mesh;
 /// use neural_mesh::spatial::visible_faces;
-/// let at = |z: f32| [[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]];
-/// let positions = [at(0.0), at(1.0)].concat();
+/// let triangle_at_height = |z: f32| [[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]];
+/// let positions = [triangle_at_height(0.0), triangle_at_height(1.0)].concat();
 /// assert_eq!(visible_faces(&positions, &[[0, 1, 2], [3, 4, 5]], 3), [true, true]);
 /// ```
 pub fn visible_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) -> Vec<bool> {
@@ -43,8 +43,8 @@ pub fn visible_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) 
 /// ```
 /// # use neural_mesh_mesh as neural_mesh;
 /// use neural_mesh::spatial::visible_areas;
-/// let at = |z: f32| [[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]];
-/// let areas = visible_areas(&at(0.0), &[[0, 1, 2]], 50);
+/// let triangle_at_height = |z: f32| [[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]];
+/// let areas = visible_areas(&triangle_at_height(0.0), &[[0, 1, 2]], 50);
 /// assert!((areas[0] - 0.5 * 2.0).abs() < 0.1);
 /// ```
 pub fn visible_areas(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) -> Vec<f64> {

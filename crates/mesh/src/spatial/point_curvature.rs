@@ -34,8 +34,8 @@ pub fn point_curvature(points: &[[f32; 3]]) -> Vec<f32> {
 }
 
 fn offsets(points: &[[f32; 3]], i: usize, row: &[u32]) -> Vec<DVec3> {
-    let at = |i: usize| DVec3::from_array(points[i].map(f64::from));
-    row.iter().map(|&j| at(j as usize) - at(i)).collect()
+    let point = |i: usize| DVec3::from_array(points[i].map(f64::from));
+    row.iter().map(|&j| point(j as usize) - point(i)).collect()
 }
 
 fn flatness(points: &[[f32; 3]], i: usize, row: &[u32]) -> f64 {
@@ -65,12 +65,12 @@ mod tests {
     use super::*;
 
     fn sphere(n: usize, radius: f32) -> Vec<[f32; 3]> {
-        let at = |i: usize| {
+        let spiral_point = |i: usize| {
             let z = 1.0 - (2 * i + 1) as f32 / n as f32;
             let (r, turn) = ((1.0 - z * z).sqrt(), i as f32 * 2.399_963_1);
             [radius * r * turn.cos(), radius * r * turn.sin(), radius * z]
         };
-        (0..n).map(at).collect()
+        (0..n).map(spiral_point).collect()
     }
 
     #[test]

@@ -89,8 +89,9 @@ mod tests {
 
     #[test]
     fn neighbours_overlap_only_where_they_are_folded_onto_each_other() {
-        let at = |angle: f32| [0.5, angle.to_radians().cos(), angle.to_radians().sin()];
-        let folded = |angle: f32| pairs(&[[0.0; 3], [1.0, 0.0, 0.0], at(0.0), at(angle)], [0, 1, 3]).len();
+        let turn_corner = |angle: f32| [0.5, angle.to_radians().cos(), angle.to_radians().sin()];
+        let folded =
+            |angle: f32| pairs(&[[0.0; 3], [1.0, 0.0, 0.0], turn_corner(0.0), turn_corner(angle)], [0, 1, 3]).len();
         assert_eq!([180.0, 120.0, 90.0, 60.0].map(folded), [0; 4]);
         assert_eq!([3.0, 0.0].map(folded), [2; 2]);
     }

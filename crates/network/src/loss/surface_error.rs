@@ -24,15 +24,15 @@ pub struct PointErrors {
 /// ```
 /// # use neural_mesh_network as neural_mesh;
 /// use neural_mesh::loss::point_errors;
-/// let at = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
-/// let errors = point_errors(&[at(0.0)], &[at(0.25)]);
+/// let triangle_at_height = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
+/// let errors = point_errors(&[triangle_at_height(0.0)], &[triangle_at_height(0.25)]);
 /// assert_eq!((errors.areas, errors.distances, errors.turns), (vec![0.5], vec![0.25], vec![0.0]));
 /// ```
 pub fn point_errors(original: &[[[f32; 3]; 3]], result: &[[[f32; 3]; 3]]) -> PointErrors {
     let normal = |corners: &[[f32; 3]; 3]| area_normal(corners.map(Vec3::from));
     let normals: Vec<Vec3> = result.iter().map(|corners| normal(corners).normalize_or_zero()).collect();
     let nearest = NearestOnTriangles::new(result);
-    let at = |corners: &[[f32; 3]; 3]| {
+    let measure_triangle = |corners: &[[f32; 3]; 3]| {
         let own = normal(corners);
         let place: DVec3 = corners.iter().map(|p| DVec3::from(p.map(f64::from)) / 3.0).sum();
         let (distance, turn) = nearest.nearest(place).map_or((0.0, 0.0), |hit| {
@@ -41,7 +41,7 @@ pub fn point_errors(original: &[[[f32; 3]; 3]], result: &[[[f32; 3]; 3]]) -> Poi
         });
         (0.5 * own.length(), distance, turn)
     };
-    let all: Vec<(f32, f32, f32)> = original.par_iter().map(at).collect();
+    let all: Vec<(f32, f32, f32)> = original.par_iter().map(measure_triangle).collect();
     PointErrors {
         areas: all.iter().map(|x| x.0).collect(),
         distances: all.iter().map(|x| x.1).collect(),
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn shares_are_the_slopes_of_the_logarithms() {
-        let at = |k: usize, d: f32, turn: f32| {
+        let change_errors = |k: usize, d: f32, turn: f32| {
             let mut errors =
                 PointErrors { areas: vec![0.5, 1.0, 2.0], distances: vec![0.3, 0.5, 0.4], turns: vec![0.2, 0.1, 0.4] };
             errors.distances[k] += d;
@@ -142,7 +142,7 @@ mod tests {
         let loss = |errors: &PointErrors| log_errors(&error_sums([errors, errors])).iter().sum::<f64>();
         for k in 0..3 {
             for (d, turn) in [(1e-3, 0.0), (0.0, 1e-3)] {
-                let [up, down] = [at(k, d, turn), at(k, -d, -turn)];
+                let [up, down] = [change_errors(k, d, turn), change_errors(k, -d, -turn)];
                 let sums = error_sums([&up, &down]);
                 let found = error_shares(&up, &sums)[k] - error_shares(&down, &sums)[k];
                 let difference = loss(&up) - loss(&down);

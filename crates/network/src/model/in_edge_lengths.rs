@@ -23,14 +23,14 @@ impl EdgeFrame {
     /// - `graph`: n x n, symmetric; loops are ignored
     pub fn new<P: Copy + Into<[f32; 3]>>(points: &[P], graph: &Csr) -> Self {
         assert_eq!(points.len(), graph.n_rows(), "one row per point");
-        let at = |v: usize| DVec3::from(points[v].into().map(f64::from));
+        let point = |v: usize| DVec3::from(points[v].into().map(f64::from));
         let (mut sum, mut lengths, mut n_edges) = (DVec3::ZERO, 0.0, 0);
         for i in 0..points.len() {
-            let p = at(i);
+            let p = point(i);
             sum += p;
             // Rows ascend. Each edge is visited once, at its smaller end.
             for &j in graph.row(i).iter().rev().take_while(|&&j| j as usize > i) {
-                lengths += p.distance(at(j as usize));
+                lengths += p.distance(point(j as usize));
                 n_edges += 1;
             }
         }

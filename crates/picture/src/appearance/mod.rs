@@ -93,10 +93,11 @@ fn compare_views(meshes: &[ShadedMesh; 2], view: [f32; 2], height: usize) -> Opt
 }
 
 fn channels_ssim(a: &Image, b: &Image, channels: &[fn([u8; 4]) -> u8]) -> Option<f64> {
-    let of = |image: &Image, channel: fn([u8; 4]) -> u8| -> Vec<u8> {
+    let take_channel = |image: &Image, channel: fn([u8; 4]) -> u8| -> Vec<u8> {
         image.rgba.chunks_exact(4).map(|p| channel([p[0], p[1], p[2], p[3]])).collect()
     };
-    let each: Option<Vec<f64>> = channels.iter().map(|&c| ssim(a.width, &of(a, c), &of(b, c))).collect();
+    let each: Option<Vec<f64>> =
+        channels.iter().map(|&c| ssim(a.width, &take_channel(a, c), &take_channel(b, c))).collect();
     each.map(|each| each.iter().sum::<f64>() / each.len() as f64)
 }
 
@@ -114,8 +115,8 @@ mod tests {
     #[test]
     fn coarser_meshes_look_less_like_the_original() {
         let sphere = shapes::wavy_sphere(4, 20.0);
-        let of = |level| appearance(&sphere, &shapes::wavy_sphere(level, 20.0), 96).unwrap();
-        let [fine, middle, coarse] = [3, 2, 1].map(of);
+        let compare_level = |level| appearance(&sphere, &shapes::wavy_sphere(level, 20.0), 96).unwrap();
+        let [fine, middle, coarse] = [3, 2, 1].map(compare_level);
         let ordered = |value: fn(&Appearance) -> f64| value(&fine) > value(&middle) && value(&middle) > value(&coarse);
         assert!(
             ordered(|a| a.ssim) && ordered(|a| -a.flip) && ordered(|a| a.normals_ssim) && ordered(|a| a.psnr),

@@ -216,7 +216,7 @@ mod tests {
         if k == i + 1 {
             return (0.0, 0.0, outline.normals[i]);
         }
-        let of = |j: usize| {
+        let cover_with = |j: usize| {
             let (left, right) = (naive(outline, i, j), naive(outline, j, k));
             let normal = area_normal_f64([outline.points[i], outline.points[k], outline.points[j]]);
             let unit = normal.normalize_or_zero();
@@ -227,7 +227,7 @@ mod tests {
             let here = (here / BEND_STEP).round() * BEND_STEP;
             (here.max(left.0).max(right.0), left.1 + right.1 + normal.length(), unit)
         };
-        (i + 1..k).map(of).min_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap()).unwrap()
+        (i + 1..k).map(cover_with).min_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap()).unwrap()
     }
 
     fn largest_bend(outline: &Outline, triangles: &[[u32; 3]]) -> f64 {

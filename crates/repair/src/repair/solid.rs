@@ -226,8 +226,10 @@ mod tests {
     #[test]
     fn a_crumb_next_to_a_two_sided_sheet_is_not_solid() {
         let n = 6u32;
-        let at = |i: u32, j: u32| i * (n + 1) + j;
-        let quads = (0..n).flat_map(|i| (0..n).map(move |j| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]));
+        let vertex = |i: u32, j: u32| i * (n + 1) + j;
+        let quads = (0..n).flat_map(|i| {
+            (0..n).map(move |j| [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)])
+        });
         let plate = quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d], [b, a, d], [b, d, c]]);
         let places = (0..(n + 1) * (n + 1)).map(|v| [(v / (n + 1)) as f32, (v % (n + 1)) as f32, 0.0]);
         let crumb = shapes::tetrahedron();

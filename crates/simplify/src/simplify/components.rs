@@ -98,9 +98,10 @@ mod tests {
         let sphere = shapes::icosphere(2);
         let places = [(3.0, 0.0), (2.0, 0.0), (1.0, 0.0), (0.5, 9.0)];
         let n = sphere.positions().len() as u32;
-        let at = |(r, x): (f32, f32)| sphere.positions().iter().map(move |p| [r * p[0] + x, r * p[1], r * p[2]]);
+        let sphere_points =
+            |(r, x): (f32, f32)| sphere.positions().iter().map(move |p| [r * p[0] + x, r * p[1], r * p[2]]);
         let faces = (0..4).flat_map(|i| sphere.faces().iter().map(move |face| face.map(|v| v + i * n)));
-        let mesh = TriMesh::new(places.into_iter().flat_map(at).collect(), faces.collect()).unwrap();
+        let mesh = TriMesh::new(places.into_iter().flat_map(sphere_points).collect(), faces.collect()).unwrap();
         let options = ClosedOptions { hidden: Hidden::Drop, ..dropping_below(0.0) };
         assert_eq!(prune(Pulse::NONE, &Input::bare(&sphere), &options).unwrap().origin.n_dropped, 0);
         let left = prune(Pulse::NONE, &Input::bare(&mesh), &options).unwrap();

@@ -35,11 +35,11 @@ impl Target {
     /// assert_eq!([Target::Ratio(0.3), Target::Vertices(6), Target::Faces(5)].map(|it| it.share_of(&sphere)), [0.3, 0.5, 0.25]);
     /// ```
     pub fn share_of(self, mesh: &TriMesh) -> f64 {
-        let of = |n: usize, n_all: usize| n as f64 / n_all.max(1) as f64;
+        let divide = |n: usize, n_all: usize| n as f64 / n_all.max(1) as f64;
         match self {
             Self::Ratio(ratio) => ratio,
-            Self::Vertices(n) => of(n, mesh.positions().len()),
-            Self::Faces(n) => of(n, mesh.faces().len()),
+            Self::Vertices(n) => divide(n, mesh.positions().len()),
+            Self::Faces(n) => divide(n, mesh.faces().len()),
         }
     }
 }

@@ -60,9 +60,10 @@ pub(super) const POINTS: [Stage; 5] =
 
 /// Lists the stages of `n_levels` levels; `ratio` is the first level's share of the vertices.
 pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> Vec<Stage> {
-    let at = |&(stage, shares): &(Stage, [f32; 3])| Stage { share: interpolate_share(ratio as f32, shares), ..stage };
+    let stage_at_ratio =
+        |&(stage, shares): &(Stage, [f32; 3])| Stage { share: interpolate_share(ratio as f32, shares), ..stage };
     let further = |stage: Stage| Stage { share: stage.share * FURTHER_LEVEL_TIME, ..stage };
-    let first: Vec<Stage> = CLOSED_STAGES.iter().map(at).collect();
+    let first: Vec<Stage> = CLOSED_STAGES.iter().map(stage_at_ratio).collect();
     let further: Vec<Stage> =
         (1..n_levels).flat_map(|_| first[FIRST_STAGE_OF_LEVEL..].iter().copied().map(further)).collect();
     is_mirrored.then_some(SYMMETRY).into_iter().chain(first).chain(further).collect()

@@ -90,12 +90,12 @@ impl Record {
     /// gradient[0][0] = 1.0;
     /// let to_input = record.backward_in_doubles(&input, &gradient);
     /// let vertex = record.output_vertices().iter().position(|&x| x == Some(0)).unwrap();
-    /// let at = |step: f64| {
+    /// let move_input = |step: f64| {
     ///     let mut moved = input.clone();
     ///     moved[vertex][0] += step;
     ///     record.positions_in_doubles(&moved)[0][0]
     /// };
-    /// assert!(((at(1e-6) - at(-1e-6)) / 2e-6 - to_input[vertex][0]).abs() < 1e-6);
+    /// assert!(((move_input(1e-6) - move_input(-1e-6)) / 2e-6 - to_input[vertex][0]).abs() < 1e-6);
     /// ```
     pub fn positions_in_doubles(&self, input: &[[f64; 3]]) -> Vec<[f64; 3]> {
         assert_eq!(input.len(), self.n_input, "one position per input vertex");

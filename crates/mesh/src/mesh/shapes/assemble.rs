@@ -29,14 +29,14 @@ pub(super) fn sheet(n: [u32; 2], joins: [Join; 2], point: impl Fn(f64, f64) -> [
         let j = if j == rows[1] && joins[1] != Join::Open { 0 } else { j };
         (if over { 0 } else { i }) * kept[1] + j
     };
-    let at = |i: u32, n: u32| f64::from(i) / f64::from(n);
+    let divide = |i: u32, n: u32| f64::from(i) / f64::from(n);
     let places = (0..kept[0]).flat_map(|i| (0..kept[1]).map(move |j| (i, j)));
     let quads = (0..rows[0]).flat_map(|i| (0..rows[1]).map(move |j| (i, j)));
     let faces = quads.flat_map(|(i, j)| {
         quad([vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)], (i + j) % 2 == 0)
     });
     let faces = faces.collect();
-    build(places.map(|(i, j)| point(at(i, rows[0]), at(j, rows[1]))), faces)
+    build(places.map(|(i, j)| point(divide(i, rows[0]), divide(j, rows[1]))), faces)
 }
 
 pub(super) fn quad([a, b, c, d]: [u32; 4], from_first: bool) -> [[u32; 3]; 2] {

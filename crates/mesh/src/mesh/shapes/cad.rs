@@ -44,8 +44,8 @@ fn outline(n: u32, out: f64, z: f64, radius: f64) -> Vec<[f64; 3]> {
 pub fn bolt(n: u32) -> TriMesh {
     let n = n.max(6);
     let ring = |z: f64, radius: &dyn Fn(f64) -> f64| -> Vec<[f64; 3]> {
-        let at = |u: f64| [radius(u) * (TAU * u).cos(), radius(u) * (TAU * u).sin(), z];
-        (0..n).map(|i| at(f64::from(i) / f64::from(n))).collect()
+        let circle_point = |u: f64| [radius(u) * (TAU * u).cos(), radius(u) * (TAU * u).sin(), z];
+        (0..n).map(|i| circle_point(f64::from(i) / f64::from(n))).collect()
     };
     let thread = (0..=96).map(|i| {
         let turns = f64::from(i) / 12.0;
@@ -78,7 +78,7 @@ fn hexagon(u: f64) -> f64 {
 pub fn thin_sheet(n: u32, thickness: f64) -> TriMesh {
     let n = n.max(1);
     let wave = |x: f64, y: f64| 0.05 * (TAU * x).sin() * (TAU * y).cos();
-    let at = |i: u32, j: u32, lift: f64| {
+    let sheet_point = |i: u32, j: u32, lift: f64| {
         let (x, y) = (f64::from(i) / f64::from(n), f64::from(j) / f64::from(n));
         [x, y, wave(x, y) + lift]
     };
@@ -98,6 +98,6 @@ pub fn thin_sheet(n: u32, thickness: f64) -> TriMesh {
             faces.extend(quad([a, b, b + top, a + top], true));
         }
     }
-    let both = places().map(|(i, j)| at(i, j, 0.0)).chain(places().map(|(i, j)| at(i, j, thickness)));
+    let both = places().map(|(i, j)| sheet_point(i, j, 0.0)).chain(places().map(|(i, j)| sheet_point(i, j, thickness)));
     build(both, faces)
 }

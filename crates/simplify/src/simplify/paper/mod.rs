@@ -185,10 +185,10 @@ mod tests {
             let (u, v) = ((i / m) as f32 / n as f32 * TAU, (i % m) as f32 / m as f32 * TAU);
             [(2.0 + v.cos()) * u.cos(), (2.0 + v.cos()) * u.sin(), v.sin()]
         };
-        let at = |i: u32, j: u32| i % n * m + j % m;
+        let vertex = |i: u32, j: u32| i % n * m + j % m;
         let quads = (0..n).flat_map(|i| (0..m).map(move |j| [i, j]));
         let faces = quads.flat_map(|[i, j]| {
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
             [[a, b, c], [a, c, d]]
         });
         TriMesh::new((0..n * m).map(point).collect(), faces.collect()).unwrap()
