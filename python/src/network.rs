@@ -89,7 +89,8 @@ const SMALLEST_ARCHITECTURE: Architecture = Architecture {
 
 fn architecture(sizes: &Sizes) -> PyResult<Architecture> {
     let describe_size = |name: &str, smallest: usize| sizes.get(name).map_or(smallest.to_string(), i64::to_string);
-    let words = SMALLEST_ARCHITECTURE.sizes().map(|(name, smallest)| format!("{name}={}", describe_size(name, smallest)));
+    let words =
+        SMALLEST_ARCHITECTURE.sizes().map(|(name, smallest)| format!("{name}={}", describe_size(name, smallest)));
     Architecture::from_text(&words.join(" ")).map_err(|why| invalid_array(format!("the sizes of the network: {why}")))
 }
 

@@ -115,12 +115,12 @@ impl Pieces {
         // Faces refer to vertices in any order, so all positions are read first.
         let positions = self.positions(frame)?;
         // An index out of range breaks only its face.
-        let at = |index: i64| usize::try_from(index).ok().and_then(|index| positions.get(index).copied());
+        let find_position = |index: i64| usize::try_from(index).ok().and_then(|index| positions.get(index).copied());
         let mut face = |corners: &[i64]| match corners {
             // The fan starts at the first corner; the reader of whole files chooses diagonals by shape.
             [first, rest @ .., _] if !rest.is_empty() => {
                 let fan = corners[1..].windows(2);
-                fan.for_each(|edge| emit_triangle([*first, edge[0], edge[1]].map(at), take, &mut n_broken));
+                fan.for_each(|edge| emit_triangle([*first, edge[0], edge[1]].map(find_position), take, &mut n_broken));
             }
             _ => n_broken += 1,
         };
@@ -183,8 +183,8 @@ mod tests {
 
     fn read_both_ways(path: &Path) -> [Vec<Triangle>; 2] {
         let raw = read_path(path, None).unwrap();
-        let at = |v: u32| raw.positions[v as usize].map(|x| x as f32);
-        let whole = raw.faces.iter().map(|face| face.map(at)).collect();
+        let position = |v: u32| raw.positions[v as usize].map(|x| x as f32);
+        let whole = raw.faces.iter().map(|face| face.map(position)).collect();
         let mut pieces = Vec::new();
         let n_broken = Pieces::open(path).unwrap().each_triangle(&Frame::default(), &mut |it| pieces.push(it)).unwrap();
         assert_eq!(n_broken, 0);
