@@ -62,8 +62,8 @@ pub fn choose_names(inputs: &[Input], format: Option<Format>, has_levels: bool) 
             let what = format!("another mesh has the same result, {}: rename one of the two", name.display());
             return Err(Failure::in_file(&input.path, what));
         }
-        let is_scene = Source::new(input.path.clone(), None, true).is_scene(format_of(input));
-        Ok(if has_levels && !is_scene { with_level_placeholder(&name) } else { name })
+        let is_scene = || Source::new(input.path.clone(), None, true).is_scene(format_of(input));
+        Ok(if has_levels && !is_scene() { with_level_placeholder(&name) } else { name })
     };
     inputs.iter().zip(own).map(choose_name).collect()
 }
@@ -73,7 +73,7 @@ pub fn fold_case(path: &Path) -> String {
     join_names(path).to_lowercase()
 }
 
-pub fn default_format(input: &Input) -> Format {
+fn default_format(input: &Input) -> Format {
     guess_format(&input.path).map_or(Format::Ply, result_format)
 }
 

@@ -1,6 +1,7 @@
 //! Pages without data, made by `scripts/viewer` and embedded as one compressed file.
 
 use std::collections::HashMap;
+use std::io::Read;
 use std::sync::LazyLock;
 
 use flate2::read::GzDecoder;
@@ -8,8 +9,11 @@ use flate2::read::GzDecoder;
 /// JSON object of names and texts, compressed by gzip.
 const FILE: &[u8] = include_bytes!("../../viewer/dist/pages.gz");
 
-static PAGES: LazyLock<HashMap<String, String>> =
-    LazyLock::new(|| serde_json::from_reader(GzDecoder::new(FILE)).unwrap_or_default());
+static PAGES: LazyLock<HashMap<String, String>> = LazyLock::new(|| {
+    let mut json = String::new();
+    let unpacked = GzDecoder::new(FILE).read_to_string(&mut json);
+    unpacked.ok().and_then(|_| serde_json::from_str(&json).ok()).unwrap_or_default()
+});
 
 /// Returns the page of this name: `viewer.html`, `clusters.html` or `progression.html`.
 pub fn empty_page(name: &str) -> &'static str {
