@@ -11,8 +11,13 @@ use super::{Source, library_folders, sources};
 const DEEPEST: usize = 8;
 
 // Folders whose `mod.rs` and children still use each other.
-const OPEN_KNOTS: [&str; 4] =
-    ["src/clusters/container/", "crates/io/src/io/obj/", "crates/io/src/io/pieces/", "crates/io/src/io/ply/"];
+const OPEN_KNOTS: [&str; 5] = [
+    "bench/src/learned_baselines/",
+    "src/clusters/container/",
+    "crates/io/src/io/obj/",
+    "crates/io/src/io/pieces/",
+    "crates/io/src/io/ply/",
+];
 
 type Path = Vec<String>;
 
