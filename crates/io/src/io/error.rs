@@ -64,6 +64,14 @@ impl ReadError {
         Self { location: FileLocation::Line(line), ..Self::file(what, remedy) }
     }
 
+    /// Moves an error in a later part of a text, so many lines after its beginning.
+    pub(super) fn after_lines(mut self, n_lines: usize) -> Self {
+        if let FileLocation::Line(line) = &mut self.location {
+            *line += n_lines;
+        }
+        self
+    }
+
     pub(super) fn byte(at: usize, what: impl Into<String>, remedy: &str) -> Self {
         Self { location: FileLocation::Byte(at), ..Self::file(what, remedy) }
     }

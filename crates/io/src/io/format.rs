@@ -93,10 +93,14 @@ impl Format {
     }
 }
 
+/// Returns the face count in the header of a binary STL.
+pub(super) fn announced_stl_faces(bytes: &[u8]) -> Option<u32> {
+    bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes)
+}
+
 /// Returns whether the length agrees with a binary STL's face count.
 pub(super) fn is_binary_stl(bytes: &[u8]) -> bool {
-    let count = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
-    count.is_some_and(|count| bytes.len() as u64 == 84 + 50 * u64::from(count))
+    announced_stl_faces(bytes).is_some_and(|count| bytes.len() as u64 == 84 + 50 * u64::from(count))
 }
 
 fn is_package(bytes: &[u8]) -> bool {

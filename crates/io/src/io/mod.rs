@@ -34,6 +34,7 @@ mod pieces;
 mod ply;
 mod point_cloud;
 mod read_path;
+mod runs;
 mod scalar;
 mod spool;
 mod stl;

@@ -1,9 +1,12 @@
 //! STL, binary and text.
 
+use std::path::Path;
+
 use rayon::prelude::*;
 
-use super::format::is_binary_stl;
+use super::format::{announced_stl_faces, is_binary_stl};
 use super::memory::reserve;
+use super::runs::{FileOutline, PieceReceiver, cut_error, each_run_of_rows, open_at, read_beginning, unreadable};
 use super::text::Text;
 use super::write::{Content, push_singles};
 use super::{ReadError, WriteError};
@@ -11,18 +14,47 @@ use crate::mesh::{Fans, RawMesh};
 
 const REMEDY: &str = "export the mesh again";
 const BLOCK: usize = 1 << 14;
+/// Bytes of the header of a binary file, with the number of faces, and of a face.
+const HEAD: usize = 84;
+const RECORD: usize = 50;
 
 /// Reads an STL; a binary one may begin with `solid`.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
-    let text = Text::new(bytes);
-    let opening = text.rest().trim_ascii_start().get(..5).unwrap_or_default();
+    if begins_as_text(bytes) && !is_binary_stl(bytes) { read_text(Text::new(bytes)) } else { read_binary(bytes) }
+}
+
+fn begins_as_text(bytes: &[u8]) -> bool {
+    let opening = Text::new(bytes).rest().trim_ascii_start().get(..5).unwrap_or_default();
     // Text has no zero byte; the header and count of a binary file almost always have one.
-    let is_text = opening.eq_ignore_ascii_case(b"solid") && !bytes.iter().take(84).any(|&byte| byte == 0);
-    if is_text && !is_binary_stl(bytes) { read_text(text) } else { read_binary(bytes) }
+    opening.eq_ignore_ascii_case(b"solid") && !bytes.iter().take(HEAD).any(|&byte| byte == 0)
+}
+
+/// Describes a binary STL that is read in pieces; returns `None` for one in text form.
+pub(super) fn outline(path: &Path) -> Result<Option<FileOutline>, ReadError> {
+    let start = read_beginning(path, HEAD as u64)?;
+    let n_bytes = std::fs::metadata(path).map_err(unreadable)?.len();
+    let Some(count) = announced_stl_faces(&start) else { return Ok(None) };
+    let n_faces = u64::from(count);
+    match HEAD as u64 + RECORD as u64 * n_faces <= n_bytes {
+        // The size decides first: binary headers may begin with `solid` as well.
+        true => Ok(Some(FileOutline { n_faces, ..FileOutline::default() })),
+        false if begins_as_text(&start) => Ok(None),
+        false => Err(cut_error()),
+    }
+}
+
+/// Passes the corners of a binary STL's faces to `take`.
+pub(super) fn each_piece(path: &Path, n_faces: u64, take: &mut PieceReceiver) -> Result<(), ReadError> {
+    let mut piece = RawMesh::default();
+    each_run_of_rows(open_at(path, HEAD as u64)?, RECORD, n_faces, |records| {
+        piece.positions.clear();
+        decode_corners(records, &mut piece.positions);
+        take(&piece);
+    })
 }
 
 pub(super) fn notes(bytes: &[u8]) -> Vec<String> {
-    let records = bytes.get(84..).unwrap_or_default().chunks_exact(50);
+    let records = bytes.get(HEAD..).unwrap_or_default().chunks_exact(RECORD);
     // Two bytes per facet hold colours in several dialects.
     let n_marked = records.filter(|record| record[48..] != [0, 0]).count();
     if is_binary_stl(bytes) && n_marked > 0 {
@@ -39,10 +71,10 @@ pub(super) fn notes(bytes: &[u8]) -> Vec<String> {
 }
 
 fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
-    let Some(count) = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes) else {
+    let Some(count) = announced_stl_faces(bytes) else {
         return Err(ReadError::file(format!("{} bytes are too few for a binary file", bytes.len()), REMEDY));
     };
-    let records = bytes[84..].chunks_exact(50).take(count as usize);
+    let records = bytes[HEAD..].chunks_exact(RECORD).take(count as usize);
     if records.len() < count as usize {
         // The check precedes any allocation: the count may be damaged.
         let room = records.len();
@@ -51,16 +83,19 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     }
     let mut positions = Vec::new();
     reserve(&mut positions, 3 * records.len())?;
+    decode_corners(&bytes[HEAD..HEAD + RECORD * records.len()], &mut positions);
+    // No two faces share vertices; cleanup welds them.
+    let faces = (0..count).map(|face| [0, 1, 2].map(|corner| face.saturating_mul(3).saturating_add(corner))).collect();
+    Ok(RawMesh { positions, faces, ..RawMesh::default() })
+}
+
+fn decode_corners(records: &[u8], positions: &mut Vec<[f64; 3]>) {
     let corner = |record: &[u8], corner: usize| {
         let (floats, _) = record[12 + 12 * corner..24 + 12 * corner].as_chunks::<4>();
         std::array::from_fn(|axis| f64::from(f32::from_le_bytes(floats[axis])))
     };
-    let n_corners = 3 * records.len();
-    let corners = (0..n_corners).into_par_iter().with_min_len(BLOCK);
-    positions.par_extend(corners.map(|i| corner(&bytes[84 + 50 * (i / 3)..134 + 50 * (i / 3)], i % 3)));
-    // No two faces share vertices; cleanup welds them.
-    let faces = (0..count).map(|face| [0, 1, 2].map(|corner| face.saturating_mul(3).saturating_add(corner))).collect();
-    Ok(RawMesh { positions, faces, ..RawMesh::default() })
+    let corners = (0..3 * (records.len() / RECORD)).into_par_iter().with_min_len(BLOCK);
+    positions.par_extend(corners.map(|i| corner(&records[RECORD * (i / 3)..][..RECORD], i % 3)));
 }
 
 fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {

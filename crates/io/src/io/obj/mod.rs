@@ -1,15 +1,18 @@
 //! Wavefront OBJ, without curves, lines and points.
 
 mod groups;
+mod pieces;
 mod wedges;
 mod write;
 
 use super::ReadError;
 use super::extra::{self, Extra, ReadMesh, replace_non_finite};
 use super::memory::reserve;
+use super::runs::Part;
 use super::text::Text;
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 use groups::ObjGroups;
+pub(super) use pieces::{each_piece, outline};
 use wedges::ObjWedges;
 pub(super) use write::write;
 
@@ -36,6 +39,9 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
 #[derive(Default)]
 struct ObjReader<'a> {
     reads_attributes: bool,
+    part: Part,
+    // Vertices before the text, if that is a piece of a file.
+    n_before: usize,
     // The faces index wedges if `wedges` exists.
     mesh: RawMesh,
     fans: Fans,
@@ -68,11 +74,12 @@ impl<'a> ObjReader<'a> {
         while !text.is_at_end() {
             text.skip_blanks();
             match text.rest() {
+                [b'v', b' ' | b'\t' | b'\\', ..] if self.part == Part::Faces => self.n_before += 1,
                 [b'v', b' ' | b'\t' | b'\\', ..] => {
                     text.advance(1);
                     self.read_vertex(&mut text)?;
                 }
-                [b'f', b' ' | b'\t' | b'\\' | b'\r' | b'\n', ..] | [b'f'] => {
+                [b'f', b' ' | b'\t' | b'\\' | b'\r' | b'\n', ..] | [b'f'] if self.part != Part::Positions => {
                     text.advance(1);
                     self.read_face(&mut text)?;
                 }
@@ -129,7 +136,7 @@ impl<'a> ObjReader<'a> {
 
     /// Reads corners `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     fn read_corners(&mut self, text: &mut Text) -> Result<(), ReadError> {
-        let counts = [self.mesh.positions.len(), self.uvs.len() / 2, self.normals.len() / 3];
+        let counts = [self.n_before + self.mesh.positions.len(), self.uvs.len() / 2, self.normals.len() / 3];
         self.corners.clear();
         while !text.is_line_done() {
             let problem = "a corner of a face needs a vertex number";

@@ -1,7 +1,8 @@
 //! Stanford PLY, text and binary.
 
 mod columns;
-pub(super) mod header;
+mod header;
+mod pieces;
 mod reader;
 mod source;
 mod write;
@@ -9,6 +10,7 @@ mod write;
 use rayon::prelude::*;
 
 use header::{Element, Encoding, Header};
+pub(super) use pieces::PlyLayout;
 use reader::PlyReader;
 use source::Source;
 pub(super) use write::write;
@@ -77,10 +79,11 @@ fn decode_positions(
     }
 }
 
-// Faces are read up to the first polygon.
+/// Reads faces after the first `n_before`, up to the first polygon; returns their number.
 fn read_leading_triangles(
     source: &mut Source,
     element: &Element,
+    n_before: usize,
     faces: &mut Vec<[u32; 3]>,
 ) -> Result<usize, ReadError> {
     let (Source::Binary { bytes, at, big }, [property]) = (source, element.properties.as_slice()) else { return Ok(0) };
@@ -90,7 +93,7 @@ fn read_leading_triangles(
     if !usual || !matches!(property.scalar, Scalar::I32 | Scalar::U32) {
         return Ok(0);
     }
-    let records = bytes[*at..].par_chunks_exact(13).with_min_len(BLOCK).take(element.count);
+    let records = bytes[*at..].par_chunks_exact(13).with_min_len(BLOCK).take(element.count - n_before);
     // A polygon shifts all bytes after it, so the parallel part ends at the first one.
     let n_triangles = records.clone().position_first(|record| record[0] != 3).unwrap_or(records.len());
     let records = records.take(n_triangles);

@@ -15,7 +15,7 @@ use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 // With more distinct combinations, the numbers of faces identify faces and not groups.
 const MOST_GROUPS: usize = 1 << 16;
 
-const LIST_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
+pub(super) const LIST_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 type RowValues = [Vec<f64>];
 
@@ -23,33 +23,56 @@ fn for_each_row(
     source: &mut Source,
     element: &Element,
     first: usize,
-    mut take: impl FnMut(&RowValues),
+    take: impl FnMut(&RowValues),
 ) -> Result<(), ReadError> {
+    match read_rows(source, element, first, take) {
+        n if n < element.count => Err(source.cut_error(element, n)),
+        _ => Ok(()),
+    }
+}
+
+/// Passes rows from number `first` on to `take`; returns the number of a row that is cut, else that of all.
+pub(super) fn read_rows(
+    source: &mut Source,
+    element: &Element,
+    first: usize,
+    mut take: impl FnMut(&RowValues),
+) -> usize {
     let mut row = vec![vec![0.0]; element.properties.len()];
     // An element without properties takes no bytes, whatever its count: a loop over it could take forever.
-    let n_rows = if row.is_empty() { 0 } else { element.count };
+    let n_rows = if row.is_empty() { first } else { element.count };
     for number in first..n_rows {
-        for (property, values) in element.properties.iter().zip(&mut row) {
-            let mut next = |scalar| source.scalar(scalar).ok_or_else(|| source.cut_error(element, number));
-            let Some(length) = property.length else {
-                values[0] = next(property.scalar)?;
-                continue;
-            };
-            // A count that is negative or no number means none.
-            let n_values = next(length)?.max(0.0) as u64;
-            values.clear();
-            for _ in 0..n_values {
-                values.push(next(property.scalar)?);
-            }
+        let start = source.byte();
+        if read_row(source, element, &mut row).is_none() {
+            source.return_to(start);
+            return number;
         }
         source.end_row();
         take(&row);
     }
-    Ok(())
+    element.count
 }
 
-fn index(value: f64) -> u32 {
-    if value >= 0.0 { value as u32 } else { u32::MAX }
+fn read_row(source: &mut Source, element: &Element, row: &mut RowValues) -> Option<()> {
+    for (property, values) in element.properties.iter().zip(row) {
+        let Some(length) = property.length else {
+            values[0] = source.scalar(property.scalar)?;
+            continue;
+        };
+        // A count that is negative or no number means none.
+        let n_values = source.scalar(length)?.max(0.0) as u64;
+        values.clear();
+        for _ in 0..n_values {
+            values.push(source.scalar(property.scalar)?);
+        }
+    }
+    Some(())
+}
+
+/// Replaces `polygon` by the vertices of a list; a negative index becomes the largest.
+pub(super) fn read_polygon(list: &[f64], polygon: &mut Vec<u32>) {
+    polygon.clear();
+    polygon.extend(list.iter().map(|&value| if value >= 0.0 { value as u32 } else { u32::MAX }));
 }
 
 #[derive(Default)]
@@ -162,10 +185,9 @@ impl PlyReader {
         self.corners = texcoord.map(|_| CornerNumbers::default());
         let mut polygon = Vec::new();
         // Nearly all files consist of triangles, which are decoded in parallel; other faces go through the loop.
-        let first = read_leading_triangles(source, element, &mut self.mesh.faces)?;
+        let first = read_leading_triangles(source, element, 0, &mut self.mesh.faces)?;
         for_each_row(source, element, first, |row| {
-            polygon.clear();
-            polygon.extend(row[list].iter().map(|&value| index(value)));
+            read_polygon(&row[list], &mut polygon);
             if let (Some(corners), Some(texcoord)) = (&mut self.corners, texcoord) {
                 corners.number(&mut polygon, &row[texcoord]);
             }
@@ -177,8 +199,9 @@ impl PlyReader {
 
     fn read_strips(&mut self, source: &mut Source, element: &Element) -> Result<(), ReadError> {
         let list = element.list(&LIST_NAMES).ok_or_else(|| element.missing_error("list of vertex_indices"))?;
+        let mut indices = Vec::new();
         for_each_row(source, element, 0, |row| {
-            let indices: Vec<u32> = row[list].iter().map(|&value| index(value)).collect();
+            read_polygon(&row[list], &mut indices);
             // -1 starts a new strip; each index after the first two makes a face with those before it.
             for strip in indices.split(|&index| index == u32::MAX) {
                 for (i, corners) in strip.windows(3).enumerate() {

@@ -51,6 +51,21 @@ impl Source<'_> {
         }
     }
 
+    /// Returns the place of the next value in a binary body.
+    pub fn byte(&self) -> usize {
+        match self {
+            Self::Text { .. } => 0,
+            Self::Binary { at, .. } => *at,
+        }
+    }
+
+    /// Returns to a place in a binary body; a text stays where it is, for its error.
+    pub fn return_to(&mut self, byte: usize) {
+        if let Self::Binary { at, .. } = self {
+            *at = byte;
+        }
+    }
+
     pub fn n_bytes_left(&self) -> usize {
         match self {
             Self::Text { text, .. } => text.rest().len(),

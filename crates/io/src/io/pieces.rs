@@ -1,35 +1,21 @@
 //! Streams of triangles from mesh files larger than memory.
 
-mod obj;
-mod ply;
-mod stl;
-
-use std::fs::File;
-use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::{Format, ReadError, Scalar};
-use crate::mesh::Frame;
-use crate::mesh::fallible_allocation::{make_room, with_fallible_allocation};
-
-const REMEDY: &str = "the file is cut or damaged, export the mesh again";
-const BUFFER: usize = 1 << 20;
+use super::runs::{FileOutline, Part, PieceReceiver};
+use super::{Format, ReadError, obj, ply, stl};
+use crate::mesh::fallible_allocation::make_room;
+use crate::mesh::{Frame, RawMesh};
 
 /// Corners of a triangle.
 pub type Triangle = [[f32; 3]; 3];
-
-type PositionReceiver<'a> = dyn FnMut([f64; 3]) + 'a;
 
 /// Mesh file that is read in a stream.
 #[derive(Debug)]
 pub struct Pieces {
     path: PathBuf,
     kind: PiecesKind,
-    // Zero for STL, which has no vertices to keep in memory.
-    n_vertices: u64,
-    n_faces: u64,
-    is_double: bool,
-    other_content: Option<String>,
+    outline: FileOutline,
 }
 
 #[derive(Debug)]
@@ -47,6 +33,7 @@ impl Pieces {
     ///
     /// ```
     /// # use neural_mesh_io as neural_mesh;
+    /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::Pieces;
     /// let pieces = Pieces::open("tests/meshes/spot.ply".as_ref()).unwrap();
     /// let mut n_triangles = 0;
@@ -54,36 +41,42 @@ impl Pieces {
     /// assert_eq!(n_triangles, 5856);
     /// ```
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let pieces = match Format::from_path(path) {
+        let found = match Format::from_path(path) {
             // A compressed file cannot be read from the middle.
             _ if Format::without_gz(path) != path => None,
-            Some(Format::Ply) => ply::open_pieces(path)?,
-            Some(Format::Stl) => stl::open_pieces(path)?,
-            Some(Format::Obj) => Some(obj::open_pieces(path)?),
+            Some(Format::Ply) => {
+                ply::PlyLayout::open(path)?.map(|(layout, outline)| (PiecesKind::Ply(layout), outline))
+            }
+            Some(Format::Stl) => stl::outline(path)?.map(|outline| (PiecesKind::Stl, outline)),
+            Some(Format::Obj) => Some((PiecesKind::Obj, obj::outline(path)?)),
             _ => None,
         };
         let what = "only OBJ and binary PLY and STL can be read in blocks";
-        pieces.ok_or_else(|| ReadError::file(what, "convert the mesh or allow more memory"))
+        let (kind, outline) = found.ok_or_else(|| ReadError::file(what, "convert the mesh or allow more memory"))?;
+        if outline.n_vertices > u64::from(u32::MAX) {
+            return Err(ReadError::file("the file has more than 4294967295 vertices", "convert the mesh to STL"));
+        }
+        Ok(Self { path: path.into(), kind, outline })
     }
 
     /// Returns the number of faces; for OBJ, estimates two per vertex.
     pub fn n_faces(&self) -> u64 {
-        self.n_faces
+        self.outline.n_faces
     }
 
     /// Describes content of the file besides geometry.
     pub fn other_content(&self) -> Option<String> {
-        self.other_content.clone()
+        self.outline.other_content.clone()
     }
 
     /// Returns the bytes kept in memory while triangles are read.
     pub fn n_memory_bytes(&self) -> u64 {
-        12u64.saturating_mul(self.n_vertices)
+        12u64.saturating_mul(self.outline.n_vertices)
     }
 
     /// Returns whether the file's positions need double precision.
     pub fn is_double(&self) -> bool {
-        self.is_double
+        self.outline.is_double
     }
 
     /// Passes every position to `take`; STL has one per corner.
@@ -91,13 +84,7 @@ impl Pieces {
     /// # Errors
     /// [`ReadError`] if the file is cut or has an invalid number.
     pub fn each_position(&self, take: &mut dyn FnMut([f64; 3])) -> Result<(), ReadError> {
-        match &self.kind {
-            PiecesKind::Ply(layout) => layout.each_position(self.open_file()?, take),
-            PiecesKind::Stl => stl::each_triangle(self.open_file()?, self.n_faces, |corners| {
-                corners.iter().for_each(|p| take(p.map(f64::from)));
-            }),
-            PiecesKind::Obj => obj::each_position(self.open_file()?, take),
-        }
+        self.each_piece(Part::Positions, &mut |piece| piece.positions.iter().for_each(|&p| take(p)))
     }
 
     /// Passes every triangle to `take`, in local coordinates, polygons as fans; returns the number of broken faces.
@@ -106,74 +93,48 @@ impl Pieces {
     /// As [`each_position`](Self::each_position), and if memory for the positions is lacking.
     pub fn each_triangle(&self, frame: &Frame, take: &mut dyn FnMut(Triangle)) -> Result<u64, ReadError> {
         let mut n_broken = 0;
+        let mut emit = |corners: [Option<[f32; 3]>; 3]| match corners {
+            // Non-finite positions are dropped with their faces.
+            [Some(a), Some(b), Some(c)] if [a, b, c].as_flattened().iter().all(|x| x.is_finite()) => take([a, b, c]),
+            _ => n_broken += 1,
+        };
         if let PiecesKind::Stl = self.kind {
-            stl::each_triangle(self.open_file()?, self.n_faces, |corners| {
-                emit_triangle(corners.map(|p| Some(frame.to_local(p.map(f64::from)))), take, &mut n_broken);
-            })?;
+            let mut corners = |piece: &RawMesh| {
+                let corners = piece.positions.as_chunks().0;
+                corners.iter().for_each(|corners| emit(corners.map(|p| Some(frame.to_local(p)))));
+            };
+            self.each_piece(Part::Positions, &mut corners)?;
             return Ok(n_broken);
         }
         // Faces refer to vertices in any order, so all positions are read first.
         let positions = self.positions(frame)?;
-        // An index out of range breaks only its face.
-        let find_position = |index: i64| usize::try_from(index).ok().and_then(|index| positions.get(index).copied());
-        let mut face = |corners: &[i64]| match corners {
-            // The fan starts at the first corner; the reader of whole files chooses diagonals by shape.
-            [first, rest @ .., _] if !rest.is_empty() => {
-                let fan = corners[1..].windows(2);
-                fan.for_each(|edge| emit_triangle([*first, edge[0], edge[1]].map(find_position), take, &mut n_broken));
-            }
-            _ => n_broken += 1,
-        };
+        let mut n_dropped = 0;
+        self.each_piece(Part::Faces, &mut |piece| {
+            n_dropped += piece.dropped_faces as u64;
+            // An index out of range breaks only its face.
+            let find_position = |vertex: u32| positions.get(vertex as usize).copied();
+            piece.faces.iter().for_each(|face| emit(face.map(find_position)));
+        })?;
+        Ok(n_broken + n_dropped)
+    }
+
+    fn each_piece(&self, part: Part, take: &mut PieceReceiver) -> Result<(), ReadError> {
         match &self.kind {
-            PiecesKind::Ply(layout) => layout.each_face(self.open_file()?, &mut face)?,
-            _ => obj::each_face(self.open_file()?, &mut face)?,
+            PiecesKind::Ply(layout) => layout.each_piece(&self.path, part, take),
+            PiecesKind::Stl => stl::each_piece(&self.path, self.n_faces(), take),
+            PiecesKind::Obj => obj::each_piece(&self.path, part, take),
         }
-        Ok(n_broken)
     }
 
     fn positions(&self, frame: &Frame) -> Result<Vec<[f32; 3]>, ReadError> {
         let mut positions = Vec::new();
-        let n = usize::try_from(self.n_vertices).unwrap_or(usize::MAX);
+        let n = usize::try_from(self.outline.n_vertices).unwrap_or(usize::MAX);
         let what = "the vertices need more memory than is available";
         make_room(&mut positions, n)
             .map_err(|_| ReadError::file(what, "allow more memory or convert the mesh to STL"))?;
         self.each_position(&mut |p| positions.push(frame.to_local(p)))?;
         Ok(positions)
     }
-
-    fn open_file(&self) -> Result<BufReader<File>, ReadError> {
-        open(&self.path)
-    }
-}
-
-fn emit_triangle(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_broken: &mut u64) {
-    match corners {
-        // Non-finite positions are dropped with their faces.
-        [Some(a), Some(b), Some(c)] if [a, b, c].as_flattened().iter().all(|x| x.is_finite()) => take([a, b, c]),
-        _ => *n_broken += 1,
-    }
-}
-
-fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
-    let file = with_fallible_allocation(|| File::open(path)).map_err(|error| unreadable(&error))?;
-    Ok(BufReader::with_capacity(BUFFER, file))
-}
-
-fn read_beginning(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
-    let mut bytes = Vec::new();
-    open(path)?.take(most).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
-    Ok(bytes)
-}
-
-fn unreadable(error: &std::io::Error) -> ReadError {
-    match error.kind() {
-        std::io::ErrorKind::UnexpectedEof => ReadError::file("the file ends too soon", REMEDY),
-        _ => ReadError::file(format!("the file cannot be read: {error}"), "check the file"),
-    }
-}
-
-fn number(scalar: Scalar, bytes: &[u8], big: bool) -> Result<f64, ReadError> {
-    scalar.decode(bytes, big).ok_or_else(|| ReadError::file("the file ends too soon", REMEDY))
 }
 
 #[cfg(test)]
