@@ -9,6 +9,7 @@ use super::block::Block;
 use super::plan::BlockPlan;
 use crate::io::{Spool, Triangle};
 use crate::mesh::cleanup::{CleanCounts, CleanError, CleanOptions, clean};
+use crate::mesh::value_bytes::{ByteReader, Stored, write_list};
 use crate::mesh::{PositionKey, RawMesh, TriMesh, position_key};
 
 /// Largest number of a block's positions in memory before they are appended to its spool as one run.
@@ -155,25 +156,16 @@ impl BlockRun {
     }
 
     fn to_bytes(&self) -> Vec<u8> {
-        let counts = [self.positions.len(), self.faces.len(), self.used_elsewhere.len()];
-        let mut bytes = Vec::with_capacity(12 + 12 * (counts[0] + counts[2]) + 6 * counts[1]);
-        counts.iter().for_each(|&n| bytes.extend((n as u32).to_le_bytes()));
-        let places = self.positions.iter().chain(&self.used_elsewhere);
-        places.flatten().for_each(|x| bytes.extend(x.to_le_bytes()));
-        self.faces.as_flattened().iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+        let mut bytes = Vec::new();
+        write_list(&self.positions, &mut bytes);
+        write_list(&self.faces, &mut bytes);
+        write_list(&self.used_elsewhere, &mut bytes);
         bytes
     }
 
     fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        let (counts, rest) = bytes.split_at_checked(12)?;
-        let count = |i: usize| counts.as_chunks::<4>().0.get(i).map(|n| u32::from_le_bytes(*n) as usize);
-        let (n_positions, n_used_elsewhere) = (count(0)?, count(2)?);
-        let (places, faces) = rest.split_at_checked(12 * (n_positions + n_used_elsewhere))?;
-        let place = |bytes: &[u8; 12]| [0, 4, 8].map(|at| f32::from_le_bytes([0, 1, 2, 3].map(|i| bytes[at + i])));
-        let mut positions: Vec<[f32; 3]> = places.as_chunks::<12>().0.iter().map(place).collect();
-        let used_elsewhere = positions.split_off(n_positions.min(positions.len()));
-        let face = |bytes: &[u8; 6]| [0, 2, 4].map(|at| u16::from_le_bytes([bytes[at], bytes[at + 1]]));
-        let faces = faces.as_chunks::<6>().0.iter().map(face).collect();
+        let mut from = ByteReader { rest: bytes };
+        let (positions, faces, used_elsewhere) = (Vec::read(&mut from)?, Vec::read(&mut from)?, Vec::read(&mut from)?);
         Some(Self { positions, faces, used_elsewhere, ..Self::default() })
     }
 }

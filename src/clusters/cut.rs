@@ -1,6 +1,6 @@
 //! Cuts: the clusters that are drawn together.
 
-use crate::mesh::{Attributes, TriMesh, compact, first_equal, position_key};
+use crate::mesh::{Attributes, TriMesh, compact, join_positions};
 
 use super::{ClusterGroup, Clusters};
 
@@ -54,7 +54,7 @@ impl Clusters {
     /// Joins clusters in one mesh with their attributes; vertices at one position are one vertex.
     pub fn mesh_of(&self, clusters: &[u32]) -> (TriMesh, Attributes) {
         let corners: Vec<[u32; 3]> = clusters.iter().flat_map(|&cluster| self.faces_of(cluster)).collect();
-        let (first, _) = first_equal(self.positions.len(), |v| position_key(self.positions[v]));
+        let (first, _) = join_positions(&self.positions);
         let faces = corners.iter().map(|face| face.map(|v| first[v as usize])).collect();
         let group = |&cluster: &u32| {
             let cluster = &self.clusters[cluster as usize];

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::mesh::value_bytes::store_fields;
+
 /// Slack of radii, as a share: rounding to single precision must not leave a point outside.
 const SLACK: f64 = 1e-6;
 
@@ -13,6 +15,8 @@ pub struct Sphere {
     /// Radius.
     pub radius: f32,
 }
+
+store_fields! { Sphere { center: [f32; 3], radius: f32 }; }
 
 impl Sphere {
     /// Encloses spheres, of which points have radius 0, in one at the center of their bounding box.

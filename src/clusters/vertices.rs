@@ -2,7 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::mesh::{Attributes, Channel, PositionKey, TriMesh, first_equal, position_key};
+use crate::mesh::{Attributes, Channel, DistinctKeys, PositionKey, TriMesh, join_positions, position_key};
 use crate::simplify::{Input, SimplifyError};
 
 /// A face over the pool's vertices.
@@ -49,11 +49,8 @@ impl VertexPool {
     /// Collects the vertices and faces of an input; faces with two corners at one position are dropped.
     pub fn new(input: &Input) -> (Self, Vec<PoolFace>) {
         let mesh = input.mesh;
-        let (first, _) = first_equal(mesh.positions().len(), |v| position_key(mesh.positions()[v]));
-        let mut pool =
-            Self { positions: Vec::new(), channels: Vec::new(), places: Vec::new(), n_places: first.len() as u32 };
-        let mut numbers: FxHashMap<(u32, u32), u32> = FxHashMap::default();
-        let mut rows = Vec::new();
+        let (first, _) = join_positions(mesh.positions());
+        let mut vertices: DistinctKeys<[u32; 2]> = DistinctKeys::default();
         let mut faces = Vec::with_capacity(mesh.faces().len());
         for (face, corners) in mesh.faces().iter().enumerate() {
             let places = corners.map(|v| first[v as usize]);
@@ -61,18 +58,13 @@ impl VertexPool {
                 continue;
             }
             let wedges = input.attributes.wedges.get(face).copied().unwrap_or([0; 3]);
-            let corners = [0, 1, 2].map(|k| {
-                *numbers.entry((places[k], wedges[k])).or_insert_with(|| {
-                    pool.positions.push(mesh.positions()[places[k] as usize]);
-                    pool.places.push(places[k]);
-                    rows.push(wedges[k]);
-                    (pool.positions.len() - 1) as u32
-                })
-            });
+            let corners = [0, 1, 2].map(|k| vertices.number([places[k], wedges[k]]));
             faces.push(PoolFace { corners, group: input.attributes.group(face as u32), error: 0.0 });
         }
-        pool.channels = input.attributes.channels.iter().map(|channel| select_rows(channel, &rows)).collect();
-        (pool, faces)
+        let (places, rows): (Vec<u32>, Vec<u32>) = vertices.keys.iter().map(|&[place, wedge]| (place, wedge)).unzip();
+        let positions = places.iter().map(|&place| mesh.positions()[place as usize]).collect();
+        let channels = input.attributes.channels.iter().map(|channel| select_rows(channel, &rows)).collect();
+        (Self { positions, channels, places, n_places: first.len() as u32 }, faces)
     }
 
     /// Adds a vertex without attributes at a place of its own.
@@ -99,26 +91,18 @@ impl VertexPool {
     /// # Errors
     /// [`SimplifyError::Empty`] without faces.
     pub fn patch(&self, faces: &[PoolFace], is_shared: impl Fn(u32) -> bool) -> Result<Patch, SimplifyError> {
-        let (mut places, mut wedges) = (Vec::new(), Vec::new());
-        let (mut of_place, mut of_vertex) = (FxHashMap::default(), FxHashMap::default());
+        let (mut places, mut wedges): (DistinctKeys<u32>, DistinctKeys<u32>) = Default::default();
         let mut positions = Vec::new();
         let mut corners = |face: &PoolFace| {
             let own = face.corners.map(|vertex| {
-                *of_place.entry(self.place(vertex)).or_insert_with(|| {
-                    places.push(self.place(vertex));
-                    positions.push(self.positions[vertex as usize]);
-                    (places.len() - 1) as u32
-                })
+                let number = places.number(self.place(vertex));
+                positions.extend((number as usize == positions.len()).then(|| self.positions[vertex as usize]));
+                number
             });
-            let own_wedges = face.corners.map(|vertex| {
-                *of_vertex.entry(vertex).or_insert_with(|| {
-                    wedges.push(vertex);
-                    (wedges.len() - 1) as u32
-                })
-            });
-            (own, own_wedges)
+            (own, face.corners.map(|vertex| wedges.number(vertex)))
         };
         let (own, own_wedges): (Vec<_>, Vec<_>) = faces.iter().map(&mut corners).unzip();
+        let (places, wedges) = (places.keys, wedges.keys);
         let channels: Vec<Channel> = self.channels.iter().map(|channel| select_rows(channel, &wedges)).collect();
         let groups = faces.iter().map(|face| face.group);
         let attributes = Attributes {

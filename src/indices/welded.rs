@@ -4,7 +4,7 @@
 //! poses, which raise the surface along its normals by an attribute times its weight, so that the price of a merge
 //! includes the change of the attribute.
 
-use crate::mesh::{Attributes, Channel, Role, TriMesh, compact, first_equal, vertex_normals};
+use crate::mesh::{Attributes, Channel, Role, TriMesh, compact, join_positions, vertex_normals};
 use crate::simplify::{Input, Map, Simplified};
 use rustc_hash::FxHashSet;
 
@@ -36,8 +36,7 @@ impl WeldedMesh {
     /// # Errors
     /// [`IndexError`] if no mesh can be made.
     pub fn new(buffers: &Buffers, extent: f64) -> Result<Self, IndexError> {
-        let bits = |v: usize| buffers.positions[v].map(|x| (x + 0.0).to_bits());
-        let (first, _) = first_equal(buffers.positions.len(), bits);
+        let (first, _) = join_positions(&buffers.positions);
         let joined = |face: &[u32; 3]| face.map(|v| first[v as usize]);
         let is_face = |&face: &usize| {
             let [a, b, c] = joined(&buffers.indices[face]);

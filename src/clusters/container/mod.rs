@@ -10,8 +10,9 @@ mod write;
 use serde::{Deserialize, Serialize};
 
 use crate::mesh::Role;
+use crate::mesh::value_bytes::store_fields;
 
-use super::Clusters;
+use super::{Clusters, Sphere};
 
 #[cfg(feature = "io")]
 pub use stored::StoredPages;
@@ -25,10 +26,43 @@ const PREAMBLE: usize = 16;
 /// Boundary at which arrays begin.
 const ALIGNMENT: usize = 64;
 const PAGE_SIZE: usize = 1 << 16;
-const CLUSTER_STRIDE: usize = 48;
-const GROUP_STRIDE: usize = 32;
 /// Stored number of a missing group.
 const NONE: u32 = u32::MAX;
+
+/// Row of the array of clusters.
+struct ClusterRow {
+    sphere: Sphere,
+    /// Groups, or [`NONE`].
+    source: u32,
+    group: u32,
+    level: u32,
+    place: PagePlace,
+    n_vertices: u32,
+    n_faces: u32,
+    unused: u32,
+}
+
+/// Row of the array of groups.
+struct GroupRow {
+    sphere: Sphere,
+    error: f32,
+    level: u32,
+    unused: [u32; 2],
+}
+
+/// Place of a cluster's bytes.
+#[derive(Clone, Copy, Debug)]
+struct PagePlace {
+    page: u32,
+    offset: u32,
+}
+
+store_fields! {
+    PagePlace { page: u32, offset: u32 };
+    ClusterRow { sphere: Sphere, source: u32, group: u32, level: u32, place: PagePlace, n_vertices: u32, n_faces: u32,
+        unused: u32 };
+    GroupRow { sphere: Sphere, error: f32, level: u32, unused: [u32; 2] };
+}
 
 /// The JSON of the header.
 #[derive(Debug, Deserialize, PartialEq, Serialize)]

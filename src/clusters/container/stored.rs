@@ -6,8 +6,8 @@ use std::path::Path;
 use crate::clusters::{Cluster, Clusters, LARGEST_CLUSTER};
 use crate::io::Spool;
 
-use super::cluster_bytes;
-use super::write::{PageFiller, PagePlace, content_bytes, write_content, write_head};
+use super::write::{PageFiller, content_bytes, write_content, write_head};
+use super::{PagePlace, cluster_bytes};
 
 /// Bytes that are collected before they go to the disk.
 const CHUNK: usize = 1 << 20;

@@ -1,18 +1,12 @@
 //! Writing of `.nmc` files.
 
-use crate::clusters::{Cluster, ClusterGroup, Clusters, Sphere};
+use crate::clusters::{Cluster, ClusterGroup, Clusters};
+use crate::mesh::value_bytes::{Stored, write_rows};
 
 use super::{
-    ALIGNMENT, ArrayPlace, CLUSTER_STRIDE, CONTAINER_VERSION, ChannelHead, GROUP_STRIDE, Header, MAGIC, NONE,
-    PAGE_SIZE, PREAMBLE, ROLES, cluster_bytes,
+    ALIGNMENT, ArrayPlace, CONTAINER_VERSION, ChannelHead, ClusterRow, GroupRow, Header, MAGIC, NONE, PAGE_SIZE,
+    PREAMBLE, PagePlace, ROLES, cluster_bytes,
 };
-
-/// Place of a cluster's bytes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PagePlace {
-    page: usize,
-    offset: usize,
-}
 
 /// Fills pages with clusters, one after the other.
 #[derive(Debug)]
@@ -36,12 +30,12 @@ impl PageFiller {
             offset = 0;
         }
         self.end = offset + n_bytes;
-        PagePlace { page: self.n_pages - 1, offset }
+        PagePlace { page: self.n_pages as u32 - 1, offset: offset as u32 }
     }
 
     /// Returns the first byte of a place after the begin of all pages.
     pub fn byte(&self, place: PagePlace) -> usize {
-        place.page * self.page_size + place.offset
+        place.page as usize * self.page_size + place.offset as usize
     }
 
     /// Returns the bytes of all pages.
@@ -70,15 +64,15 @@ pub(super) fn write_head(clusters: &Clusters, places: &[PagePlace], filler: &Pag
     let (header, json) = lay_out(clusters, filler);
     let mut bytes = Vec::with_capacity(header.pages.offset);
     bytes.extend(MAGIC);
-    bytes.extend(CONTAINER_VERSION.to_le_bytes());
-    bytes.extend((json.len() as u64).to_le_bytes());
+    CONTAINER_VERSION.write(&mut bytes);
+    json.len().write(&mut bytes);
     bytes.extend(json);
     bytes.resize(header.clusters.offset, 0);
-    clusters.clusters.iter().zip(places).for_each(|(cluster, place)| write_cluster(&mut bytes, cluster, *place));
+    clusters.clusters.iter().zip(places).for_each(|(cluster, place)| cluster_row(cluster, *place).write(&mut bytes));
     bytes.resize(header.groups.offset, 0);
-    clusters.groups.iter().for_each(|group| write_group(&mut bytes, group));
+    clusters.groups.iter().for_each(|group| group_row(group).write(&mut bytes));
     bytes.resize(header.attribute_errors.offset, 0);
-    clusters.groups.iter().flat_map(|group| &group.attribute_errors).for_each(|&x| write_f32(&mut bytes, x));
+    clusters.groups.iter().for_each(|group| write_rows(&group.attribute_errors, &mut bytes));
     bytes.resize(header.pages.offset, 0);
     bytes
 }
@@ -107,8 +101,8 @@ fn lay_out(clusters: &Clusters, &PageFiller { page_size, n_pages, .. }: &PageFil
         Header {
             page_size,
             origin: clusters.origin,
-            clusters: array(clusters.clusters.len(), CLUSTER_STRIDE, ALIGNMENT),
-            groups: array(clusters.groups.len(), GROUP_STRIDE, ALIGNMENT),
+            clusters: array(clusters.clusters.len(), ClusterRow::LEAST, ALIGNMENT),
+            groups: array(clusters.groups.len(), GroupRow::LEAST, ALIGNMENT),
             attribute_errors: array(n_errors, 4, ALIGNMENT),
             pages: array(n_pages, page_size, page_size),
             has_face_groups: !clusters.face_groups.is_empty(),
@@ -129,47 +123,25 @@ fn json_of(header: &Header) -> Vec<u8> {
     serde_json::to_vec(header).unwrap_or_default()
 }
 
-fn write_cluster(bytes: &mut Vec<u8>, cluster: &Cluster, place: PagePlace) {
-    write_sphere(bytes, &cluster.sphere);
-    let group = |group: Option<u32>| group.unwrap_or(NONE);
-    let numbers = [
-        group(cluster.source),
-        group(cluster.group),
-        cluster.level,
-        place.page as u32,
-        place.offset as u32,
-        cluster.n_vertices,
-        cluster.n_faces,
-        0,
-    ];
-    numbers.into_iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+fn cluster_row(cluster: &Cluster, place: PagePlace) -> ClusterRow {
+    let &Cluster { sphere, source, group, level, n_vertices, n_faces, .. } = cluster;
+    let [source, group] = [source, group].map(|group| group.unwrap_or(NONE));
+    ClusterRow { sphere, source, group, level, place, n_vertices, n_faces, unused: 0 }
 }
 
-fn write_group(bytes: &mut Vec<u8>, group: &ClusterGroup) {
-    write_sphere(bytes, &group.sphere);
-    write_f32(bytes, group.error);
-    [group.level, 0, 0].into_iter().for_each(|number| bytes.extend(number.to_le_bytes()));
-}
-
-fn write_sphere(bytes: &mut Vec<u8>, sphere: &Sphere) {
-    sphere.center.into_iter().chain([sphere.radius]).for_each(|x| write_f32(bytes, x));
-}
-
-fn write_f32(bytes: &mut Vec<u8>, x: f32) {
-    bytes.extend(x.to_le_bytes());
+fn group_row(&ClusterGroup { sphere, error, level, .. }: &ClusterGroup) -> GroupRow {
+    GroupRow { sphere, error, level, unused: [0; 2] }
 }
 
 pub(super) fn write_content(bytes: &mut Vec<u8>, clusters: &Clusters, cluster: &Cluster) {
     let vertices = &clusters.vertices[cluster.first_vertex as usize..][..cluster.n_vertices as usize];
-    for &v in vertices {
-        clusters.positions[v as usize].into_iter().for_each(|x| write_f32(bytes, x));
-    }
+    vertices.iter().for_each(|&v| clusters.positions[v as usize].write(bytes));
     for channel in &clusters.channels {
-        vertices.iter().flat_map(|&v| channel.value(v)).for_each(|&x| write_f32(bytes, x));
+        vertices.iter().for_each(|&v| write_rows(channel.value(v), bytes));
     }
     let faces = cluster.first_face as usize..(cluster.first_face + cluster.n_faces) as usize;
     if let Some(groups) = clusters.face_groups.get(faces.clone()) {
-        groups.iter().for_each(|group| bytes.extend(group.to_le_bytes()));
+        write_rows(groups, bytes);
     }
     bytes.extend(clusters.faces[faces].as_flattened());
 }

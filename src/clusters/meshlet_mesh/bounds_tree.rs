@@ -1,9 +1,10 @@
 //! The tree that Bevy's shaders walk: nodes of up to eight children, leaves of up to 254 meshlets.
 
 use crate::clusters::Sphere;
+use crate::mesh::value_bytes::Stored;
 use crate::spatial::Bounds;
 
-use super::numbers::{center_and_half, push_count, push_floats};
+use super::numbers::center_and_half;
 
 const WIDTH: usize = 8;
 /// Stored count of a child that is a node.
@@ -102,7 +103,7 @@ impl BoundsTree {
     }
 
     pub fn write(&self, content: &mut Vec<u8>) {
-        push_count(content, self.nodes.len());
+        self.nodes.len().write(content);
         self.nodes.iter().for_each(|children| write_node(children, content));
     }
 }
@@ -128,13 +129,10 @@ fn write_node(children: &[Child], content: &mut Vec<u8>) {
     let begin = content.len();
     for child in children {
         let (center, half) = center_and_half(&child.bounds);
-        push_floats(content, center.to_array().into_iter().chain([child.error]).chain(half.to_array()));
-        content.extend(child.offset.to_le_bytes());
+        ((center, child.error), (half, child.offset)).write(content);
     }
     content.resize(begin + 32 * WIDTH, 0);
-    for child in children {
-        push_floats(content, child.sphere.center.into_iter().chain([child.sphere.radius]));
-    }
+    children.iter().for_each(|child| child.sphere.write(content));
     content.resize(begin + 48 * WIDTH, 0);
     content.extend(children.iter().map(|child| child.count));
     content.resize(begin + 50 * WIDTH, 0);

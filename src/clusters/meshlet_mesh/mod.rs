@@ -8,11 +8,12 @@ mod numbers;
 mod packed_vertices;
 
 use crate::mesh::Role;
+use crate::mesh::value_bytes::Stored;
 use crate::spatial::Bounds;
 
 use super::{Cluster, Clusters, Sphere};
 use bounds_tree::{BoundsTree, Leaf};
-use numbers::{center_and_half, push_count, push_floats};
+use numbers::center_and_half;
 use packed_vertices::{PackedPositions, octahedral, vertex_normals};
 
 const MAGIC: u64 = 1_717_551_717_668;
@@ -82,9 +83,9 @@ impl Clusters {
         let meshlets = self.write_vertices(&order, &mut content)?;
         self.write_indices(&order, &mut content);
         tree.write(&mut content);
-        push_count(&mut content, order.len());
+        order.len().write(&mut content);
         content.extend(meshlets);
-        push_count(&mut content, order.len());
+        order.len().write(&mut content);
         for (&cluster, bounds) in order.iter().zip(&boxes) {
             self.write_cull_data(&self.clusters[cluster as usize], bounds, &mut content);
         }
@@ -139,24 +140,23 @@ impl Clusters {
             let first_bit = packed.n_bits();
             let channels = packed.push(own.iter().map(|&v| self.positions[v as usize]));
             let first_bit = u32::try_from(first_bit).map_err(|_| MeshletMeshError::TooLarge)?;
-            [first_bit, vertices.len() as u32, n_corners].into_iter().for_each(|x| rows.extend(x.to_le_bytes()));
+            [first_bit, vertices.len() as u32, n_corners].write(&mut rows);
             let n_faces = self.clusters[cluster as usize].n_faces;
             rows.extend([(own.len() - 1) as u8, n_faces as u8, 0, 0]);
             rows.extend(channels.map(|(bits, _)| bits));
             rows.push(packed.factor());
-            channels.into_iter().for_each(|(_, least)| rows.extend((least as f32).to_le_bytes()));
+            channels.into_iter().for_each(|(_, least)| (least as f32).write(&mut rows));
             vertices.extend_from_slice(own);
             n_corners = n_corners.checked_add(3 * n_faces).ok_or(MeshletMeshError::TooLarge)?;
         }
         packed.write(content);
         let normals = vertex_normals(self);
-        push_count(content, vertices.len());
-        vertices.iter().for_each(|&v| content.extend(octahedral(normals[v as usize]).to_le_bytes()));
+        vertices.len().write(content);
+        vertices.iter().for_each(|&v| octahedral(normals[v as usize]).write(content));
         let uvs = self.channels.iter().find(|channel| channel.role == Role::Uv);
-        push_count(content, vertices.len());
+        vertices.len().write(content);
         for &v in &vertices {
-            let uv = uvs.map_or([0.0; 2], |uvs| [uvs.value(v)[0], uvs.value(v)[1]]);
-            uv.into_iter().for_each(|x| content.extend(x.to_le_bytes()));
+            uvs.map_or([0.0; 2], |uvs| [uvs.value(v)[0], uvs.value(v)[1]]).write(content);
         }
         Ok(rows)
     }
@@ -170,33 +170,30 @@ impl Clusters {
         }
         // Arrays are whole words.
         indices.resize(indices.len().next_multiple_of(4), 0);
-        push_count(content, indices.len());
-        content.extend(indices);
+        indices.write(content);
     }
 
     fn write_cull_data(&self, cluster: &Cluster, bounds: &Bounds, content: &mut Vec<u8>) {
         let (center, half) = center_and_half(bounds);
         let error = cluster.source.map_or(0.0, |group| self.groups[group as usize].error);
-        let sphere = self.lod_sphere(cluster);
-        push_floats(content, center.to_array().into_iter().chain([error]).chain(half.to_array()));
-        content.extend(0u32.to_le_bytes());
-        push_floats(content, sphere.center.into_iter().chain([sphere.radius]));
+        ((center, error), (half, 0u32)).write(content);
+        self.lod_sphere(cluster).write(content);
     }
 }
 
 /// Joins the head of the file, which is not compressed, and the content in an LZ4 frame.
 fn frame(tree: &BoundsTree, content: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(content.len() + content.len() / BLOCK * 4 + 64);
-    [MAGIC, VERSION].into_iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+    [MAGIC, VERSION].write(&mut bytes);
     let (center, half) = center_and_half(&tree.bounds());
-    push_floats(&mut bytes, center.to_array().into_iter().chain(half.to_array()));
-    bytes.extend(tree.depth().to_le_bytes());
+    (center, half).write(&mut bytes);
+    tree.depth().write(&mut bytes);
     bytes.extend(FRAME_HEADER);
     for block in content.chunks(BLOCK) {
-        bytes.extend((block.len() as u32 | STORED).to_le_bytes());
+        (block.len() as u32 | STORED).write(&mut bytes);
         bytes.extend(block);
     }
-    bytes.extend(0u32.to_le_bytes());
+    0u32.write(&mut bytes);
     bytes
 }
 

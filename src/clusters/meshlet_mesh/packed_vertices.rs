@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use super::numbers::push_count;
 use crate::clusters::Clusters;
 use crate::geometry::triangle::area_normal;
-use crate::mesh::{Role, first_equal, position_key};
+use crate::mesh::value_bytes::Stored;
+use crate::mesh::{Role, join_positions};
 
 /// Steps of the grid per unit at factor 0: a hundredth of Bevy's unit.
 const STEPS_PER_UNIT: f32 = 100.0;
@@ -66,9 +66,9 @@ impl PackedPositions {
 
     pub fn write(&self, content: &mut Vec<u8>) {
         let n_words = (self.n_bits.div_ceil(32) as usize).max(1);
-        push_count(content, n_words);
+        n_words.write(content);
         let words = self.words.iter().copied().chain([0]).take(n_words);
-        words.for_each(|word| content.extend(word.to_le_bytes()));
+        words.for_each(|word| word.write(content));
     }
 }
 
@@ -83,7 +83,7 @@ pub fn vertex_normals(clusters: &Clusters) -> Vec<Vec3> {
         return (0..n).map(|v| Vec3::from_slice(normals.value(v)).normalize_or(Vec3::Z)).collect();
     }
     let positions = &clusters.positions;
-    let (first, _) = first_equal(positions.len(), |v| position_key(positions[v]));
+    let (first, _) = join_positions(positions);
     let mut sums = vec![Vec3::ZERO; positions.len()];
     for face in (0..clusters.clusters.len() as u32).flat_map(|cluster| clusters.faces_of(cluster)) {
         let normal = area_normal(face.map(|v| Vec3::from(positions[v as usize])));

@@ -8,7 +8,7 @@ use crate::io::{
     SimplifiedPart, WriteError, WriteOptions,
 };
 use crate::mesh::cleanup::Cleaned;
-use crate::mesh::{Attributes, Frame, PositionGrid, TriMesh, UnitedMesh, longest_side};
+use crate::mesh::{Attributes, Frame, PositionGrid, PositionKey, TriMesh, UnitedMesh, longest_side, position_key};
 use crate::simplify::Simplified;
 
 use crate::job::baked_material::BakedMaterial;
@@ -254,11 +254,10 @@ fn unmoved_positions(
     if !job.keeps_unmoved_positions() || job.closed_options().symmetric.is_some() {
         return None;
     }
-    let mut vertex_at: HashMap<[u32; 3], u32> = HashMap::new();
-    let key = |position: &[f32; 3]| position.map(|x| (x + 0.0).to_bits());
-    for (position, vertex) in cleaned.mesh.positions().iter().zip(0..) {
-        vertex_at.entry(key(position)).or_insert(vertex);
+    let mut vertex_at: HashMap<PositionKey, u32> = HashMap::new();
+    for (&position, vertex) in cleaned.mesh.positions().iter().zip(0..) {
+        vertex_at.entry(position_key(position)).or_insert(vertex);
     }
-    let here = |place: &[f32; 3]| vertex_at.get(&key(place)).and_then(|&vertex| position(vertex, place));
+    let here = |place: &[f32; 3]| vertex_at.get(&position_key(*place)).and_then(|&vertex| position(vertex, place));
     Some(result.mesh.positions().iter().map(here).collect())
 }

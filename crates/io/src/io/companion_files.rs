@@ -27,6 +27,7 @@ impl CompanionFile {
     }
 }
 
+#[derive(Default)]
 pub(super) struct FileFinder<'a> {
     folder: Option<&'a Folder>,
     allow_outside: bool,
@@ -46,20 +47,7 @@ pub(super) struct FileFinder<'a> {
 
 impl<'a> FileFinder<'a> {
     pub fn new(extra: &'a Extra, allow_outside: bool) -> Self {
-        Self {
-            folder: extra.folder.as_ref(),
-            allow_outside,
-            files: Vec::new(),
-            paths: FxHashSet::default(),
-            images: FxHashMap::default(),
-            converter: None,
-            output: None,
-            renamed: FxHashMap::default(),
-            notes: Vec::new(),
-            known: FxHashMap::default(),
-            read: FxHashMap::default(),
-            known_notes: FxHashSet::default(),
-        }
+        Self { folder: extra.folder.as_ref(), allow_outside, ..Self::default() }
     }
 
     pub fn has_file(&self, name: &str) -> bool {

@@ -64,7 +64,7 @@ impl ReadError {
         Self { location: FileLocation::Line(line), ..Self::file(what, remedy) }
     }
 
-    /// Moves an error in a later part of a text, so many lines after its beginning.
+    /// Adds the lines before a piece of a text to the location of an error in it.
     pub(super) fn after_lines(mut self, n_lines: usize) -> Self {
         if let FileLocation::Line(line) = &mut self.location {
             *line += n_lines;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::runs::{FileOutline, Part, PieceReceiver};
+use super::runs::{FileOutline, PieceContent, PieceReceiver};
 use super::{Format, ReadError, obj, ply, stl};
 use crate::mesh::fallible_allocation::make_room;
 use crate::mesh::{Frame, RawMesh};
@@ -84,7 +84,7 @@ impl Pieces {
     /// # Errors
     /// [`ReadError`] if the file is cut or has an invalid number.
     pub fn each_position(&self, take: &mut dyn FnMut([f64; 3])) -> Result<(), ReadError> {
-        self.each_piece(Part::Positions, &mut |piece| piece.positions.iter().for_each(|&p| take(p)))
+        self.each_piece(PieceContent::Positions, &mut |piece| piece.positions.iter().for_each(|&p| take(p)))
     }
 
     /// Passes every triangle to `take`, in local coordinates, polygons as fans; returns the number of broken faces.
@@ -103,13 +103,13 @@ impl Pieces {
                 let corners = piece.positions.as_chunks().0;
                 corners.iter().for_each(|corners| emit(corners.map(|p| Some(frame.to_local(p)))));
             };
-            self.each_piece(Part::Positions, &mut corners)?;
+            self.each_piece(PieceContent::Positions, &mut corners)?;
             return Ok(n_broken);
         }
         // Faces refer to vertices in any order, so all positions are read first.
         let positions = self.positions(frame)?;
         let mut n_dropped = 0;
-        self.each_piece(Part::Faces, &mut |piece| {
+        self.each_piece(PieceContent::Faces, &mut |piece| {
             n_dropped += piece.dropped_faces as u64;
             // An index out of range breaks only its face.
             let find_position = |vertex: u32| positions.get(vertex as usize).copied();
@@ -118,11 +118,11 @@ impl Pieces {
         Ok(n_broken + n_dropped)
     }
 
-    fn each_piece(&self, part: Part, take: &mut PieceReceiver) -> Result<(), ReadError> {
+    fn each_piece(&self, content: PieceContent, take: &mut PieceReceiver) -> Result<(), ReadError> {
         match &self.kind {
-            PiecesKind::Ply(layout) => layout.each_piece(&self.path, part, take),
+            PiecesKind::Ply(layout) => layout.each_piece(&self.path, content, take),
             PiecesKind::Stl => stl::each_piece(&self.path, self.n_faces(), take),
-            PiecesKind::Obj => obj::each_piece(&self.path, part, take),
+            PiecesKind::Obj => obj::each_piece(&self.path, content, take),
         }
     }
 

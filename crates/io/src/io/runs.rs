@@ -14,7 +14,7 @@ const RUN: usize = 1 << 20;
 
 /// Part of the geometry that a reader looks at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum PieceContent {
     #[default]
     All,
     Positions,
@@ -49,7 +49,7 @@ pub(super) fn read_beginning(path: &Path, most: u64) -> Result<Vec<u8>, ReadErro
 
 /// Passes a file to `take` in runs; each begins with the bytes that the last call left.
 ///
-/// `take` is told whether the run is the last. It returns the number of bytes it used, or `None` if it needs no more.
+/// `take` receives whether the run is the last. It returns the number of bytes it used, or `None` if it needs no more.
 pub(super) fn each_run(
     mut file: File,
     most_unused: usize,

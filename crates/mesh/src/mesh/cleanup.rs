@@ -13,7 +13,7 @@
 
 use rustc_hash::FxHashSet;
 
-use super::first_equal::first_equal;
+use super::first_equal::join_positions;
 use super::precision::{LostComponent, find_lost_component};
 use super::repeated_faces::{prefer_wound_sides, repeated_faces, superfluous_faces};
 use super::tri_mesh::are_sound;
@@ -310,7 +310,7 @@ fn weld(
     faces: &mut [[u32; 3]],
     counts: &mut CleanCounts,
 ) -> Result<bool, CleanError> {
-    let (first, repeated) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
+    let (first, repeated) = join_positions(local);
     let lost = frame.double.then(|| find_lost_component(&positions, local, &first, faces)).flatten();
     if let Some(LostComponent { vertex, size, step }) = lost {
         return Err(CleanError::TooCoarse { vertex, size, step });

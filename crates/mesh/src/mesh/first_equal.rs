@@ -1,4 +1,4 @@
-//! Finds equal items.
+//! Finds equal items, such as vertices at one position.
 
 const BATCH: usize = 32;
 
@@ -30,6 +30,18 @@ pub fn first_equal(n_items: usize, key: impl Fn(usize) -> [u32; 3]) -> (Vec<u32>
         }
     }
     (first, repeated)
+}
+
+pub type PositionKey = [u32; 3];
+
+/// Returns the bits of a position, equal for 0 and -0.
+pub fn position_key(position: [f32; 3]) -> PositionKey {
+    position.map(|x| (x + 0.0).to_bits())
+}
+
+/// Returns the first vertex at each vertex's position, and whether any two share one.
+pub fn join_positions(positions: &[[f32; 3]]) -> (Vec<u32>, bool) {
+    first_equal(positions.len(), |v| position_key(positions[v]))
 }
 
 fn hash([x, y, z]: [u32; 3]) -> u64 {

@@ -5,6 +5,7 @@ mod attributes;
 pub mod cleanup;
 mod common_frame;
 mod compact;
+mod distinct_keys;
 mod edges;
 mod facets;
 pub mod fallible_allocation;
@@ -39,6 +40,8 @@ mod tri_mesh;
 #[doc(hidden)]
 pub mod union_find;
 mod united_mesh;
+#[doc(hidden)]
+pub mod value_bytes;
 mod vertex_normals;
 mod winding;
 mod windings;
@@ -47,9 +50,13 @@ pub use area::has_area;
 pub use attributes::{Attributes, Channel, Role};
 pub use common_frame::move_to_common_frame;
 pub use compact::compact;
+#[doc(hidden)]
+pub use distinct_keys::DistinctKeys;
 pub use edges::{Edge, edges};
 pub use facets::{is_shaded_flat, with_flat_normals};
 pub use first_equal::first_equal;
+#[doc(hidden)]
+pub use first_equal::{PositionKey, join_positions, position_key};
 pub use grid::{PositionGrid, longest_side};
 pub use irregular_edges::{IrregularEdges, irregular_edges};
 pub use looks::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
@@ -73,8 +80,6 @@ pub use topology::TopologyPatches;
 pub use topology::{Topology, topology};
 #[doc(hidden)]
 pub use topology_patch::TopologyPatch;
-#[doc(hidden)]
-pub use topology_patch::{PositionKey, position_key};
 pub use tri_mesh::{InvalidMesh, TriMesh};
 pub use united_mesh::{ScenePiece, SceneView, UnitedMesh};
 pub use vertex_normals::vertex_normals;

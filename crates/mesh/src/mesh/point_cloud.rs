@@ -1,7 +1,7 @@
 //! Point clouds without repeated points.
 
 use super::cleanup::{CleanError, local_origin, to_local};
-use super::first_equal::first_equal;
+use super::first_equal::join_positions;
 use super::{Frame, RawMesh};
 
 /// Distinct finite points.
@@ -39,7 +39,7 @@ pub fn point_cloud(raw: RawMesh) -> Result<PointCloud, CleanError> {
     let is_finite: Vec<bool> = positions.iter().map(|p| p.iter().all(|x| x.is_finite())).collect();
     let frame = Frame { origin: if double { local_origin(&positions, &is_finite) } else { [0.0; 3] }, double };
     let local = to_local(&positions, &is_finite, &frame)?;
-    let (first, _) = first_equal(local.len(), |at| local[at].map(f32::to_bits));
+    let (first, _) = join_positions(&local);
     let n_finite = is_finite.iter().filter(|finite| **finite).count();
     let is_kept = |&at: &u32| is_finite[at as usize] && first[at as usize] == at;
     let source: Vec<u32> = (0..local.len() as u32).filter(is_kept).collect();

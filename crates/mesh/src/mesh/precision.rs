@@ -128,14 +128,13 @@ fn count_faces(components: &PositionComponents, first: &[u32], faces: &[[u32; 3]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::first_equal::first_equal;
+    use crate::mesh::first_equal::join_positions;
     use crate::mesh::shapes;
 
     type Both = (Vec<[f64; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>);
 
     fn find(positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Option<LostComponent> {
-        let (single, _) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
-        find_lost_component(positions, local, &single, faces)
+        find_lost_component(positions, local, &join_positions(local).0, faces)
     }
 
     fn two_spheres(apart: f64) -> Both {

@@ -1,7 +1,8 @@
 //! Topology of a mesh.
 
 use super::TriMesh;
-use super::topology_patch::{OpenEdge, PositionKey, TopologyCounts, TopologyPatch, curves_through};
+use super::first_equal::PositionKey;
+use super::topology_patch::{OpenEdge, TopologyCounts, TopologyPatch, curves_through};
 use super::union_find::UnionFind;
 use super::windings::Windings;
 

@@ -3,12 +3,10 @@
 use rustc_hash::FxHashMap;
 
 use super::TriMesh;
+use super::first_equal::{PositionKey, position_key};
 use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::union_find::UnionFind;
 use super::windings::Windings;
-
-#[doc(hidden)]
-pub type PositionKey = [u32; 3];
 
 /// The topology of some faces: counts of complete elements, and those that other faces may extend.
 ///
@@ -82,11 +80,6 @@ impl OpenEdge {
         let [a, b] = self.fans;
         if self.ends == other.ends { [a, b] } else { [b, a] }
     }
-}
-
-#[doc(hidden)]
-pub fn position_key(position: [f32; 3]) -> PositionKey {
-    position.map(|x| (x + 0.0).to_bits())
 }
 
 impl TopologyPatch {

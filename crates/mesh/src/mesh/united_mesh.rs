@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec3};
 use rustc_hash::FxHashMap;
 
+use super::value_bytes::{ByteReader, Stored, store_fields};
 use super::{Attributes, Channel, Role, TriMesh, compact};
 
 /// Largest number of faces in a scene view; beyond, each piece shows only its largest instance.
@@ -28,17 +29,42 @@ pub struct UnitedMesh {
     pub mesh: TriMesh,
     /// Attributes with the channels of all meshes and separate groups per mesh.
     pub attributes: Attributes,
-    #[doc(hidden)]
-    pub first_groups: Vec<u32>,
-    #[doc(hidden)]
-    pub channels: Vec<Vec<String>>,
-    #[doc(hidden)]
-    pub scales: Vec<f32>,
-    #[doc(hidden)]
-    pub has_groups: Vec<bool>,
-    #[doc(hidden)]
-    pub places: Vec<Vec<DMat4>>,
+    layout: UnitedPieces,
+}
+
+/// Pieces of a united mesh, without their vertices and faces.
+#[derive(Clone, Debug, PartialEq)]
+struct UnitedPieces {
+    first_groups: Vec<u32>,
+    channels: Vec<Vec<String>>,
+    scales: Vec<f32>,
+    has_groups: Vec<bool>,
+    places: Vec<Vec<DMat4>>,
     diagonal: f64,
+}
+
+store_fields! {
+    UnitedPieces { first_groups: Vec<u32>, channels: Vec<Vec<String>>, scales: Vec<f32>, has_groups: Vec<bool>,
+        places: Vec<Vec<DMat4>>, diagonal: f64 };
+}
+
+/// Stores the layout alone, by which results are placed.
+impl Stored for UnitedMesh {
+    const LEAST: usize = UnitedPieces::LEAST;
+
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.layout.write(bytes);
+    }
+
+    fn read(from: &mut ByteReader) -> Option<Self> {
+        let layout = UnitedPieces::read(from)?;
+        let UnitedPieces { first_groups, channels, scales, has_groups, places, diagonal } = &layout;
+        let n = scales.len();
+        let fit = first_groups.len() == n + 1 && channels.len() == n && has_groups.len() == n && places.len() == n;
+        let are_sorted = first_groups.first() == Some(&0) && first_groups.is_sorted();
+        let are_finite = scales.iter().all(|scale| scale.is_normal()) && diagonal.is_finite();
+        (n > 0 && fit && are_sorted && are_finite).then(|| Self::from_layout(layout))
+    }
 }
 
 /// The meshes of a scene at all their instances.
@@ -91,9 +117,7 @@ impl UnitedMesh {
         if positions.len().max(attributes.n_wedges()) > (u32::MAX / 4) as usize {
             return None;
         }
-        let united = Self {
-            mesh: TriMesh::new(positions, faces).ok()?,
-            attributes,
+        let layout = UnitedPieces {
             first_groups,
             channels: pieces.iter().map(channel_names).collect(),
             places: places(pieces, &scales),
@@ -101,49 +125,23 @@ impl UnitedMesh {
             has_groups: pieces.iter().map(|piece| !piece.attributes.groups.is_empty()).collect(),
             diagonal: 0.0,
         };
-        Some(united.center_scene())
+        Some(Self { mesh: TriMesh::new(positions, faces).ok()?, attributes, layout }.center_scene())
+    }
+
+    fn from_layout(layout: UnitedPieces) -> Self {
+        Self { mesh: TriMesh::default(), attributes: Attributes::default(), layout }
     }
 
     /// Returns the scene without its mesh, to place results.
     #[doc(hidden)]
     pub fn without_mesh(&self) -> Self {
-        let (mesh, attributes) = (TriMesh::default(), Attributes::default());
-        let Self { first_groups, channels, scales, has_groups, places, diagonal, .. } = self;
-        let (first_groups, channels) = (first_groups.clone(), channels.clone());
-        let (scales, has_groups, places) = (scales.clone(), has_groups.clone(), places.clone());
-        Self { mesh, attributes, first_groups, channels, scales, has_groups, places, diagonal: *diagonal }
-    }
-
-    /// Rebuilds [`without_mesh`](Self::without_mesh); `None` if the arrays are of different numbers of pieces.
-    #[doc(hidden)]
-    pub fn without_meshes(
-        first_groups: Vec<u32>,
-        channels: Vec<Vec<String>>,
-        (scales, has_groups): (Vec<f32>, Vec<bool>),
-        places: Vec<Vec<DMat4>>,
-        diagonal: f64,
-    ) -> Option<Self> {
-        let n = scales.len();
-        let fit = first_groups.len() == n + 1 && channels.len() == n && has_groups.len() == n && places.len() == n;
-        let are_sorted = first_groups.first() == Some(&0) && first_groups.is_sorted();
-        let are_finite = scales.iter().all(|scale| scale.is_normal()) && diagonal.is_finite();
-        let (mesh, attributes) = (TriMesh::default(), Attributes::default());
-        (n > 0 && fit && are_sorted && are_finite).then_some(Self {
-            mesh,
-            attributes,
-            first_groups,
-            channels,
-            scales,
-            has_groups,
-            places,
-            diagonal,
-        })
+        Self::from_layout(self.layout.clone())
     }
 
     fn center_scene(mut self) -> Self {
         let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let faces = self.faces_of_pieces(&self.mesh, &self.attributes);
-        for (places, faces) in self.places.iter().zip(&faces) {
+        for (places, faces) in self.layout.places.iter().zip(&faces) {
             for (place, &face) in places.iter().flat_map(|place| faces.iter().map(move |face| (place, face))) {
                 for v in self.mesh.faces()[face as usize] {
                     let p = place.transform_point3(point(&self.mesh, v));
@@ -153,31 +151,35 @@ impl UnitedMesh {
         }
         let middle = 0.5 * (bounds.0 + bounds.1);
         if middle.is_finite() {
-            self.diagonal = (bounds.1 - bounds.0).length();
-            self.places.iter_mut().flatten().for_each(|place| *place = DMat4::from_translation(-middle) * *place);
+            self.layout.diagonal = (bounds.1 - bounds.0).length();
+            self.layout
+                .places
+                .iter_mut()
+                .flatten()
+                .for_each(|place| *place = DMat4::from_translation(-middle) * *place);
         }
         self
     }
 
     /// Returns the transforms from the united mesh to a piece's instances in the centred scene.
     pub fn places(&self, piece: usize) -> &[DMat4] {
-        &self.places[piece]
+        &self.layout.places[piece]
     }
 
     /// Returns the largest factor by which a piece's instances stretch an axis.
     pub fn stretch(&self, piece: usize) -> f64 {
         let columns = |place: &DMat4| [place.x_axis, place.y_axis, place.z_axis].map(|column| column.length());
-        self.places[piece].iter().flat_map(columns).fold(0.0, f64::max)
+        self.layout.places[piece].iter().flat_map(columns).fold(0.0, f64::max)
     }
 
     /// Returns the diagonal of the scene's bounding box.
     pub fn diagonal(&self) -> f64 {
-        self.diagonal
+        self.layout.diagonal
     }
 
     /// Returns the index of a united group's piece.
     pub fn piece_of_group(&self, group: u32) -> usize {
-        (self.first_groups.partition_point(|&first| first <= group) - 1).min(self.scales.len() - 1)
+        (self.layout.first_groups.partition_point(|&first| first <= group) - 1).min(self.layout.scales.len() - 1)
     }
 
     /// Returns for each piece the first one with the same instances, so that both have one system of coordinates.
@@ -185,7 +187,7 @@ impl UnitedMesh {
     pub fn pieces_placed_alike(&self) -> Vec<usize> {
         let bits = |place: &DMat4| place.to_cols_array().map(f64::to_bits);
         let mut first_at = FxHashMap::default();
-        let pieces = self.places.iter().enumerate();
+        let pieces = self.layout.places.iter().enumerate();
         pieces.map(|(i, places)| *first_at.entry(places.iter().map(bits).collect::<Vec<_>>()).or_insert(i)).collect()
     }
 
@@ -205,7 +207,7 @@ impl UnitedMesh {
     pub fn view(&self, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
         let (mut positions, mut faces, mut sources) = (Vec::new(), Vec::new(), Vec::new());
         let mut number = vec![u32::MAX; mesh.positions().len()];
-        for (places, own) in self.places.iter().zip(self.faces_of_pieces(mesh, attributes)) {
+        for (places, own) in self.layout.places.iter().zip(self.faces_of_pieces(mesh, attributes)) {
             for place in places {
                 let first = positions.len() as u32;
                 let mut vertices = Vec::new();
@@ -227,7 +229,7 @@ impl UnitedMesh {
     }
 
     fn faces_of_pieces(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<Vec<u32>> {
-        let mut faces = vec![Vec::new(); self.scales.len()];
+        let mut faces = vec![Vec::new(); self.layout.scales.len()];
         for f in 0..mesh.faces().len() as u32 {
             faces[self.piece_of_group(attributes.group(f))].push(f);
         }
@@ -236,12 +238,12 @@ impl UnitedMesh {
 
     /// Returns the scale of a piece.
     pub fn scale(&self, piece: usize) -> f64 {
-        f64::from(self.scales[piece])
+        f64::from(self.layout.scales[piece])
     }
 
     /// Returns a piece's first group in the united mesh.
     pub fn first_group(&self, piece: usize) -> u32 {
-        self.first_groups[piece]
+        self.layout.first_groups[piece]
     }
 
     /// Splits the united mesh, simplified or not, into its pieces at their own scales.
@@ -254,16 +256,16 @@ impl UnitedMesh {
         let corners = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
         let unscaled = |mesh: TriMesh| {
             let (positions, faces) = mesh.into_parts();
-            let positions = positions.iter().map(|p| p.map(|x| x / self.scales[piece])).collect();
+            let positions = positions.iter().map(|p| p.map(|x| x / self.layout.scales[piece])).collect();
             TriMesh::new(positions, faces).unwrap_or_default()
         };
         let own = compact(mesh.positions(), corners).map_or_else(|_| TriMesh::default(), |(mesh, _)| unscaled(mesh));
-        let groups = faces.iter().map(|&f| attributes.group(f) - self.first_groups[piece]).collect();
-        let groups = if self.has_groups[piece] { groups } else { Vec::new() };
+        let groups = faces.iter().map(|&f| attributes.group(f) - self.layout.first_groups[piece]).collect();
+        let groups = if self.layout.has_groups[piece] { groups } else { Vec::new() };
         let wedges = faces.iter().filter_map(|&f| attributes.wedges.get(f as usize).copied()).collect();
-        let mut carried = with_own_wedges(attributes, &self.channels[piece], wedges, groups);
+        let mut carried = with_own_wedges(attributes, &self.layout.channels[piece], wedges, groups);
         for channel in &mut carried.channels {
-            rescale(channel.role, &mut channel.values, 1.0 / self.scales[piece]);
+            rescale(channel.role, &mut channel.values, 1.0 / self.layout.scales[piece]);
         }
         (own, carried)
     }

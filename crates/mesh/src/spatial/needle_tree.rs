@@ -52,13 +52,39 @@ impl NeedleTree {
     ///
     /// `visit` returns the new bound.
     #[inline(always)]
-    pub(super) fn visit_near(&self, p: DVec3, mut bound: f64, mut visit: impl FnMut(&[u32]) -> f64) -> u32 {
-        let mut waiting = [(0.0, 0u32); WAITING];
+    pub(super) fn visit_near(&self, p: DVec3, bound: f64, visit: impl FnMut(&[u32]) -> f64) -> u32 {
+        self.descend(0.0, |node| node.distance2(p), bound, visit)
+    }
+
+    /// Visits leaves whose box a triangle may meet.
+    pub(super) fn visit_touching(&self, corners: [DVec3; 3], mut visit: impl FnMut(&[u32])) {
+        let [a, b, c] = corners;
+        let normal = area_normal_f64(corners);
+        let across = [normal, normal.cross(b - a), normal.cross(c - b), normal.cross(a - c)];
+        let across = across.map(DVec3::normalize_or_zero);
+        let distance = |node: &NeedleNode| if node.is_apart(&corners, &across) { f64::INFINITY } else { 0.0 };
+        let root = self.nodes.first().map_or(0.0, distance);
+        self.descend(root, distance, 0.0, |leaf| {
+            visit(leaf);
+            0.0
+        });
+    }
+
+    /// Visits leaves within a bound, of two halves the nearer first; `visit` returns the new bound.
+    #[inline(always)]
+    fn descend(
+        &self,
+        root: f64,
+        distance: impl Fn(&NeedleNode) -> f64,
+        mut bound: f64,
+        mut visit: impl FnMut(&[u32]) -> f64,
+    ) -> u32 {
+        let mut waiting = [(root, 0u32); WAITING];
         let (mut n_waiting, mut n_visits) = (usize::from(!self.nodes.is_empty()), 0);
         while n_waiting > 0 {
             n_waiting -= 1;
-            let (distance, at) = waiting[n_waiting];
-            if distance > bound * (1.0 + SLACK) {
+            let (nearest, at) = waiting[n_waiting];
+            if nearest > bound * (1.0 + SLACK) {
                 continue;
             }
             let node = &self.nodes[at as usize];
@@ -67,35 +93,9 @@ impl NeedleTree {
                 continue;
             }
             n_visits += 2;
-            let halves = [at + 1, node.first].map(|half| (self.nodes[half as usize].distance2(p), half));
+            let halves = [at + 1, node.first].map(|half| (distance(&self.nodes[half as usize]), half));
             let [near, far] = if halves[1].0 < halves[0].0 { [halves[1], halves[0]] } else { halves };
             (waiting[n_waiting], waiting[n_waiting + 1]) = (far, near);
-            n_waiting += 2;
-        }
-        n_visits
-    }
-
-    /// Visits leaves whose box a triangle may meet; returns the number of boxes tested.
-    pub(super) fn visit_touching(&self, corners: [DVec3; 3], mut visit: impl FnMut(&[u32])) -> u32 {
-        let [a, b, c] = corners;
-        let normal = area_normal_f64(corners);
-        let across = [normal, normal.cross(b - a), normal.cross(c - b), normal.cross(a - c)];
-        let across = across.map(DVec3::normalize_or_zero);
-        let mut waiting = [0u32; WAITING];
-        let (mut n_waiting, mut n_visits) = (usize::from(!self.nodes.is_empty()), 0);
-        while n_waiting > 0 {
-            n_waiting -= 1;
-            let at = waiting[n_waiting];
-            let node = &self.nodes[at as usize];
-            n_visits += 1;
-            if node.is_apart(&corners, &across) {
-                continue;
-            }
-            if node.len > 0 {
-                visit(self.leaf_triangles(node));
-                continue;
-            }
-            (waiting[n_waiting], waiting[n_waiting + 1]) = (node.first, at + 1);
             n_waiting += 2;
         }
         n_visits

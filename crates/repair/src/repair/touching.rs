@@ -54,7 +54,7 @@ pub(super) fn separate_touching(repaired: Repaired) -> Repaired {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Attributes, shapes, topology};
+    use crate::mesh::{Attributes, join_positions, shapes, topology};
     use crate::repair::printable;
 
     #[test]
@@ -69,10 +69,7 @@ mod tests {
             };
             let moved: Vec<f32> = apart.mesh.positions().iter().zip(&apart.sources).map(moved).collect();
             assert!(moved.iter().all(|&moved| f64::from(moved) < 3.0 * STEP * mesh.diagonal()));
-            let mut places: Vec<[u32; 3]> =
-                apart.mesh.positions().iter().map(|p| p.map(|x| (x + 0.0).to_bits())).collect();
-            places.sort_unstable();
-            assert!(places.windows(2).all(|pair| pair[0] != pair[1]));
+            assert!(!join_positions(apart.mesh.positions()).1);
         }
     }
 }

@@ -1,11 +1,11 @@
 //! Progressions as bytes.
 //!
-//! All numbers are little endian. Eight bytes of [`MAGIC`] and the version (`u32`) come first, then the fields of
-//! [`Progression::write`] in their order, and last a checksum (`u64`) of all bytes before it. A list is its length
-//! (`u64`) and its elements; text is a list of UTF-8 bytes; an option is a byte, 0 or 1, and then the value.
+//! Eight bytes of [`MAGIC`] and the version (`u32`) come first, then the fields of [`Progression::write`] in their order,
+//! in the form of `mesh::value_bytes`, and last a checksum (`u64`) of all bytes before it.
 
-use glam::{DMat4, Vec3};
+use glam::Vec3;
 
+use crate::mesh::value_bytes::{ByteReader, Stored, store_choices, store_fields, write_list};
 use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh, UnitedMesh};
 
 use super::closed::{CollapseEnd, ProgressionSurface, RecordedMerge, vertex_components};
@@ -62,8 +62,8 @@ impl Progression {
     }
 
     fn write(&self, bytes: &mut Vec<u8>) {
-        self.mesh.positions().write(bytes);
-        self.mesh.faces().write(bytes);
+        write_list(self.mesh.positions(), bytes);
+        write_list(self.mesh.faces(), bytes);
         self.attributes.write(bytes);
         self.kept.write(bytes);
         self.locked.write(bytes);
@@ -188,62 +188,7 @@ fn checksum(bytes: &[u8]) -> u64 {
     rest.iter().fold(sum, |sum, &byte| mix(sum, u64::from(byte)))
 }
 
-struct ByteReader<'a> {
-    rest: &'a [u8],
-}
-
-/// Value with a fixed form as bytes.
-trait Stored: Sized {
-    /// Least number of bytes of a value.
-    const LEAST: usize;
-
-    fn write(&self, bytes: &mut Vec<u8>);
-
-    /// Reads a value; `None` if the bytes end or are none.
-    fn read(from: &mut ByteReader) -> Option<Self>;
-}
-
-macro_rules! store_numbers {
-    ($($number:ty),*) => {$(
-        impl Stored for $number {
-            const LEAST: usize = size_of::<Self>();
-
-            fn write(&self, bytes: &mut Vec<u8>) {
-                bytes.extend(self.to_le_bytes());
-            }
-
-            fn read(from: &mut ByteReader) -> Option<Self> {
-                let (number, rest) = from.rest.split_first_chunk()?;
-                from.rest = rest;
-                Some(Self::from_le_bytes(*number))
-            }
-        }
-    )*};
-}
-store_numbers!(u8, u32, u64, f32, f64);
-
-/// Stores each of the listed values as a byte, its first place in the list; a later place is of a value that is gone.
-macro_rules! store_choices {
-    ($($choice:ty: [$($value:expr),*];)*) => {$(
-        impl Stored for $choice {
-            const LEAST: usize = 1;
-
-            fn write(&self, bytes: &mut Vec<u8>) {
-                bytes.push([$($value),*].iter().position(|value| value == self).map_or(u8::MAX, |i| i as u8));
-            }
-
-            fn read(from: &mut ByteReader) -> Option<Self> {
-                let (choices, i) = ([$($value),*], usize::from(u8::read(from)?));
-                let first = |value: &Self| choices.iter().position(|other| other == value);
-                choices.get(i).copied().filter(|value| first(value) == Some(i))
-            }
-        }
-    )*};
-}
 store_choices! {
-    bool: [false, true];
-    Role: [Role::Normal, Role::Tangent, Role::Uv, Role::Colour, Role::Skin, Role::MorphPosition, Role::MorphDirection,
-        Role::Other, Role::Label];
     ScoreSource: [ScoreSource::Bending, ScoreSource::Network, ScoreSource::Geometry];
     Optimize: [Optimize::Balanced, Optimize::Mean, Optimize::Max, Optimize::Normals, Optimize::Looks];
     Effort: [Effort::Fast, Effort::Standard, Effort::Best];
@@ -253,166 +198,22 @@ store_choices! {
         CollapseEnd::LosesShape, CollapseEnd::Held];
 }
 
-/// Stores a struct by its fields, in this order.
-macro_rules! store_fields {
-    ($($whole:ident { $($field:ident: $part:ty),* } $(..$others:expr)?;)*) => {$(
-        impl Stored for $whole {
-            const LEAST: usize = 0 $(+ <$part>::LEAST)*;
-
-            fn write(&self, bytes: &mut Vec<u8>) {
-                $(self.$field.write(bytes);)*
-            }
-
-            fn read(from: &mut ByteReader) -> Option<Self> {
-                Some(Self { $($field: <$part>::read(from)?,)* $(..$others)? })
-            }
-        }
-    )*};
-}
 store_fields! {
-    Channel { name: String, role: Role, width: usize, values: Vec<f32> };
-    Attributes { wedges: Vec<[u32; 3]>, channels: Vec<Channel>, groups: Vec<u32> };
-    Frame { origin: [f64; 3], double: bool };
     ClosedOptions { scores: ScoreSource, optimize: Optimize, effort: Effort, prune: bool, prune_within: f64, prune_below: f64,
         hidden: Hidden, lock_boundaries: bool, subset: bool, seam_error: f64, purpose: Purpose, crease_angle: Option<f32>,
         map: bool, frame: Frame } ..Self::default();
     DroppedComponent { face: u32, n_faces: usize };
     SubMeshOrigin { n_vertices: usize, vertices: Option<Vec<u32>>, faces: Option<Vec<u32>>, n_dropped: usize, n_hidden: usize,
         dropped: Vec<DroppedComponent> };
-    Vec3 { x: f32, y: f32, z: f32 };
     RecordedMerge { kept: u32, removed: u32, position: Vec3, takes_removed_place: bool } ..Self::UNPRICED;
     Drop { n_vertices: usize, components: Vec<u32>, dropped: Vec<DroppedComponent> };
     ProvedLevel { n_vertices: usize, distance: f64 };
 }
 
-impl Stored for usize {
-    const LEAST: usize = 8;
-
-    fn write(&self, bytes: &mut Vec<u8>) {
-        (*self as u64).write(bytes);
-    }
-
-    fn read(from: &mut ByteReader) -> Option<Self> {
-        Self::try_from(u64::read(from)?).ok()
-    }
-}
-
-impl<T: Stored, const N: usize> Stored for [T; N] {
-    const LEAST: usize = N * T::LEAST;
-
-    fn write(&self, bytes: &mut Vec<u8>) {
-        self.iter().for_each(|value| value.write(bytes));
-    }
-
-    fn read(from: &mut ByteReader) -> Option<Self> {
-        // An array of options, since a closure cannot leave the function.
-        let read: [Option<T>; N] = std::array::from_fn(|_| T::read(from));
-        if read.iter().any(Option::is_none) {
-            return None;
-        }
-        let mut values = read.into_iter().flatten();
-        let first: Vec<T> = values.by_ref().collect();
-        first.try_into().ok()
-    }
-}
-
-trait StoredRows {
-    fn write(&self, bytes: &mut Vec<u8>);
-}
-
-impl<T: Stored> StoredRows for [T] {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        (self.len() as u64).write(bytes);
-        bytes.reserve(self.len() * T::LEAST);
-        self.iter().for_each(|value| value.write(bytes));
-    }
-}
-
-impl<T: Stored> Stored for Vec<T> {
-    const LEAST: usize = 8;
-
-    fn write(&self, bytes: &mut Vec<u8>) {
-        self.as_slice().write(bytes);
-    }
-
-    fn read(from: &mut ByteReader) -> Option<Self> {
-        let n = usize::read(from)?;
-        // The length is checked before memory is taken for it.
-        if n > from.rest.len() / T::LEAST {
-            return None;
-        }
-        let mut values = Self::with_capacity(n);
-        for _ in 0..n {
-            values.push(T::read(from)?);
-        }
-        Some(values)
-    }
-}
-
-impl<T: Stored> Stored for Option<T> {
-    const LEAST: usize = 1;
-
-    fn write(&self, bytes: &mut Vec<u8>) {
-        self.is_some().write(bytes);
-        self.iter().for_each(|value| value.write(bytes));
-    }
-
-    fn read(from: &mut ByteReader) -> Option<Self> {
-        if bool::read(from)? { T::read(from).map(Some) } else { Some(None) }
-    }
-}
-
-impl<A: Stored, B: Stored> Stored for (A, B) {
-    const LEAST: usize = A::LEAST + B::LEAST;
-
-    fn write(&self, bytes: &mut Vec<u8>) {
-        self.0.write(bytes);
-        self.1.write(bytes);
-    }
-
-    fn read(from: &mut ByteReader) -> Option<Self> {
-        Some((A::read(from)?, B::read(from)?))
-    }
-}
-
-impl Stored for String {
-    const LEAST: usize = 8;
-
-    fn write(&self, bytes: &mut Vec<u8>) {
-        self.as_bytes().write(bytes);
-    }
-
-    fn read(from: &mut ByteReader) -> Option<Self> {
-        Self::from_utf8(Vec::read(from)?).ok()
-    }
-}
-
-impl Stored for UnitedMesh {
-    const LEAST: usize = 48;
-
-    fn write(&self, bytes: &mut Vec<u8>) {
-        self.first_groups.write(bytes);
-        self.channels.write(bytes);
-        self.scales.write(bytes);
-        self.has_groups.write(bytes);
-        let places: Vec<Vec<[f64; 16]>> =
-            self.places.iter().map(|places| places.iter().map(DMat4::to_cols_array).collect()).collect();
-        places.write(bytes);
-        self.diagonal().write(bytes);
-    }
-
-    fn read(from: &mut ByteReader) -> Option<Self> {
-        let (first_groups, channels): (Vec<u32>, Vec<Vec<String>>) = (Vec::read(from)?, Vec::read(from)?);
-        let (scales, has_groups): (Vec<f32>, Vec<bool>) = (Vec::read(from)?, Vec::read(from)?);
-        let places: Vec<Vec<[f64; 16]>> = Vec::read(from)?;
-        let places = places.iter().map(|places| places.iter().map(DMat4::from_cols_array).collect()).collect();
-        Self::without_meshes(first_groups, channels, (scales, has_groups), places, f64::read(from)?)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DMat4;
     use std::ops::ControlFlow;
 
     use crate::mesh::cleanup::{CleanOptions, clean};

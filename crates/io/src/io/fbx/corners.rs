@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 use ufbx::Mesh;
 
-use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
+use crate::mesh::{Attributes, Channel, DistinctKeys, Fans, RawMesh, Role};
 
 // Index of no vertex; cleanup drops faces with such an index.
 const NOWHERE: u32 = u32::MAX;
@@ -16,8 +16,7 @@ pub(super) struct FbxMesh {
 
 pub(super) fn convert_mesh(mesh: &Mesh) -> FbxMesh {
     let (mut faces, mut groups, mut fans) = (Vec::new(), Vec::new(), Fans::default());
-    let (mut slots, mut corners, mut dropped_faces) = (Vec::new(), Vec::new(), 0);
-    let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
+    let (mut slots, mut corners, mut dropped_faces) = (DistinctKeys::default(), Vec::new(), 0);
     for (i, face) in mesh.faces.iter().enumerate() {
         corners.clear();
         corners.extend((face.index_begin..face.index_begin.saturating_add(face.num_indices)).take(mesh.num_indices));
@@ -28,11 +27,7 @@ pub(super) fn convert_mesh(mesh: &Mesh) -> FbxMesh {
         }
         // Faces without a material get the first material.
         let slot = mesh.face_material.get(i).copied().unwrap_or_default();
-        let number = *numbers.entry(slot).or_insert(slots.len() as u32);
-        if number as usize == slots.len() {
-            slots.push(slot);
-        }
-        groups.resize(faces.len(), number);
+        groups.resize(faces.len(), slots.number(slot));
     }
     let vertex_of = |corner: u32| mesh.vertex_indices.get(corner as usize).copied().unwrap_or(NOWHERE);
     let position = |vertex: u32| mesh.vertices.get(vertex as usize).map(|p| [p.x, p.y, p.z]);
@@ -45,7 +40,8 @@ pub(super) fn convert_mesh(mesh: &Mesh) -> FbxMesh {
     faces.iter_mut().flatten().for_each(|corner| *corner = vertex_of(*corner));
     let positions = mesh.vertices.iter().map(|p| [p.x, p.y, p.z]).collect();
     let attributes = Attributes { wedges, channels, groups };
-    FbxMesh { mesh: RawMesh { positions, faces, dropped_faces, attributes, double: false }, slots, n_not_finite }
+    let mesh = RawMesh { positions, faces, dropped_faces, attributes, double: false };
+    FbxMesh { mesh, slots: slots.keys, n_not_finite }
 }
 
 fn channels(mesh: &Mesh) -> Vec<Channel> {

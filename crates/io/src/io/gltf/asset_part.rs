@@ -31,17 +31,28 @@ pub(super) fn read(
     budget: &mut usize,
     repairs: &mut ReadRepairs,
 ) -> Result<Option<RawMesh>, ReadError> {
-    let primitives = || mesh.primitives.iter().enumerate().filter(|(_, it)| it.triangle_positions().is_some());
     // All primitives share the channels, so these are collected first.
-    let mut builder = PartBuilder::new(data, channels(data, primitives().map(|(_, it)| it))?);
-    for (index, primitive) in primitives() {
+    let channels = channels(data, mesh.primitives.iter().filter(|it| it.triangle_positions().is_some()))?;
+    let mesh = read_primitives(data, mesh, channels, budget, repairs)?;
+    Ok(Some(mesh).filter(|mesh| !mesh.faces.is_empty()))
+}
+
+pub(super) fn read_geometry(data: &Data, mesh: &GltfMesh, budget: &mut usize) -> Result<RawMesh, ReadError> {
+    read_primitives(data, mesh, Vec::new(), budget, &mut ReadRepairs::default())
+}
+
+fn read_primitives(
+    data: &Data,
+    mesh: &GltfMesh,
+    channels: Vec<Channel>,
+    budget: &mut usize,
+    repairs: &mut ReadRepairs,
+) -> Result<RawMesh, ReadError> {
+    let mut builder = PartBuilder::new(data, channels);
+    for (index, primitive) in mesh.primitives.iter().enumerate() {
         builder.add(index as u32, primitive, budget, repairs)?;
     }
-    let mut mesh = builder.mesh;
-    if mesh.attributes.channels.is_empty() {
-        mesh.attributes.wedges.clear();
-    }
-    Ok(Some(mesh).filter(|mesh| !mesh.faces.is_empty()))
+    Ok(builder.mesh)
 }
 
 #[derive(Default)]
@@ -131,7 +142,9 @@ impl<'a> PartBuilder<'a> {
         // Corners out of range stay invalid, for cleanup to drop.
         let shift_vertices = |first: usize| move |v: u32| if v == u32::MAX { v } else { (first + v as usize) as u32 };
         self.mesh.faces.extend(triangles.iter().map(|triangle| triangle.map(shift_vertices(run.first))));
-        self.mesh.attributes.wedges.extend(triangles.iter().map(|triangle| triangle.map(shift_vertices(first_wedge))));
+        if !self.mesh.attributes.channels.is_empty() {
+            self.mesh.attributes.wedges.extend(triangles.iter().map(|triangle| triangle.map(shift_vertices(first_wedge))));
+        }
         self.mesh.attributes.groups.extend(std::iter::repeat_n(index, triangles.len()));
         Ok(())
     }

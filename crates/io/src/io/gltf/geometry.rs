@@ -1,80 +1,30 @@
 //! Geometry of the default scene, without attributes.
 
-use std::collections::BTreeMap;
-
-use glam::DMat4;
-
 use crate::io::far_from_origin::is_far_from_origin;
 use crate::io::{FileFetcher, ReadError};
-use crate::mesh::RawMesh;
+use crate::mesh::{Attributes, PlacedMesh, RawMesh, merge_placed_meshes};
 
-use super::accessor::Data;
+use super::asset_part::read_geometry;
 use super::container::Container;
-use super::placements::placements;
-use super::refusals::{missing_error, refuse_instancing, spend};
-use super::schema::Primitive;
-use super::triangles::read_triangles;
+use super::placements::{MeshPlacement, placements};
+use super::refusals::{missing_error, refuse_instancing};
 
 /// Reads the geometry of a glTF; `fetch` returns the bytes of a buffer file by its URI.
 pub(in crate::io) fn read(bytes: &[u8], fetch: &FileFetcher) -> Result<RawMesh, ReadError> {
     // All bytes are at hand from here on, and every access to them is checked.
     let container = Container::open(bytes, fetch)?;
     refuse_instancing(&container.root.extensions_required)?;
-    let mut scene =
-        SceneBuilder { data: container.data(), mesh: RawMesh::default(), budget: container.budget(bytes.len()) };
-    for placed in placements(&container.data())? {
-        scene.add_mesh(placed.mesh, placed.transform)?;
+    let (data, mut budget) = (container.data(), container.budget(bytes.len()));
+    let mut meshes = Vec::new();
+    for MeshPlacement { mesh: index, transform, .. } in placements(&data)? {
+        let mesh = data.root.meshes.get(index).ok_or_else(|| missing_error("mesh", index))?;
+        meshes.push((read_geometry(&data, mesh, &mut budget)?, transform));
     }
-    let mut mesh = scene.mesh;
+    let placed = meshes.iter().map(|&(ref mesh, transform)| PlacedMesh { mesh, transform, first_group: 0 });
+    let placed: Vec<PlacedMesh> = placed.collect();
+    let mut mesh = RawMesh { attributes: Attributes::default(), ..merge_placed_meshes(&placed, |_| false) };
     mesh.double = is_far_from_origin(&mesh.positions);
     Ok(mesh)
-}
-
-struct SceneBuilder<'a> {
-    data: Data<'a>,
-    mesh: RawMesh,
-    budget: usize,
-}
-
-impl SceneBuilder<'_> {
-    fn add_mesh(&mut self, index: usize, transform: DMat4) -> Result<(), ReadError> {
-        let mesh = self.data.root.meshes.get(index).ok_or_else(|| missing_error("mesh", index))?;
-        // Primitives that differ only in material often share their positions.
-        let mut known = BTreeMap::new();
-        for primitive in &mesh.primitives {
-            let Some(accessor) = primitive.triangle_positions() else { continue };
-            let (first, count) = match known.get(&accessor) {
-                Some(&place) => place,
-                None => *known.entry(accessor).or_insert(self.add_positions(accessor, transform)?),
-            };
-            self.add_faces(primitive, first, count, transform.determinant() < 0.0)?;
-        }
-        Ok(())
-    }
-
-    fn add_positions(&mut self, accessor: usize, transform: DMat4) -> Result<(usize, usize), ReadError> {
-        let first = self.mesh.positions.len();
-        // The budget limits the claimed count before anything is allocated.
-        let local = self.data.positions(accessor, self.budget)?;
-        spend(&mut self.budget, local.len())?;
-        self.mesh.positions.extend(local.iter().map(|&p| transform.transform_point3(p.into()).to_array()));
-        Ok((first, local.len()))
-    }
-
-    fn add_faces(
-        &mut self,
-        primitive: &Primitive,
-        first: usize,
-        count: usize,
-        mirrored: bool,
-    ) -> Result<(), ReadError> {
-        let place = |vertex: u32| if vertex == u32::MAX { vertex } else { (first + vertex as usize) as u32 };
-        // A mirroring transform turns faces inside out, so they are turned back.
-        let turn = |[a, b, c]: [u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
-        let triangles = read_triangles(&self.data, primitive, count, &mut self.budget)?;
-        self.mesh.faces.extend(triangles.into_iter().map(|triangle| turn(triangle.map(place))));
-        Ok(())
-    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::packed::{PrimitivePacking, order_faces, push_directions};
 use super::repair_values;
 use super::semantics::{SKIN, is_own_channel, target_channel};
 use super::simplified_part::SimplifiedPart;
-use crate::mesh::{Channel, Role};
+use crate::mesh::{Channel, DistinctKeys, Role};
 
 // Vertices that the file needs for the faces of a primitive: one per pair of vertex and wedge.
 pub(super) struct PrimitiveVertices {
@@ -20,18 +20,13 @@ pub(super) struct PrimitiveVertices {
 
 impl PrimitiveVertices {
     pub fn collect(part: &SimplifiedPart, faces: &[u32]) -> Self {
-        let (mut known, mut pairs) = (FxHashMap::default(), Vec::new());
-        let mut place = |pair: [u32; 2]| {
-            *known.entry(pair).or_insert_with(|| {
-                pairs.push(pair);
-                pairs.len() as u32 - 1
-            })
-        };
-        let place_face = |&face: &u32| {
+        let mut pairs = DistinctKeys::default();
+        let mut place_face = |&face: &u32| {
             let (vertices, wedges) = (part.faces[face as usize], part.wedges(face as usize));
-            [0, 1, 2].map(|corner| place([vertices[corner], wedges[corner]]))
+            [0, 1, 2].map(|corner| pairs.number([vertices[corner], wedges[corner]]))
         };
-        let faces = faces.iter().map(place_face).collect();
+        let faces = faces.iter().map(&mut place_face).collect();
+        let pairs = pairs.keys;
         let positions = pairs.iter().map(|pair| part.positions[pair[0] as usize]).collect();
         Self { pairs, positions, faces }
     }

@@ -1,8 +1,9 @@
 //! Groups of an OBJ.
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use crate::io::extra::{Group, decode_latin1, decode_text, has_too_many_groups};
+use crate::mesh::DistinctKeys;
 
 // Statements that set the group of the faces after them, in the order of `GroupState`.
 const WORDS: [&[u8]; 4] = [b"o", b"g", b"usemtl", b"s"];
@@ -17,8 +18,7 @@ pub(super) struct ObjGroups<'a> {
     state: GroupState<'a>,
     changed: bool,
     current: u32,
-    numbers: FxHashMap<GroupState<'a>, u32>,
-    states: Vec<GroupState<'a>>,
+    states: DistinctKeys<GroupState<'a>>,
     // Group of each triangle; empty while all triangles are in the first group.
     pub of_faces: Vec<u32>,
 }
@@ -34,14 +34,11 @@ impl<'a> ObjGroups<'a> {
 
     pub fn assign(&mut self, n_before: usize, n_faces: usize) {
         // Statements between two faces may cancel out, so the state is looked up only when a face follows.
-        if std::mem::take(&mut self.changed) || self.states.is_empty() {
-            self.current = *self.numbers.entry(self.state).or_insert_with(|| {
-                self.states.push(self.state);
-                self.states.len() as u32 - 1
-            });
+        if std::mem::take(&mut self.changed) || self.states.keys.is_empty() {
+            self.current = self.states.number(self.state);
         }
         // With one group there are no numbers to store.
-        if self.states.len() > 1 {
+        if self.states.keys.len() > 1 {
             self.of_faces.resize(n_before, 0);
             self.of_faces.resize(n_faces, self.current);
         }
@@ -52,8 +49,9 @@ impl<'a> ObjGroups<'a> {
         let mut notes = Vec::new();
         // Such groups would forbid every collapse. One kind of name goes at a time: the others may still group faces
         // well.
-        while has_too_many_groups(self.states.len(), self.of_faces.len()) {
-            let n_names = |kind: &usize| self.states.iter().map(|state| state[*kind]).collect::<FxHashSet<_>>().len();
+        while has_too_many_groups(self.states.keys.len(), self.of_faces.len()) {
+            let n_names =
+                |kind: &usize| self.states.keys.iter().map(|state| state[*kind]).collect::<FxHashSet<_>>().len();
             let Some(kind) = (0..KINDS.len()).max_by_key(n_names) else { break };
             self.drop_names(kind);
             notes.push(format!("nearly every face has its own name of {}: these names are dropped", KINDS[kind]));
@@ -62,18 +60,13 @@ impl<'a> ObjGroups<'a> {
     }
 
     fn drop_names(&mut self, kind: usize) {
-        let mut numbers: FxHashMap<GroupState, u32> = FxHashMap::default();
-        let mut states = Vec::new();
+        let states = std::mem::take(&mut self.states).keys;
         let mut number = |mut state: GroupState<'a>| {
             state[kind] = None;
-            *numbers.entry(state).or_insert_with(|| {
-                states.push(state);
-                states.len() as u32 - 1
-            })
+            self.states.number(state)
         };
-        let new_numbers: Vec<u32> = self.states.iter().map(|&state| number(state)).collect();
-        self.states = states;
-        if self.states.len() > 1 {
+        let new_numbers: Vec<u32> = states.into_iter().map(&mut number).collect();
+        if self.states.keys.len() > 1 {
             self.of_faces.iter_mut().for_each(|group| *group = new_numbers[*group as usize]);
         } else {
             self.of_faces.clear();
@@ -81,12 +74,12 @@ impl<'a> ObjGroups<'a> {
     }
 
     pub fn names(&self) -> impl Iterator<Item = &'a [u8]> {
-        self.states.iter().flatten().copied().flatten()
+        self.states.keys.iter().flatten().copied().flatten()
     }
 
     pub fn to_groups(&self, in_latin1: bool) -> Vec<Group> {
         // A file without group statements has one unnamed state.
-        if self.states.len() == 1 && self.states[0] == GroupState::default() {
+        if self.states.keys == [GroupState::default()] {
             return Vec::new();
         }
         let text =
@@ -98,7 +91,7 @@ impl<'a> ObjGroups<'a> {
             smoothing: text(smoothing),
             values: Vec::new(),
         };
-        self.states.iter().map(named).collect()
+        self.states.keys.iter().map(named).collect()
     }
 }
 

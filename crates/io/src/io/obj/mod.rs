@@ -8,7 +8,7 @@ mod write;
 use super::ReadError;
 use super::extra::{self, Extra, ReadMesh, replace_non_finite};
 use super::memory::reserve;
-use super::runs::Part;
+use super::runs::PieceContent;
 use super::text::Text;
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 use groups::ObjGroups;
@@ -39,7 +39,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
 #[derive(Default)]
 struct ObjReader<'a> {
     reads_attributes: bool,
-    part: Part,
+    content: PieceContent,
     // Vertices before the text, if that is a piece of a file.
     n_before: usize,
     // The faces index wedges if `wedges` exists.
@@ -74,12 +74,14 @@ impl<'a> ObjReader<'a> {
         while !text.is_at_end() {
             text.skip_blanks();
             match text.rest() {
-                [b'v', b' ' | b'\t' | b'\\', ..] if self.part == Part::Faces => self.n_before += 1,
+                [b'v', b' ' | b'\t' | b'\\', ..] if self.content == PieceContent::Faces => self.n_before += 1,
                 [b'v', b' ' | b'\t' | b'\\', ..] => {
                     text.advance(1);
                     self.read_vertex(&mut text)?;
                 }
-                [b'f', b' ' | b'\t' | b'\\' | b'\r' | b'\n', ..] | [b'f'] if self.part != Part::Positions => {
+                [b'f', b' ' | b'\t' | b'\\' | b'\r' | b'\n', ..] | [b'f']
+                    if self.content != PieceContent::Positions =>
+                {
                     text.advance(1);
                     self.read_face(&mut text)?;
                 }

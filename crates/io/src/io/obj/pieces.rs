@@ -4,14 +4,14 @@ use std::path::Path;
 
 use super::ObjReader;
 use crate::io::ReadError;
-use crate::io::runs::{FileOutline, Part, PieceReceiver, each_run, open_at};
+use crate::io::runs::{FileOutline, PieceContent, PieceReceiver, each_run, open_at};
 
 const LONGEST_LINE: usize = 64 << 20;
 
 /// Counts the vertices of an OBJ; assumes two faces per vertex.
 pub(in crate::io) fn outline(path: &Path) -> Result<FileOutline, ReadError> {
     let (mut outline, mut has_more) = (FileOutline::default(), false);
-    each_run_of_lines(path, Part::Positions, &mut |lines, reader| {
+    each_run_of_lines(path, PieceContent::Positions, &mut |lines, reader| {
         outline.n_vertices += reader.mesh.positions.len() as u64;
         outline.is_double |= reader.mesh.double;
         has_more = has_more || lines.split(|&byte| byte == b'\n').any(has_other_content);
@@ -25,17 +25,21 @@ fn has_other_content(line: &[u8]) -> bool {
     matches!(line.trim_ascii_start(), [b'v', b't' | b'n', ..] | [b'u', b's', b'e', b'm', b't', b'l', ..])
 }
 
-pub(in crate::io) fn each_piece(path: &Path, part: Part, take: &mut PieceReceiver) -> Result<(), ReadError> {
-    each_run_of_lines(path, part, &mut |_, reader| take(&reader.mesh))
+pub(in crate::io) fn each_piece(path: &Path, content: PieceContent, take: &mut PieceReceiver) -> Result<(), ReadError> {
+    each_run_of_lines(path, content, &mut |_, reader| take(&reader.mesh))
 }
 
-fn each_run_of_lines(path: &Path, part: Part, take: &mut dyn FnMut(&[u8], &ObjReader)) -> Result<(), ReadError> {
+fn each_run_of_lines(
+    path: &Path,
+    content: PieceContent,
+    take: &mut dyn FnMut(&[u8], &ObjReader),
+) -> Result<(), ReadError> {
     let (mut n_before, mut n_lines, mut n_searched) = (0, 0, 0);
     each_run(open_at(path, 0)?, LONGEST_LINE, |bytes, is_last| {
         // The last line may lack its end; without any end, reading goes on.
         let end = if is_last { bytes.len() } else { end_of_lines(bytes, n_searched) };
         let lines = &bytes[..end];
-        let mut reader = ObjReader { part, n_before, ..ObjReader::default() };
+        let mut reader = ObjReader { content, n_before, ..ObjReader::default() };
         reader.read(lines).map_err(|error| error.after_lines(n_lines))?;
         take(lines, &reader);
         n_before = reader.n_before + reader.mesh.positions.len();

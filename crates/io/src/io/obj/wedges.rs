@@ -1,14 +1,12 @@
 //! Wedges of an OBJ: each distinct `v/vt/vn`, numbered by first use.
 
-use rustc_hash::FxHashMap;
-
 use super::NOWHERE;
+use crate::mesh::DistinctKeys;
 
 #[derive(Debug, Default)]
 pub(super) struct ObjWedges {
-    numbers: FxHashMap<[u32; 3], u32>,
     // Vertex, texture coordinate and normal of each wedge, from zero, or `NOWHERE`.
-    pub triplets: Vec<[u32; 3]>,
+    triplets: DistinctKeys<[u32; 3]>,
 }
 
 impl ObjWedges {
@@ -21,10 +19,7 @@ impl ObjWedges {
     }
 
     pub fn number(&mut self, triplet: [u32; 3]) -> u32 {
-        *self.numbers.entry(triplet).or_insert_with(|| {
-            self.triplets.push(triplet);
-            self.triplets.len() as u32 - 1
-        })
+        self.triplets.number(triplet)
     }
 
     pub fn position(&self, wedge: u32, positions: &[[f64; 3]]) -> Option<[f64; 3]> {
@@ -32,7 +27,7 @@ impl ObjWedges {
     }
 
     pub fn vertex(&self, wedge: u32) -> u32 {
-        self.triplets.get(wedge as usize).map_or(NOWHERE, |triplet| triplet[0])
+        self.triplets.keys.get(wedge as usize).map_or(NOWHERE, |triplet| triplet[0])
     }
 
     /// Gathers wedge values, n_wedges x `width`, from the table of vertices (`part` 0), coordinates (1) or normals (2).
@@ -41,11 +36,11 @@ impl ObjWedges {
     pub fn values(&self, part: usize, table: &[f32], width: usize) -> Option<Vec<f32>> {
         // Indices come from the file, so the arithmetic is checked.
         let row = |index: u32| (index as usize).checked_mul(width).and_then(|at| table.get(at..at.checked_add(width)?));
-        if !self.triplets.iter().any(|triplet| row(triplet[part]).is_some()) {
+        if !self.triplets.keys.iter().any(|triplet| row(triplet[part]).is_some()) {
             return None;
         }
-        let mut values = vec![0.0; self.triplets.len() * width];
-        for (value, triplet) in values.chunks_exact_mut(width).zip(&self.triplets) {
+        let mut values = vec![0.0; self.triplets.keys.len() * width];
+        for (value, triplet) in values.chunks_exact_mut(width).zip(&self.triplets.keys) {
             if let Some(row) = row(triplet[part]) {
                 value.copy_from_slice(row);
             }

@@ -7,7 +7,7 @@ use super::reader::{LIST_NAMES, read_polygon, read_rows};
 use super::source::Source;
 use super::{decode_positions, read_leading_triangles};
 use crate::io::runs::{
-    FileOutline, Part, PieceReceiver, each_run, each_run_of_rows, open_at, read_beginning, rest_of_run,
+    FileOutline, PieceContent, PieceReceiver, each_run, each_run_of_rows, open_at, read_beginning, rest_of_run,
 };
 use crate::io::{ReadError, Scalar};
 use crate::mesh::{Fans, RawMesh};
@@ -60,9 +60,9 @@ impl PlyLayout {
         Ok(Some((Self { big, body, n_vertices, stride, axes, faces, list }, outline)))
     }
 
-    pub fn each_piece(&self, path: &Path, part: Part, take: &mut PieceReceiver) -> Result<(), ReadError> {
+    pub fn each_piece(&self, path: &Path, content: PieceContent, take: &mut PieceReceiver) -> Result<(), ReadError> {
         let mut piece = RawMesh::default();
-        if part == Part::Positions {
+        if content == PieceContent::Positions {
             return each_run_of_rows(open_at(path, self.body)?, self.stride, self.n_vertices, |rows| {
                 piece.positions.clear();
                 decode_positions(rows, self.stride, self.axes, self.big, &mut piece.positions);

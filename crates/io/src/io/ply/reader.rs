@@ -1,7 +1,6 @@
 //! Reading of a PLY, with or without attributes.
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
 use super::columns::{ChannelPlan, unit};
 use super::header::{Element, Header};
@@ -10,7 +9,7 @@ use super::{BLOCK, decode_positions, open, read_leading_triangles, records};
 use crate::io::extra::{Column, ColumnLayout, Extra, Group, ReadMesh, has_too_many_groups, replace_non_finite};
 use crate::io::memory::reserve;
 use crate::io::{ReadError, Scalar};
-use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
+use crate::mesh::{Attributes, Channel, DistinctKeys, Fans, RawMesh, Role};
 
 // With more distinct combinations, the numbers of faces identify faces and not groups.
 const MOST_GROUPS: usize = 1 << 16;
@@ -237,7 +236,10 @@ impl PlyReader {
             self.fans.triangulate(positions, faces);
             attributes.wedges = if channels.is_empty() { Vec::new() } else { faces.clone() };
         }
-        let NumberedGroups { columns: face_columns, groups, mut of_faces, .. } = self.groups;
+        let NumberedGroups { columns: face_columns, values, mut of_faces, .. } = self.groups;
+        let group =
+            |values: &Vec<i64>| Group { values: values.iter().map(|&x| x as f64).collect(), ..Group::default() };
+        let groups: Vec<Group> = values.keys.iter().map(group).collect();
         // Faces from strips have no numbers: they join the first group.
         of_faces.resize(if groups.len() > 1 { faces.len() } else { 0 }, 0);
         let wedges = std::mem::take(&mut attributes.wedges);
@@ -278,8 +280,7 @@ fn decode_channel(records: &[u8], stride: usize, columns: &[ChannelValue], big: 
 
 #[derive(Default)]
 struct CornerNumbers {
-    numbers: FxHashMap<[u32; 3], u32>,
-    rows: Vec<[u32; 3]>,
+    rows: DistinctKeys<[u32; 3]>,
 }
 
 impl CornerNumbers {
@@ -290,26 +291,22 @@ impl CornerNumbers {
             let uv = [2 * i, 2 * i + 1].map(|at| if fits { uvs[at] as f32 } else { 0.0 });
             // Adding zero turns -0 into 0.
             let [u, v] = uv.map(|x| if x.is_finite() { (x + 0.0).to_bits() } else { 0 });
-            let row = [*corner, u, v];
-            *corner = *self.numbers.entry(row).or_insert_with(|| {
-                self.rows.push(row);
-                self.rows.len() as u32 - 1
-            });
+            *corner = self.rows.number([*corner, u, v]);
         }
     }
 
     fn vertex(&self, wedge: u32) -> u32 {
-        self.rows.get(wedge as usize).map_or(u32::MAX, |row| row[0])
+        self.rows.keys.get(wedge as usize).map_or(u32::MAX, |row| row[0])
     }
 
     fn uvs(&self) -> Vec<f32> {
-        self.rows.iter().flat_map(|&[_, u, v]| [f32::from_bits(u), f32::from_bits(v)]).collect()
+        self.rows.keys.iter().flat_map(|&[_, u, v]| [f32::from_bits(u), f32::from_bits(v)]).collect()
     }
 
     fn spread(&self, channel: &mut Channel) {
         // Absent vertices have zeros.
-        let mut values = vec![0.0; self.rows.len() * channel.width];
-        for (value, row) in values.chunks_exact_mut(channel.width).zip(&self.rows) {
+        let mut values = vec![0.0; self.rows.keys.len() * channel.width];
+        for (value, row) in values.chunks_exact_mut(channel.width).zip(&self.rows.keys) {
             let start = (row[0] as usize).saturating_mul(channel.width);
             if let Some(found) = channel.values.get(start..start.saturating_add(channel.width)) {
                 value.copy_from_slice(found);
@@ -322,8 +319,7 @@ impl CornerNumbers {
 #[derive(Default)]
 struct NumberedGroups {
     columns: Vec<Column>,
-    numbers: FxHashMap<Vec<i64>, u32>,
-    groups: Vec<Group>,
+    values: DistinctKeys<Vec<i64>>,
     of_faces: Vec<u32>,
     too_many: bool,
 }
@@ -333,18 +329,14 @@ impl NumberedGroups {
         if self.columns.is_empty() || self.too_many {
             return;
         }
-        let key: Vec<i64> = values.collect();
-        let number = *self.numbers.entry(key).or_insert_with_key(|key| {
-            self.groups.push(Group { values: key.iter().map(|&value| value as f64).collect(), ..Group::default() });
-            self.groups.len() as u32 - 1
-        });
+        let number = self.values.number(values.collect());
         // Such numbers identify faces instead of groups; further counting would only cost memory.
-        self.too_many = self.groups.len() > MOST_GROUPS;
+        self.too_many = self.values.keys.len() > MOST_GROUPS;
         self.of_faces.resize(n_faces, number);
     }
 
     fn drop_excessive(&mut self, notes: &mut Vec<String>) {
-        let n_groups = self.groups.len();
+        let n_groups = self.values.keys.len();
         if self.too_many || has_too_many_groups(n_groups, self.of_faces.len()) {
             let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
             notes.push(format!(

@@ -12,7 +12,7 @@ use crate::io::companion_files::FileFinder;
 use crate::io::group_looks::read_looks;
 use crate::io::write::Content;
 use crate::io::{Extra, WriteError, units};
-use crate::mesh::{Attributes, Channel, Look, Role, srgb};
+use crate::mesh::{Attributes, Channel, DistinctKeys, Look, Role, srgb};
 
 const TYPES: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">\n\
@@ -186,19 +186,12 @@ impl Palette {
     fn from_channels(attributes: &Attributes) -> Self {
         let is_colour = |channel: &&Channel| channel.role == Role::Colour && channel.width >= 3;
         let Some(channel) = attributes.channels.iter().find(is_colour) else { return Self::default() };
-        let mut palette = Self::default();
-        let mut numbers: FxHashMap<String, u32> = FxHashMap::default();
-        for row in channel.values.chunks_exact(channel.width) {
-            let colour = hex([row[0], row[1], row[2], row.get(3).copied().unwrap_or(1.0)]);
-            let next = palette.colours.len() as u32;
-            let number = *numbers.entry(colour).or_insert_with_key(|colour| {
-                palette.colours.push(colour.clone());
-                next
-            });
-            palette.of_wedges.push(number);
-        }
-        palette.white = numbers.get("#FFFFFFFF").copied();
-        palette
+        let mut colours = DistinctKeys::default();
+        let rows = channel.values.chunks_exact(channel.width);
+        let colour = |row: &[f32]| hex([row[0], row[1], row[2], row.get(3).copied().unwrap_or(1.0)]);
+        let of_wedges = rows.map(|row| colours.number(colour(row))).collect();
+        let white = colours.keys.iter().position(|colour| colour == "#FFFFFFFF").map(|number| number as u32);
+        Self { colours: colours.keys, of_wedges, white }
     }
 
     fn push(&self, out: &mut Vec<u8>) {

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::assemble::{Join, build, map_points, sheet};
-use crate::mesh::TriMesh;
+use crate::mesh::{DistinctKeys, TriMesh};
 
 /// Builds the corner of the unit cube.
 ///
@@ -28,14 +28,8 @@ pub fn tetrahedron() -> TriMesh {
 /// ```
 pub fn cuboid(size: [f64; 3], n: u32) -> TriMesh {
     let n = n.max(1);
-    let mut vertex_at = HashMap::new();
-    let mut places = Vec::new();
-    let mut vertex = |place: [u32; 3]| {
-        *vertex_at.entry(place).or_insert_with(|| {
-            places.push(place);
-            places.len() as u32 - 1
-        })
-    };
+    let mut places = DistinctKeys::default();
+    let mut vertex = |place: [u32; 3]| places.number(place);
     let mut faces = Vec::new();
     for (axis, far) in [(0, false), (0, true), (1, false), (1, true), (2, false), (2, true)] {
         for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
@@ -50,7 +44,7 @@ pub fn cuboid(size: [f64; 3], n: u32) -> TriMesh {
         }
     }
     let point = |place: [u32; 3]| std::array::from_fn(|k| size[k] * f64::from(place[k]) / f64::from(n));
-    build(places.into_iter().map(point), faces)
+    build(places.keys.into_iter().map(point), faces)
 }
 
 /// Builds the unit sphere with 20 x 4^level faces.

@@ -1,8 +1,6 @@
 //! Attributes of both halves, stored on the corners of one half.
 
-use rustc_hash::FxHashMap;
-
-use crate::mesh::{Attributes, Channel, Role, same_values};
+use crate::mesh::{Attributes, Channel, DistinctKeys, Role, same_values};
 
 use super::mirror_pairs::MirrorPairs;
 
@@ -12,10 +10,10 @@ pub(super) type GroupPairs = Vec<[u32; 2]>;
 pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) -> (Attributes, GroupPairs) {
     // The face at the image of a face's first corner.
     let image_face = |f: usize| pairs.corners[3 * f] / 3;
-    let mut group_pairs = PairNumbers::default();
+    let mut group_pairs = DistinctKeys::default();
     let groups = (0u32..).zip(&attributes.groups);
     let groups = groups.map(|(f, &own)| group_pairs.number([own, attributes.group(image_face(f as usize))])).collect();
-    let mut wedge_pairs = PairNumbers::default();
+    let mut wedge_pairs = DistinctKeys::default();
     let corner = |wedges: &[[u32; 3]], c: u32| wedges[c as usize / 3][c as usize % 3];
     let images = pairs.corners.chunks_exact(3);
     // Wedges become pairs of own and image wedge, so a seam on either side splits them.
@@ -25,7 +23,7 @@ pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) ->
     let wedges = wedges.collect();
     let channels = [0, 1].into_iter().flat_map(|side| {
         attributes.channels.iter().map({
-            let wedge_pairs = &wedge_pairs.rows;
+            let wedge_pairs = &wedge_pairs.keys;
             move |channel| Channel {
                 values: wedge_pairs.iter().flat_map(|pair| channel.value(pair[side])).copied().collect(),
                 name: channel.name.clone(),
@@ -33,7 +31,7 @@ pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) ->
             }
         })
     });
-    (Attributes { wedges, channels: channels.collect(), groups }, group_pairs.rows)
+    (Attributes { wedges, channels: channels.collect(), groups }, group_pairs.keys)
 }
 
 /// Adds a channel that is 0 if a wedge on the plane differs from its image, else 1.
@@ -51,19 +49,4 @@ pub(super) fn add_joints(attributes: &mut Attributes, faces: &[[u32; 3]], on_pla
         }
     }
     attributes.channels.push(Channel { name: "joints".into(), role: Role::Other, width: 1, values });
-}
-
-#[derive(Default)]
-struct PairNumbers {
-    rows: Vec<[u32; 2]>,
-    numbers: FxHashMap<[u32; 2], u32>,
-}
-
-impl PairNumbers {
-    fn number(&mut self, pair: [u32; 2]) -> u32 {
-        *self.numbers.entry(pair).or_insert_with(|| {
-            self.rows.push(pair);
-            self.rows.len() as u32 - 1
-        })
-    }
 }

@@ -3,8 +3,7 @@
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::mesh::TriMesh;
-use crate::mesh::first_equal::first_equal;
+use crate::mesh::{TriMesh, join_positions};
 use crate::spatial::FaceTree;
 
 use super::image_plane::ImagePlane;
@@ -28,9 +27,7 @@ struct WeldedFaces {
 
 impl WeldedFaces {
     fn new(mesh: &TriMesh, vertices: &[u32]) -> Self {
-        // Adding 0 makes -0 and 0 one position.
-        let position = |v: usize| mesh.positions()[v].map(|x| (x + 0.0).to_bits());
-        let (places, _) = first_equal(mesh.positions().len(), position);
+        let (places, _) = join_positions(mesh.positions());
         let faces: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|v| places[v as usize])).collect();
         let image = |v: u32| places[vertices[v as usize] as usize];
         let images = mesh.faces().iter().map(|face| face.map(image)).collect();
