@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgAction, ArgGroup, Parser};
 use neural_mesh::clusters::LARGEST_CLUSTER;
-use neural_mesh::job::{Arguments, Count, Ignored, count, seed, share, whole_number_parser};
+use neural_mesh::job::{Arguments, Ignored, Size, seed, share, vertices, whole_number_parser};
 use neural_mesh::simplify::{Effort, Optimize, ScoreSource};
 
 use crate::numbers::{MAX_SAMPLES, parse_gib, parse_thread_count, parse_view};
@@ -140,8 +140,8 @@ pub struct MeshPointsArgs {
     #[arg(long, value_name = "R", value_parser = share, allow_hyphen_values = true)]
     pub ratio: Option<f64>,
     /// Number of points that become vertices: 5000, 10k, 1.5M or 10% [default: all]
-    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
-    pub vertices: Option<Count>,
+    #[arg(long, value_name = "N", value_parser = vertices, allow_hyphen_values = true)]
+    pub vertices: Option<Size>,
     /// Weights of a trained network (safetensors) [default: those of the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,

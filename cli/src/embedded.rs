@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io::{Folder, Format, ReadMesh};
-use neural_mesh::job::{Arguments, Document, Goal, Job, JobStage, Watch, make_progression};
+use neural_mesh::job::{Arguments, Document, Job, JobStage, Watch, make_progression};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::{Assembly, Listener, Options, Progression, Record, Simplified, Target, simplify_recorded};
@@ -260,7 +260,8 @@ pub fn record(
 ) -> Result<RecordedResult, Failure> {
     let request = request(arguments, files, true)?;
     let job = &request.job;
-    let is_plain = matches!(job.goal, Goal::Target | Goal::ShareOfFaces(_))
+    let is_plain = job.goal.n_levels().is_none()
+        && !job.goal.is_bound()
         && job.repair.is_none()
         && job.importance.is_none()
         && job.keep.is_empty()

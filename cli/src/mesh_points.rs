@@ -169,7 +169,7 @@ fn mesh_cloud(
 ) -> Result<MeshedPoints, Failure> {
     let n_points = cloud.points.len();
     let n_of_ratio = args.ratio.map(|ratio| count_of_share(n_points, ratio));
-    let n_vertices = args.vertices.map(|count| count.resolve(n_points)).or(n_of_ratio).unwrap_or(n_points);
+    let n_vertices = args.vertices.map(|size| size.count(n_points)).or(n_of_ratio).unwrap_or(n_points);
     let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| progress.event(event));
     result.map_err(|error| match error {
         SimplifyError::Interrupted => Failure::Interrupted,

@@ -8,8 +8,8 @@ use crate::escapes::escape_controls;
 use crate::failure::Failure;
 use neural_mesh::io::shorten_name;
 use neural_mesh::job::{
-    BakeFigures, Certified, DistanceFigures, Dropped, JobReport, Level, NamedShare, OutputFigures, RepairFigures,
-    Seconds, Size, TargetWords, percent, stop_reason,
+    BakeFigures, Certified, DistanceFigures, Dropped, JobReport, Level, MeshSize, NamedShare, OutputFigures,
+    RepairFigures, Seconds, TargetWords, percent, stop_reason,
 };
 
 const MAX_LISTED_NAMES: usize = 4;
@@ -229,7 +229,7 @@ pub fn written_line(output: &OutputFigures) -> Option<String> {
 }
 
 /// Formats a level: sizes, distances, and the screen coverage up to which it suffices.
-pub fn level_line(number: usize, input: &Size, level: &Level) -> String {
+pub fn level_line(number: usize, input: &MeshSize, level: &Level) -> String {
     let size = &level.output.size;
     let share = 100.0 * size.vertices as f64 / input.vertices.max(1) as f64;
     let mut line = format!("level {number}   {} ({share:.1} % of the vertices)", format_size(size));
@@ -259,7 +259,7 @@ pub fn certified_line(distance: &Certified) -> String {
 }
 
 /// Formats `size      2,930 vertices, 5,856 faces -> ...`.
-pub fn size_line(input: &Size, output: &Size) -> String {
+pub fn size_line(input: &MeshSize, output: &MeshSize) -> String {
     let share = 100.0 * output.vertices as f64 / input.vertices.max(1) as f64;
     format!("size      {} -> {} ({share:.1} % of the vertices)", format_size(input), format_size(output))
 }
@@ -287,7 +287,7 @@ pub fn time_line(seconds: &Seconds) -> String {
     )
 }
 
-pub fn format_size(size: &Size) -> String {
+pub fn format_size(size: &MeshSize) -> String {
     format!("{} vertices, {} faces", group_digits(size.vertices), group_digits(size.faces))
 }
 

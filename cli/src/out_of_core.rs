@@ -7,7 +7,7 @@ use std::time::Instant;
 use neural_mesh::blocks::{OutOfCoreError, OutOfCoreResult, WorkingSpace, simplify_pieces};
 use neural_mesh::io::{self, Extra, Model, Pieces, WriteOptions};
 use neural_mesh::job::{
-    DistanceFigures, Goal, JobReport, JobStage, OutputFigures, SAMPLES, Seconds, Size, outcome_words, score_words,
+    DistanceFigures, JobReport, JobStage, MeshSize, OutputFigures, SAMPLES, Seconds, outcome_words, score_words,
     target_words,
 };
 use neural_mesh::mesh::Attributes;
@@ -77,9 +77,9 @@ pub fn show_step(progress: &mut Progress, step: JobStage) -> impl FnMut(f64) -> 
 fn check_options(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
     let options = request.job.closed_options();
     let named = [
-        ("--error", matches!(request.job.goal, Goal::Error(_))),
-        ("--size", matches!(request.job.goal, Goal::Size(_))),
         ("--lods", request.job.goal.n_levels().is_some()),
+        ("--error", request.job.goal.is_by_error()),
+        ("--size", request.job.goal.n_bytes().is_some()),
         ("--assembly paper", matches!(request.job.options.assembly, Assembly::Paper(_))),
         ("--importance", request.job.importance.is_some()),
         ("--keep", !request.job.keep.is_empty()),
@@ -149,8 +149,8 @@ fn prepare_output(
 fn create_report(request: &Request, result: &OutOfCoreResult, target: Target) -> JobReport {
     let simplified = &result.simplified;
     JobReport {
-        input: Size { vertices: result.n_vertices, faces: result.n_faces, shape: None },
-        output: OutputFigures::new(Size::measure(&simplified.mesh, request.report.is_some()), &simplified.report),
+        input: MeshSize { vertices: result.n_vertices, faces: result.n_faces, shape: None },
+        output: OutputFigures::new(MeshSize::measure(&simplified.mesh, request.report.is_some()), &simplified.report),
         target: target_words(&request.job.goal, target),
         outcome: outcome_words(&simplified.report.outcome),
         scores: score_words(simplified.report.scores),

@@ -1,9 +1,9 @@
 //! Steps of a run with their costs, so that the progress bar moves evenly.
 
 use neural_mesh::io::Format;
-use neural_mesh::job::{Goal, JobStage};
+use neural_mesh::job::{Goal, JobStage, Size};
 use neural_mesh::mesh::TriMesh;
-use neural_mesh::simplify::{Assembly, Target};
+use neural_mesh::simplify::Assembly;
 
 use crate::request::Request;
 
@@ -63,10 +63,10 @@ impl Plan {
             Assembly::Closed(_) => interpolate(ratio, SIMPLIFY_COSTS) * (1.0 + FURTHER_LEVEL_COST * (n_levels - 1.0)),
         };
         // A search repeats the run several times, and proofs take most of its time.
-        let simplify = match request.job.goal {
-            Goal::Error(_) => single_run * SEARCH_RUNS / SEARCH_SHARE,
-            Goal::ErrorLevels(_) => n_levels * interpolate(ratio, SIMPLIFY_COSTS) * SEARCH_RUNS / SEARCH_SHARE,
-            Goal::Size(_) => single_run * SEARCH_RUNS,
+        let simplify = match &request.job.goal {
+            Goal::One(Size::Error(_)) => single_run * SEARCH_RUNS / SEARCH_SHARE,
+            Goal::One(Size::Bytes(_)) => single_run * SEARCH_RUNS,
+            goal if goal.is_by_error() => n_levels * interpolate(ratio, SIMPLIFY_COSTS) * SEARCH_RUNS / SEARCH_SHARE,
             _ => single_run,
         };
         let cost_if = |is_requested: bool, cost: f64| if is_requested { cost } else { 0.0 };
@@ -90,12 +90,11 @@ impl Plan {
 }
 
 fn expected_ratio(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
-    match (&request.job.goal, request.job.options.target) {
-        (Goal::Error(_) | Goal::ErrorLevels(_) | Goal::Size(_), _) => None,
-        (Goal::ShareOfFaces(share), _) => Some(*share),
-        (_, Target::Ratio(ratio)) => Some(ratio),
-        (_, target) => mesh.map(|mesh| target.share_of(mesh)),
+    if request.job.goal.is_bound() {
+        return None;
     }
+    let size = *request.job.goal.sizes().first()?;
+    size.share().or_else(|| mesh.map(|mesh| size.target(mesh.faces().len()).share_of(mesh)))
 }
 
 fn reading_cost(request: &Request) -> f64 {

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use neural_mesh::appearance::{USUAL_HEIGHT, appearance};
 use neural_mesh::job::{
-    Arguments, Count, Document, Dropped, Goal, JobReport, JobStage, Level, LevelSize, Shape, Size, Watch, list_advice,
-    percent, stop_reason,
+    Arguments, Document, Dropped, Goal, JobReport, JobStage, Level, MeshSize, Shape, Size, Watch, list_advice, percent,
+    stop_reason,
 };
 use neural_mesh::picture::{CornerNormals, ShadedMesh};
 use neural_mesh::simplify::{DroppedComponent, Simplified};
@@ -77,8 +77,7 @@ fn describe(args: &LimitsArgs) -> Result<(), Failure> {
     progress.begin(JobStage::Read);
     let document = document::open(&mut request)?;
     let sizes = level_sizes(document.mesh().positions().len());
-    let targets = sizes.iter().map(|count| LevelSize::Vertices(*count)).collect();
-    request.job.goal = Goal::Levels(targets);
+    request.job.goal = Goal::Levels(sizes.clone());
     let (run, results) = simplify_document(&document, &request, None, &mut progress)?;
     drop(progress);
     let limits = SizeLimits::new(&document, &request, &run.report, &results, &sizes)?;
@@ -109,10 +108,10 @@ fn create_request(args: &LimitsArgs) -> Result<Request, Failure> {
 }
 
 /// Returns the sizes to try: several ratios, and the smallest surface.
-fn level_sizes(n_vertices: usize) -> Vec<Count> {
+fn level_sizes(n_vertices: usize) -> Vec<Size> {
     let is_more = |share: &f64| (share * n_vertices as f64) as usize > MIN_VERTICES;
-    let shares = TRIED_SHARES.into_iter().filter(is_more).map(Count::Share);
-    shares.chain([Count::Number(MIN_VERTICES)]).collect()
+    let shares = TRIED_SHARES.into_iter().filter(is_more).map(Size::Ratio);
+    shares.chain([Size::Vertices(MIN_VERTICES)]).collect()
 }
 
 impl SizeLimits {
@@ -121,7 +120,7 @@ impl SizeLimits {
         request: &Request,
         report: &JobReport,
         results: &[Simplified],
-        sizes: &[Count],
+        sizes: &[Size],
     ) -> Result<Self, Failure> {
         // A component counts for the first level that dropped it.
         let mut dropped_faces = HashSet::new();
@@ -191,12 +190,9 @@ fn split_rows(mut rows: Vec<SizeRow>, n: usize) -> (Vec<SizeRow>, Vec<SizeRow>) 
 }
 
 impl SizeRow {
-    fn new(level: &Level, size: Count, n_vertices: usize, is_new: &[bool]) -> Self {
-        let Size { vertices, faces, .. } = level.output.size;
-        let share = match size {
-            Count::Share(share) => share,
-            Count::Number(_) => vertices as f64 / n_vertices.max(1) as f64,
-        };
+    fn new(level: &Level, size: Size, n_vertices: usize, is_new: &[bool]) -> Self {
+        let MeshSize { vertices, faces, .. } = level.output.size;
+        let share = size.share().unwrap_or(vertices as f64 / n_vertices.max(1) as f64);
         let dropped = level.output.dropped.iter().zip(is_new).filter(|(_, is_new)| **is_new);
         Self {
             percent: percent(share),
@@ -228,7 +224,7 @@ fn picture_error(document: &Document, result: &Simplified) -> Option<f64> {
     appearance(before, after, USUAL_HEIGHT).map(|appearance| appearance.flip)
 }
 
-fn shape_count(size: &Size, figure: impl Fn(&Shape) -> usize) -> usize {
+fn shape_count(size: &MeshSize, figure: impl Fn(&Shape) -> usize) -> usize {
     size.shape.as_ref().map_or(0, figure)
 }
 
@@ -241,8 +237,8 @@ mod tests {
         assert_eq!(level_sizes(100_000).len(), 7);
         assert_eq!(
             level_sizes(100),
-            [Count::Share(0.5), Count::Share(0.25), Count::Share(0.1), Count::Share(0.05), Count::Number(3)]
+            [Size::Ratio(0.5), Size::Ratio(0.25), Size::Ratio(0.1), Size::Ratio(0.05), Size::Vertices(3)]
         );
-        assert_eq!(level_sizes(4), [Count::Number(3)]);
+        assert_eq!(level_sizes(4), [Size::Vertices(3)]);
     }
 }

@@ -6,7 +6,7 @@ use std::any::TypeId;
 use std::path::Path;
 
 use clap::{Arg, ArgAction, Args, Command};
-use neural_mesh::job::{Arguments, Bound, Caller, Count, RatioOf, respell_options};
+use neural_mesh::job::{Arguments, Bound, Caller, RatioOf, Size, respell_options};
 
 /// Lines between which a file is made.
 const START: &str = "made from the list of options: start";
@@ -80,7 +80,7 @@ fn value_kind(arg: &Arg) -> ValueKind {
         "lods" => ValueKind::Amount,
         "size" => ValueKind::WholeAmount,
         _ if is(&[TypeId::of::<RatioOf>(), TypeId::of::<Bound>()]) => ValueKind::Amount,
-        _ if is(&[TypeId::of::<Count>()]) => ValueKind::WholeAmount,
+        _ if is(&[TypeId::of::<Size>()]) => ValueKind::WholeAmount,
         _ if is(&[TypeId::of::<f64>()]) => ValueKind::Number,
         _ if is(&[TypeId::of::<usize>(), TypeId::of::<u64>()]) => ValueKind::Whole,
         _ => ValueKind::Text,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use neural_mesh::job::{count, share};
+use neural_mesh::job;
 use neural_mesh_cli::embedded::{self, MeshPointsArgs, MeshPointsOutput};
 use pyo3::prelude::*;
 
@@ -55,8 +55,8 @@ pub fn mesh_points(
 ) -> PyResult<Meshed> {
     let args = MeshPointsArgs {
         input,
-        ratio: ratio.map(|ratio| ratio.read("ratio", share)).transpose()?,
-        vertices: vertices.map(|vertices| vertices.read("vertices", count)).transpose()?,
+        ratio: ratio.map(|ratio| ratio.read("ratio", job::share)).transpose()?,
+        vertices: vertices.map(|vertices| vertices.read("vertices", job::vertices)).transpose()?,
         format: format.or(out.is_none().then(|| "ply".into())),
         output: out.unwrap_or("-".into()),
         weights,

@@ -6,7 +6,6 @@ use crate::simplify::{Effort, Hidden, Optimize, Purpose};
 use super::bake;
 use super::error::JobError;
 use super::request::{Job, Repair};
-use super::size::Goal;
 
 // Name of an option, and true if the option is given.
 type Given = (&'static str, bool);
@@ -70,7 +69,7 @@ impl Job {
         let options = self.closed_options();
         let given = [
             ("--lock-boundaries", options.lock_boundaries),
-            ("--prune", self.prune_below.is_some() && !self.is_by_error()),
+            ("--prune", self.prune_below.is_some() && !self.goal.is_by_error()),
             ("--hold-shape", self.hold_shape.is_some()),
             ("--hidden", options.hidden != Hidden::Keep),
             ("--keep-components", !options.prune),
@@ -84,9 +83,9 @@ impl Job {
             ("--printable", matches!(self.repair, Some(Repair::Printable(_)))),
             ("--for", options.purpose != Purpose::Shape),
             ("--symmetric", options.symmetric.is_some()),
-            ("--error", matches!(self.goal, Goal::Error(_))),
-            ("--size", matches!(self.goal, Goal::Size(_))),
-            ("--lods", matches!(self.goal, Goal::ErrorLevels(_)) || self.goal.n_levels().is_some_and(|n| n > 1)),
+            ("--error", self.goal.is_by_error() && self.goal.n_levels().is_none()),
+            ("--size", self.goal.n_bytes().is_some()),
+            ("--lods", self.goal.n_levels().is_some_and(|n| n > 1 || self.goal.is_by_error())),
         ];
         reject_first(&given, |name| format!("{name}: not available with --assembly paper: leave one out"))
     }
@@ -108,15 +107,11 @@ impl Job {
     fn not_with_shares(&self) -> [Given; 4] {
         let options = self.closed_options();
         [
-            ("--error", self.is_by_error()),
+            ("--error", self.goal.is_by_error()),
             ("--symmetric", options.symmetric.is_some()),
             ("--map", options.map),
             ("--bake", self.bake.is_some()),
         ]
-    }
-
-    fn is_by_error(&self) -> bool {
-        matches!(self.goal, Goal::Error(_) | Goal::ErrorLevels(_))
     }
 }
 
@@ -130,7 +125,7 @@ fn reject_first(given: &[Given], what: impl Fn(&str) -> String) -> Result<(), Jo
 mod tests {
     use super::*;
     use crate::io::PackOptions;
-    use crate::job::Bound;
+    use crate::job::{Bound, Goal, Size};
     use crate::simplify::{Assembly, ClosedOptions, Options, PaperOptions, Symmetry, Target};
 
     fn error_message(change: impl FnOnce(&mut Job)) -> String {
@@ -147,7 +142,7 @@ mod tests {
         assert_eq!(error_message(paper), "");
         let by_error = error_message(|job| {
             paper(job);
-            job.goal = Goal::Error(Bound::Percent(1.0));
+            job.goal = Goal::One(Size::Error(Bound::Percent(1.0)));
         });
         assert_eq!(by_error, "--error: not available with --assembly paper: leave one out");
         let both = ClosedOptions { symmetric: Some(Symmetry::Best), subset: true, ..ClosedOptions::default() };

@@ -2,58 +2,47 @@
 
 use super::choices::LodsBy;
 use super::error::JobError;
-use super::parse::{bound, count, share};
-use super::size::{Bound, Count, Goal, LevelSize};
+use super::parse::{bound, faces, share, vertices};
+use super::size::Size;
 
 /// Parses `--lods`.
 ///
 /// # Errors
 /// [`JobError::Options`] if a level is invalid or finer than the one before.
-pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Goal, JobError> {
-    if by == Some(LodsBy::Error) {
-        return checked_errors(parse_each(lods, bound)?).map(Goal::ErrorLevels);
-    }
-    let sizes: Vec<LevelSize> = parse_each(lods, |text| size(text, by))?;
-    let grows = |pair: &[LevelSize]| match (pair[0].count(), pair[1].count()) {
-        (Count::Share(before), Count::Share(next)) => next > before,
-        (Count::Number(before), Count::Number(next)) => next > before,
+pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Vec<Size>, JobError> {
+    let parse = |text: &String| size(text, by).map_err(|why| JobError::Options(format!("--lods {text}: {why}")));
+    let sizes: Vec<Size> = lods.iter().map(parse).collect::<Result<_, _>>()?;
+    let is_ordered = |pair: &[Size]| match (pair[0], pair[1]) {
+        (Size::Ratio(before), Size::Ratio(next)) | (Size::FaceRatio(before), Size::FaceRatio(next)) => next <= before,
+        (Size::Vertices(before), Size::Vertices(next)) | (Size::Faces(before), Size::Faces(next)) => next <= before,
+        (Size::Error(before), Size::Error(next)) => before.is_at_most(next),
         // A share and a number can be compared only when the mesh is known.
-        _ => false,
+        _ => true,
     };
-    if sizes.windows(2).any(grows) {
-        let kind = if by.is_some() { "sizes, like 20k,5k,1k or" } else { "shares, like" };
-        return Err(JobError::Options(format!("--lods: give falling {kind} 50%,25%,10% or 0.5,0.25,0.1")));
+    if sizes.windows(2).all(is_ordered) {
+        return Ok(sizes);
     }
-    Ok(Goal::Levels(sizes))
-}
-
-fn parse_each<T>(lods: &[String], parse: impl Fn(&str) -> Result<T, String>) -> Result<Vec<T>, JobError> {
-    let parse = |text: &String| parse(text).map_err(|why| JobError::Options(format!("--lods {text}: {why}")));
-    lods.iter().map(parse).collect()
-}
-
-fn checked_errors(bounds: Vec<Bound>) -> Result<Vec<Bound>, JobError> {
-    let rises = |pair: &[Bound]| match (pair[0], pair[1]) {
-        (Bound::Percent(before), Bound::Percent(next)) | (Bound::Absolute(before), Bound::Absolute(next)) => {
-            before <= next
+    Err(JobError::Options(match by {
+        None => "--lods: give falling shares, like 50%,25%,10% or 0.5,0.25,0.1".into(),
+        Some(LodsBy::Error) => {
+            "--lods: give rising distances, like 0.1%,0.5%,2%, all in percent or all in the unit of the mesh".into()
         }
-        _ => false,
-    };
-    if bounds.windows(2).all(rises) {
-        return Ok(bounds);
-    }
-    let what = "--lods: give rising distances, like 0.1%,0.5%,2%, all in percent or all in the unit of the mesh";
-    Err(JobError::Options(what.into()))
+        Some(_) => "--lods: give falling sizes, like 20k,5k,1k or 50%,25%,10% or 0.5,0.25,0.1".into(),
+    }))
 }
 
 // Without `by`, a level is a share of the vertices.
-fn size(text: &str, by: Option<LodsBy>) -> Result<LevelSize, String> {
-    let number = || count(text).or_else(|why| share(text).map(Count::Share).map_err(|_| why));
+fn size(text: &str, by: Option<LodsBy>) -> Result<Size, String> {
+    // Shares need no percent sign here.
+    let or_share = |number: Result<Size, String>, ratio: fn(f64) -> Size| {
+        number.or_else(|why| share(text).map(ratio).map_err(|_| why))
+    };
     match by {
-        Some(LodsBy::Faces) => number().map(LevelSize::Faces),
-        Some(_) => number().map(LevelSize::Vertices),
-        None => share(text).map(|ratio| LevelSize::Vertices(Count::Share(ratio))).map_err(|why| match count(text) {
-            Ok(Count::Number(n)) if n > 100 => "is a number: add --lods-by faces or --lods-by vertices".into(),
+        Some(LodsBy::Error) => bound(text).map(Size::Error),
+        Some(LodsBy::Faces) => or_share(faces(text), Size::FaceRatio),
+        Some(LodsBy::Vertices) => or_share(vertices(text), Size::Ratio),
+        None => share(text).map(Size::Ratio).map_err(|why| match vertices(text) {
+            Ok(Size::Vertices(n)) if n > 100 => "is a number: add --lods-by faces or --lods-by vertices".into(),
             _ => why,
         }),
     }
@@ -62,8 +51,9 @@ fn size(text: &str, by: Option<LodsBy>) -> Result<LevelSize, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::job::Bound;
 
-    fn parse_words(words: &[&str]) -> Result<Goal, String> {
+    fn parse_words(words: &[&str]) -> Result<Vec<Size>, String> {
         let (lods, by) = match words {
             [lods, "--lods-by", by] => (lods, Some(by)),
             lods => (&lods[0], None),
@@ -79,18 +69,16 @@ mod tests {
 
     #[test]
     fn levels_are_shares_of_vertices_unless_it_is_said_what_they_are_of() {
-        let vertices = |counts: &[Count]| Ok(Goal::Levels(counts.iter().map(|&it| LevelSize::Vertices(it)).collect()));
-        let faces = |counts: &[Count]| Ok(Goal::Levels(counts.iter().map(|&it| LevelSize::Faces(it)).collect()));
-        let [half, tenth] = [0.5, 0.1].map(Count::Share);
-        assert_eq!(parse_words(&["50%,0.1"]), vertices(&[half, tenth]));
-        assert_eq!(
-            parse_words(&["20k,1k", "--lods-by", "faces"]),
-            faces(&[Count::Number(20_000), Count::Number(1000)])
-        );
-        assert_eq!(parse_words(&["0.5,10%,7", "--lods-by", "faces"]), faces(&[half, tenth, Count::Number(7)]));
-        assert_eq!(parse_words(&["900,10%", "--lods-by", "vertices"]), vertices(&[Count::Number(900), tenth]));
-        let errors = parse_words(&["0.1%,2%", "--lods-by", "error"]);
-        assert_eq!(errors, Ok(Goal::ErrorLevels(vec![Bound::Percent(0.1), Bound::Percent(2.0)])));
+        for (words, sizes) in [
+            (&["50%,0.1"][..], [Size::Ratio(0.5), Size::Ratio(0.1)]),
+            (&["20k,1k", "--lods-by", "faces"], [Size::Faces(20_000), Size::Faces(1000)]),
+            (&["10%,7", "--lods-by", "faces"], [Size::FaceRatio(0.1), Size::Faces(7)]),
+            (&["0.5,10%", "--lods-by", "faces"], [Size::FaceRatio(0.5), Size::FaceRatio(0.1)]),
+            (&["900,10%", "--lods-by", "vertices"], [Size::Vertices(900), Size::Ratio(0.1)]),
+            (&["0.1%,2%", "--lods-by", "error"], [0.1, 2.0].map(|percent| Size::Error(Bound::Percent(percent)))),
+        ] {
+            assert_eq!(parse_words(words), Ok(sizes.to_vec()), "{words:?}");
+        }
     }
 
     #[test]

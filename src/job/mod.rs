@@ -50,15 +50,15 @@ pub use error::JobError;
 pub use files::{Files, Meshes};
 pub use option_names::{Caller, read_options, respell_options};
 pub use outcome::JobOutcome;
-pub use parse::{RatioOf, count, number_parser, parse_scaled, ratio_of, seed, share, whole_number_parser};
+pub use parse::{RatioOf, number_parser, parse_scaled, ratio_of, seed, share, vertices, whole_number_parser};
 pub use progression::{format_of_progression, make_progression};
 pub use report::{
-    Certified, CleaningFigures, DistanceFigures, Dropped, JobReport, Level, MapFile, NamedShare, OutputFigures,
-    REACHED, RepairFigures, SAMPLES, Seconds, Shape, Size, TargetWords, outcome_words, score_words, stop_reason,
-    target_words,
+    Certified, CleaningFigures, DistanceFigures, Dropped, JobReport, Level, MapFile, MeshSize, NamedShare,
+    OutputFigures, REACHED, RepairFigures, SAMPLES, Seconds, Shape, TargetWords, outcome_words, score_words,
+    stop_reason, target_words,
 };
 pub use request::{Job, Names, Repair};
 pub use run::run;
-pub use size::{Bound, Count, Goal, LevelSize, percent};
+pub use size::{Bound, Goal, Size, percent};
 pub use textures::Textures;
 pub use watch::{JobStage, Watch};

@@ -9,7 +9,7 @@ use serde_json::{Number, Value};
 
 use super::choices::Compression;
 use super::parse;
-use super::size::{Bound, Count};
+use super::size::{Bound, Size};
 use crate::io::shorten_name;
 use crate::simplify::Symmetry;
 
@@ -22,7 +22,8 @@ macro_rules! values {
     )*};
 }
 values! {
-    count: parse::count => Count;
+    vertices: parse::vertices => Size;
+    faces: parse::faces => Size;
     bound: parse::bound => Bound;
     n_bytes: parse::n_bytes => usize;
     degrees: parse::degrees => f64;

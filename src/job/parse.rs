@@ -2,7 +2,7 @@
 
 use crate::simplify::{Axis, MirrorPlane, Symmetry};
 
-use super::size::{Bound, Count, percent};
+use super::size::{Bound, Size, percent};
 
 /// Largest count; exact in doubles.
 const MOST: f64 = 1e15;
@@ -36,18 +36,27 @@ pub fn ratio_of(text: &str) -> Result<RatioOf, String> {
     }
 }
 
-/// Parses a number of vertices or faces: `5000`, `10k`, `1.5M`, `10%`.
-pub fn count(text: &str) -> Result<Count, String> {
+/// Parses a number or share of the vertices: `5000`, `10k`, `1.5M`, `10%`.
+pub fn vertices(text: &str) -> Result<Size, String> {
+    count(text, Size::Vertices, Size::Ratio)
+}
+
+/// Parses a number or share of the faces: `5000`, `10k`, `1.5M`, `10%`.
+pub fn faces(text: &str) -> Result<Size, String> {
+    count(text, Size::Faces, Size::FaceRatio)
+}
+
+fn count(text: &str, number: fn(usize) -> Size, ratio: fn(f64) -> Size) -> Result<Size, String> {
     if text.contains('%') {
-        return share_of(text).filter(|share| is_share(*share)).map(Count::Share).ok_or(COUNT.into());
+        return share_of(text).filter(|share| is_share(*share)).map(ratio).ok_or(COUNT.into());
     }
-    let (number, power) = match text.strip_suffix(['k', 'K']) {
-        Some(number) => (number, 3),
-        None => text.strip_suffix(['m', 'M']).map_or((text, 0), |number| (number, 6)),
+    let (digits, power) = match text.strip_suffix(['k', 'K']) {
+        Some(digits) => (digits, 3),
+        None => text.strip_suffix(['m', 'M']).map_or((text, 0), |digits| (digits, 6)),
     };
-    let value = parse_scaled(number, power).ok_or(COUNT)?;
+    let value = parse_scaled(digits, power).ok_or(COUNT)?;
     if value.fract() == 0.0 && (1.0..=MOST).contains(&value) {
-        return Ok(Count::Number(value as usize));
+        return Ok(number(value as usize));
     }
     Err(with_suggestion(COUNT, (0.0 < value && value < 1.0).then(|| percent(value))))
 }
@@ -182,7 +191,7 @@ mod tests {
     fn a_ratio_that_was_meant_in_percent_is_suggested() {
         assert!(share("50").unwrap_err().ends_with("; did you mean 50%?"));
         assert!(share("1.5").unwrap_err().ends_with("; did you mean 1.5%?"));
-        assert!(count("0.07").unwrap_err().ends_with("; did you mean 7%?"));
+        assert!(vertices("0.07").unwrap_err().ends_with("; did you mean 7%?"));
     }
 
     #[test]
@@ -190,11 +199,15 @@ mod tests {
         for (text, expected) in
             [("5000", 5000), ("10k", 10_000), ("10K", 10_000), ("1.5M", 1_500_000), ("2m", 2_000_000), ("1e3", 1000)]
         {
-            assert_eq!(count(text), Ok(Count::Number(expected)), "{text}");
+            assert_eq!(
+                [vertices(text), faces(text)],
+                [Ok(Size::Vertices(expected)), Ok(Size::Faces(expected))],
+                "{text}"
+            );
         }
-        assert_eq!(count("10%"), Ok(Count::Share(0.1)));
+        assert_eq!([vertices("10%"), faces("10%")], [Ok(Size::Ratio(0.1)), Ok(Size::FaceRatio(0.1))]);
         for text in ["", "k", "0", "-5", "1.0001k", "many", "10kk", "5 thousand", "0%", "200%", "nan", "1e99"] {
-            assert!(count(text).unwrap_err().starts_with(COUNT), "{text}");
+            assert!(faces(text).unwrap_err().starts_with(COUNT), "{text}");
         }
     }
 
@@ -210,7 +223,7 @@ mod tests {
     #[test]
     fn counts_are_printed_as_typed() {
         for text in ["7%", "12.5%", "0.1%", "4000"] {
-            assert_eq!(count(text).unwrap().to_string(), text);
+            assert_eq!(faces(text).unwrap().to_string(), text);
         }
     }
 }

@@ -13,7 +13,6 @@ use super::importance::importance;
 use super::request::Job;
 use super::resolve::options_for;
 use super::simplified_results::SimplifiedResults;
-use super::size::{Bound, Goal, LevelSize};
 use super::watch::{JobStage, Watch};
 
 /// Share of the progress that the collapse takes if distances are proved afterwards.
@@ -119,21 +118,13 @@ pub(super) fn levels_for_goal(
     let is_refined = job.closed_options().effort != Effort::Fast;
     let make_level = |target: Target| Ok::<_, JobError>(progression.at_target(target, is_refined)?);
     let mut found = SimplifiedResults::new(Vec::new(), job);
-    let bounds: &[Bound] = match &job.goal {
-        Goal::Error(bound) => std::slice::from_ref(bound),
-        Goal::ErrorLevels(bounds) => bounds,
-        _ => &[],
-    };
-    found.results = match &job.goal {
-        Goal::Levels(sizes) => {
-            sizes.iter().map(|size: &LevelSize| make_level(size.target(n_faces))).collect::<Result<_, _>>()?
-        }
-        Goal::Error(_) | Goal::ErrorLevels(_) => Vec::new(),
-        Goal::Size(_) => {
-            return Err(JobError::Options("--size: a progression has levels by size or error: give one".into()));
-        }
-        Goal::Target | Goal::ShareOfFaces(_) => vec![make_level(job.target(n_faces))?],
-    };
+    if job.goal.n_bytes().is_some() {
+        return Err(JobError::Options("--size: a progression has levels by size or error: give one".into()));
+    }
+    let bounds = job.goal.bounds();
+    if bounds.is_empty() {
+        found.results = job.goal.sizes().iter().map(|size| make_level(size.target(n_faces))).collect::<Result<_, _>>()?;
+    }
     for bound in bounds {
         let error = bound.to_absolute(document.diagonal());
         found.results.push(progression.at_error(error)?);

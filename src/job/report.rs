@@ -9,13 +9,13 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::baked_material::BakeFigures;
-use super::size::{Bound, Count, Goal, LevelSize, percent};
+use super::size::{Bound, Goal, Size, percent};
 
 /// Report of a job.
 #[derive(Debug, Serialize)]
 pub struct JobReport {
-    /// Size of the input after cleaning.
-    pub input: Size,
+    /// MeshSize of the input after cleaning.
+    pub input: MeshSize,
     /// Figures of the written mesh.
     pub output: OutputFigures,
     /// Requested size.
@@ -143,9 +143,9 @@ impl<'a> MapFile<'a> {
     }
 }
 
-/// Size and topology of a mesh.
+/// MeshSize and topology of a mesh.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Size {
+pub struct MeshSize {
     /// Number of vertices.
     pub vertices: usize,
     /// Number of faces.
@@ -175,9 +175,9 @@ pub struct Shape {
 /// Result and its relation to the input.
 #[derive(Clone, Debug, Serialize)]
 pub struct OutputFigures {
-    /// Size and topology.
+    /// MeshSize and topology.
     #[serde(flatten)]
-    pub size: Size,
+    pub size: MeshSize,
     /// Number of vertices in the file, with copies at seams; missing for STL, and if nothing is written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vertices_written: Option<usize>,
@@ -262,31 +262,26 @@ pub enum TargetWords {
 /// Returns the goal for the report; `first` is the first result's target.
 pub fn target_words(goal: &Goal, first: Target) -> TargetWords {
     match goal {
-        Goal::Target => first.into(),
-        Goal::ShareOfFaces(share) => TargetWords::FacesPercent(percent(*share)),
-        Goal::Error(Bound::Absolute(error)) => TargetWords::Error(*error),
-        Goal::Error(Bound::Percent(percent)) => TargetWords::ErrorPercent(*percent),
-        Goal::Size(n_bytes) => TargetWords::Bytes(*n_bytes),
+        Goal::One(Size::FaceRatio(share)) => TargetWords::FacesPercent(percent(*share)),
+        Goal::One(Size::Error(Bound::Absolute(error))) => TargetWords::Error(*error),
+        Goal::One(Size::Error(Bound::Percent(percent))) => TargetWords::ErrorPercent(*percent),
+        Goal::One(Size::Bytes(n_bytes)) => TargetWords::Bytes(*n_bytes),
+        Goal::One(_) => first.into(),
         Goal::Levels(sizes) => levels(sizes),
-        Goal::ErrorLevels(bounds) => TargetWords::LodsError(bounds.iter().map(Bound::to_string).collect()),
     }
 }
 
 /// Converts levels of detail: shares of the vertices to numbers, others to text.
-fn levels(sizes: &[LevelSize]) -> TargetWords {
-    let share =
-        |size: &LevelSize| if let LevelSize::Vertices(Count::Share(share)) = size { Some(*share) } else { None };
+fn levels(sizes: &[Size]) -> TargetWords {
+    let share = |size: &Size| size.share().filter(|_| size.is_of_vertices());
     if let Some(shares) = sizes.iter().map(share).collect() {
         return TargetWords::Lods(shares);
     }
-    let words = |size: &LevelSize| match size {
-        LevelSize::Vertices(count) | LevelSize::Faces(count) => count.to_string(),
-    };
-    let words = sizes.iter().map(words).collect();
-    if matches!(sizes.first(), Some(LevelSize::Faces(_))) {
-        TargetWords::LodsFaces(words)
-    } else {
-        TargetWords::LodsVertices(words)
+    let words = sizes.iter().map(Size::to_string).collect();
+    match sizes.first() {
+        Some(Size::Error(_)) => TargetWords::LodsError(words),
+        Some(size) if size.is_of_faces() => TargetWords::LodsFaces(words),
+        _ => TargetWords::LodsVertices(words),
     }
 }
 
@@ -355,7 +350,7 @@ pub struct DistanceFigures {
     pub samples: usize,
 }
 
-impl Size {
+impl MeshSize {
     /// Measures a mesh without unused vertices.
     pub fn measure(mesh: &TriMesh, with_shape: bool) -> Self {
         let shape = with_shape.then(|| Shape::measure(mesh));
@@ -379,7 +374,7 @@ impl Shape {
 
 impl OutputFigures {
     /// Makes the figures from the simplifier's report.
-    pub fn new(size: Size, done: &crate::simplify::Report) -> Self {
+    pub fn new(size: MeshSize, done: &crate::simplify::Report) -> Self {
         Self {
             size,
             vertices_written: None,

@@ -6,17 +6,17 @@ use crate::io::{Format, PackOptions};
 use crate::simplify::{Assembly, ClosedOptions, Options, Target};
 
 use super::choices::Ignored;
-use super::size::{Bound, Count, Goal};
+use super::size::{Bound, Goal};
 
 /// Request to simplify a document: how to read, repair, simplify, pack and write it.
 ///
 /// ```
-/// use neural_mesh::job::{Bound, Goal, Job};
+/// use neural_mesh::job::{Bound, Goal, Job, Size};
 /// use neural_mesh::io::Format;
 /// use neural_mesh::simplify::{Options, Target};
 ///
 /// let mut job = Job::new(Options::new(Target::Ratio(1.0)), Format::Glb);
-/// job.goal = Goal::Error(Bound::Percent(1.0));
+/// job.goal = Goal::One(Size::Error(Bound::Percent(1.0)));
 /// assert!(job.check().is_ok());
 /// ```
 #[derive(Clone, Debug)]
@@ -26,7 +26,7 @@ pub struct Job {
     pub options: Options,
     /// Seed that the report names.
     pub seed: u64,
-    /// Goal of the job; most goals replace `options.target`.
+    /// Goal of the job, which replaces `options.target`.
     pub goal: Goal,
     /// Format of the results.
     pub format: Format,
@@ -71,11 +71,12 @@ pub struct Job {
 impl Job {
     /// Makes a job with these options and this format; the rest has defaults.
     pub fn new(options: Options, format: Format) -> Self {
+        let goal = Goal::One(options.target.into());
         let seed = if let Assembly::Paper(paper) = &options.assembly { paper.seed } else { 0 };
         Self {
             options,
             seed,
-            goal: Goal::Target,
+            goal,
             format,
             names: Names::default(),
             exact: false,
@@ -100,11 +101,7 @@ impl Job {
 
     /// Returns the target for a mesh with `n_faces` faces.
     pub fn target(&self, n_faces: usize) -> Target {
-        match &self.goal {
-            Goal::ShareOfFaces(share) => Target::Faces(Count::Share(*share).resolve(n_faces)),
-            Goal::Levels(sizes) => sizes.first().map_or(self.options.target, |size| size.target(n_faces)),
-            _ => self.options.target,
-        }
+        self.goal.sizes().first().map_or(self.options.target, |size| size.target(n_faces))
     }
 
     /// Returns the options of the closed assembly; the defaults with the paper's.

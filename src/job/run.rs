@@ -16,14 +16,14 @@ use super::importance::importance;
 use super::outcome::JobOutcome;
 use super::progression::levels_for_goal;
 use super::report::{
-    Certified, DistanceFigures, JobReport, Level, OutputFigures, SAMPLES, Seconds, Size, outcome_words, score_words,
-    stop_reason, target_words,
+    Certified, DistanceFigures, JobReport, Level, MeshSize, OutputFigures, SAMPLES, Seconds, outcome_words,
+    score_words, stop_reason, target_words,
 };
 use super::request::Job;
 use super::resolve::{options_for, resolve_target};
 use super::shares;
 use super::simplified_results::SimplifiedResults;
-use super::size::{Bound, Goal, LevelSize};
+use super::size::{Bound, Goal, Size};
 use super::watch::{JobStage, Watch};
 use super::within::simplify_within;
 
@@ -78,14 +78,10 @@ pub fn run(
 
 /// Rejects distances in the unit of the mesh within which any shape of its size is, as they were meant in percent.
 fn check_bounds(document: &Document, job: &Job) -> Result<(), JobError> {
-    let (option, bounds) = match &job.goal {
-        Goal::Error(bound) => ("--error", std::slice::from_ref(bound)),
-        Goal::ErrorLevels(bounds) => ("--lods", &bounds[..]),
-        _ => return Ok(()),
-    };
+    let option = if job.goal.n_levels().is_some() { "--lods" } else { "--error" };
     // No point of a mesh is farther than this from the middle of its bounding box.
     let most = 0.5 * document.diagonal();
-    let too_far = bounds.iter().find_map(|bound| match *bound {
+    let too_far = job.goal.bounds().into_iter().find_map(|bound| match bound {
         Bound::Absolute(distance) if distance > most && most > 0.0 => Some(distance),
         _ => None,
     });
@@ -130,20 +126,17 @@ fn simplify_to_goal(
     let single_result = |result| SimplifiedResults::new(vec![result], job);
     // The check has refused goals that need the closed assembly, except for a single level.
     match (&job.goal, options.assembly.as_closed()) {
+        (goal, Some(closed)) if goal.is_by_error() => {
+            simplify_within(&goal.bounds(), (document, input), (weights, closed), job, watch)
+        }
         (Goal::Levels(sizes), Some(closed)) if !sizes.is_empty() => {
-            let target = |size: &LevelSize| resolve_target(size.target(document.mesh().faces().len()), document, job);
+            let target = |size: &Size| resolve_target(size.target(document.mesh().faces().len()), document, job);
             let targets: Vec<Target> = sizes.iter().map(target).collect();
             let forward_event = &mut |event| watch.event(event);
             let levels = simplify_levels_of_detail(input, weights, closed, &targets, forward_event)?;
             Ok(SimplifiedResults::new(levels, job))
         }
-        (Goal::Error(bound), Some(closed)) => {
-            simplify_within(&[*bound], (document, input), (weights, closed), job, watch)
-        }
-        (Goal::ErrorLevels(bounds), Some(closed)) => {
-            simplify_within(bounds, (document, input), (weights, closed), job, watch)
-        }
-        (Goal::Size(n_bytes), _) => {
+        (Goal::One(Size::Bytes(n_bytes)), _) => {
             document.check_bytes(*n_bytes, job, job.names.file(0))?;
             let bytes_of = |result: &Simplified| bytes_of(document, result, job);
             let forward_event = &mut |event| watch.event(event);
@@ -191,7 +184,7 @@ fn pack_results(
 /// Measures size, distance and, if requested, topology of a result.
 fn measure_result(document: &Document, result: &Simplified, packing: Option<&Packing>, job: &Job) -> Level {
     let distance = || document.distance(result, packing, SAMPLES).as_ref().map(DistanceFigures::new);
-    let mut output = OutputFigures::new(Size::measure(&result.mesh, job.shapes), &result.report);
+    let mut output = OutputFigures::new(MeshSize::measure(&result.mesh, job.shapes), &result.report);
     output.dropped = document.dropped_components(&result.report);
     Level::new(output, outcome_words(&result.report.outcome), job.check.then(distance).flatten())
 }
@@ -205,7 +198,7 @@ fn note_missing_poses(document: &Document, job: &Job) -> Option<String> {
 // The proof leaves out components dropped by `--prune` and `--hidden`.
 fn note_unproved(job: &Job, result: &Simplified) -> Option<String> {
     let is_by_name = job.prune_below.is_some() || job.closed_options().hidden == Hidden::Drop;
-    let is_proved = matches!(job.goal, Goal::Error(_) | Goal::ErrorLevels(_));
+    let is_proved = job.goal.is_by_error();
     let what =
         "the proved distance leaves out components dropped by --prune and --hidden; the sampled distance includes them";
     (is_proved && is_by_name && result.report.components_pruned > 0).then(|| what.into())
@@ -225,7 +218,7 @@ fn make_report(
     let free = if is_stopped { list_advice(job, document, &first.output) } else { Vec::new() };
     Ok(JobReport {
         free,
-        input: Size::measure(document.mesh(), with_shape),
+        input: MeshSize::measure(document.mesh(), with_shape),
         output: first.output,
         target: target_words(&job.goal, job.options.target),
         outcome: first.outcome,

@@ -12,7 +12,7 @@ use super::error::JobError;
 use super::levels::levels;
 use super::meshopt;
 use super::request::{Job, Repair};
-use super::size::{Bound, Count, Goal};
+use super::size::{Bound, Goal, Size};
 
 // Size below which a bare `--printable` drops components, in percent of the diagonal: 1 mm of 10 cm.
 const PIECE_PERCENT: f64 = 1.0;
@@ -43,7 +43,8 @@ impl Arguments {
     pub fn job_as(&self, format: Format) -> Result<Job, JobError> {
         self.check()?;
         let (is_paper, goal) = (self.assembly == AssemblyName::Paper, self.goal()?);
-        let target = self.target(&goal);
+        // A size that is known only with the mesh leaves the target at a ratio of 1.0.
+        let target = goal.sizes().first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX));
         let mut job = Job::new(Options::with_closed(target, self.closed_options(is_paper)?), format);
         (job.seed, job.goal) = (self.seed, goal);
         let named = self.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share)));
@@ -107,29 +108,15 @@ impl Arguments {
         Err(options_error(what))
     }
 
-    // A size that is known only with the mesh leaves the target at a ratio of 1.0.
-    fn target(&self, goal: &Goal) -> Target {
-        if let Some(ratio) = self.whole_ratio() {
-            return Target::Ratio(ratio);
-        }
-        // A share of the faces becomes a number later, in `Job::target`, which knows the mesh.
-        match (self.vertices, self.faces, goal) {
-            (Some(Count::Share(ratio)), ..) => Target::Ratio(ratio),
-            (Some(Count::Number(n)), ..) => Target::Vertices(n),
-            (_, _, Goal::Levels(sizes)) => sizes.first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX)),
-            (_, Some(Count::Number(n)), _) => Target::Faces(n),
-            _ => Target::Ratio(1.0),
-        }
-    }
-
     fn goal(&self) -> Result<Goal, JobError> {
-        Ok(match (self.faces, self.error, self.size) {
-            (Some(Count::Share(share)), ..) => Goal::ShareOfFaces(share),
-            (_, Some(error), _) => Goal::Error(error),
-            (_, _, Some(size)) => Goal::Size(size),
-            _ if !self.lods.is_empty() => levels(&self.lods, self.lods_by)?,
-            _ => Goal::Target,
-        })
+        let size = self.whole_ratio().map(Size::Ratio).or(self.vertices).or(self.faces);
+        let size = size.or(self.error.map(Size::Error)).or(self.size.map(Size::Bytes));
+        match size {
+            Some(size) => Ok(Goal::One(size)),
+            None if !self.lods.is_empty() => levels(&self.lods, self.lods_by).map(Goal::Levels),
+            // Shares by name alone leave the rest as it is.
+            None => Ok(Goal::One(Size::Ratio(1.0))),
+        }
     }
 
     fn repair(&self) -> Option<Repair> {
@@ -250,8 +237,8 @@ mod tests {
         ] {
             assert_eq!(job(json).unwrap().options.target, target, "{json}");
         }
-        assert_eq!(job(r#"{"faces": "10%"}"#).unwrap().goal, Goal::ShareOfFaces(0.1));
-        assert_eq!(job(r#"{"size": "2MB"}"#).unwrap().goal, Goal::Size(2_000_000));
+        assert_eq!(job(r#"{"faces": "10%"}"#).unwrap().goal, Goal::One(Size::FaceRatio(0.1)));
+        assert_eq!(job(r#"{"size": "2MB"}"#).unwrap().goal, Goal::One(Size::Bytes(2_000_000)));
         assert_eq!(job(r#"{"lods": [0.5, "10%"]}"#).unwrap().goal.n_levels(), Some(2));
         let pruned = job(r#"{"error": 0.5, "prune": true, "printable": true}"#).unwrap();
         assert_eq!(

@@ -9,7 +9,7 @@ use bevy_asset::processor::{Process, ProcessContext, ProcessError};
 use bevy_asset::{AssetApp, AssetLoader, AsyncWriteExt};
 use bevy_reflect::TypePath;
 use neural_mesh::io::{self, Format};
-use neural_mesh::job::{Bound, Document, Goal, Job, JobError, run};
+use neural_mesh::job::{Bound, Document, Goal, Job, JobError, Size, run};
 use neural_mesh::simplify::{Options, Target};
 use serde::{Deserialize, Serialize};
 
@@ -92,14 +92,14 @@ impl<L: AssetLoader> Process for GltfSimplifier<L> {
 
 /// Returns the bytes of a smaller GLB.
 fn simplify_asset(asset: io::Asset, settings: &SimplifySettings) -> Result<Vec<u8>, JobError> {
-    let (target, goal) = match settings.size {
-        SizeSetting::Ratio(ratio) => (Target::Ratio(ratio), Goal::Target),
-        SizeSetting::Vertices(n) => (Target::Vertices(n), Goal::Target),
-        SizeSetting::Faces(n) => (Target::Faces(n), Goal::Target),
-        SizeSetting::Error(error) => (Target::Ratio(1.0), Goal::Error(Bound::Absolute(error))),
+    let size = match settings.size {
+        SizeSetting::Ratio(ratio) => Size::Ratio(ratio),
+        SizeSetting::Vertices(n) => Size::Vertices(n),
+        SizeSetting::Faces(n) => Size::Faces(n),
+        SizeSetting::Error(error) => Size::Error(Bound::Absolute(error)),
     };
-    let mut job = Job::new(Options::with_closed(target, settings.to_options()), Format::Glb);
-    (job.goal, job.check) = (goal, false);
+    let mut job = Job::new(Options::with_closed(Target::Ratio(1.0), settings.to_options()), Format::Glb);
+    (job.goal, job.check) = (Goal::One(size), false);
     job.names.files = vec!["scene.glb".into()];
     let document = Document::from_asset(asset, &job)?;
     let mut outcome = run(&document, &job, None, &mut |_| ControlFlow::Continue(()))?;
