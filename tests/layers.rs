@@ -76,8 +76,10 @@ fn source(path: &Path) -> Source {
 pub fn start_of_tests(text: &str) -> usize {
     let opens_module =
         |rest: &str| rest.lines().nth(1).is_some_and(|line| line.contains("mod ") && line.ends_with('{'));
-    let mut starts = text.match_indices("#[cfg(test)]").map(|(at, _)| at);
-    starts.find(|&at| opens_module(&text[at..])).unwrap_or(text.len())
+    // Helpers that tests of several crates share are tests, too.
+    let marks = ["#[cfg(test)]", "#[cfg(any(test, feature = \"test-support\"))]"];
+    let starts = marks.iter().flat_map(|mark| text.match_indices(mark)).map(|(at, _)| at);
+    starts.filter(|&at| opens_module(&text[at..])).min().unwrap_or(text.len())
 }
 
 // Returns the library module of a file; `None` for a `lib.rs` and other packages.

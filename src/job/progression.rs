@@ -123,7 +123,8 @@ pub(super) fn levels_for_goal(
     }
     let bounds = job.goal.bounds();
     if bounds.is_empty() {
-        found.results = job.goal.sizes().iter().map(|size| make_level(size.target(n_faces))).collect::<Result<_, _>>()?;
+        found.results =
+            job.goal.sizes().iter().map(|size| make_level(size.target(n_faces))).collect::<Result<_, _>>()?;
     }
     for bound in bounds {
         let error = bound.to_absolute(document.diagonal());

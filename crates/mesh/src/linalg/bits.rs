@@ -1,7 +1,7 @@
 //! Golden hashes of results per instruction set (`tests/golden/bits.csv`), for tests.
 
-#[cfg(any(test, feature = "test-support"))]
 #[doc(hidden)]
+#[cfg(any(test, feature = "test-support"))]
 pub mod golden {
     use std::path::PathBuf;
     use std::process::Command;

@@ -143,7 +143,10 @@ impl<'a> PartBuilder<'a> {
         let shift_vertices = |first: usize| move |v: u32| if v == u32::MAX { v } else { (first + v as usize) as u32 };
         self.mesh.faces.extend(triangles.iter().map(|triangle| triangle.map(shift_vertices(run.first))));
         if !self.mesh.attributes.channels.is_empty() {
-            self.mesh.attributes.wedges.extend(triangles.iter().map(|triangle| triangle.map(shift_vertices(first_wedge))));
+            self.mesh
+                .attributes
+                .wedges
+                .extend(triangles.iter().map(|triangle| triangle.map(shift_vertices(first_wedge))));
         }
         self.mesh.attributes.groups.extend(std::iter::repeat_n(index, triangles.len()));
         Ok(())
