@@ -11,7 +11,7 @@ use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::picture::{PictureOptions, encode_png, render};
 use neural_mesh::simplify::{Options, Target, simplify};
 
-use super::bench::{Bench, Blocks, build_program, root, tosca_weights};
+use super::bench::{Bench, Blocks, root, tosca_weights};
 use super::meshes::load;
 use crate::baselines::{Baseline, Size, simplify_by};
 use crate::cells::count;
@@ -33,7 +33,6 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
     let path = |set: &str, mesh: &str| bench.set_folder(set).join(mesh).with_extension("ply");
     let items = MESHES.map(|(set, mesh, ratio)| (mesh.to_owned(), (path(set, mesh), ratio)));
     let drawn = bench.measure("pictures", &["before", "after"], items, |name, item| draw_mesh(bench, name, item))?;
-    draw_readme_picture(bench)?;
     let heading = |(_, mesh, _): (&str, &'static str, f64)| {
         let row = drawn.rows.iter().find(|row| row.mesh == mesh);
         let [before, after] = ["before", "after"]
@@ -51,16 +50,6 @@ fn draw_figure_6(bench: &Bench) -> Result<String> {
     let done = cargo.arg(mesh).arg(tosca_weights()).arg(picture).current_dir(root()).output().context("cargo")?;
     ensure!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     Ok(String::from_utf8(done.stdout)?)
-}
-
-fn draw_readme_picture(bench: &Bench) -> Result<()> {
-    let picture = std::path::absolute(bench.output("docs/pictures/spot.png"))?;
-    let light = std::path::absolute(bench.scratch("readme")?)?.join("spot.ply");
-    let mut program = Command::new(build_program()?);
-    program.args(["simplify", "tests/meshes/spot.ply", "--ratio", "0.1", "--force", "--quiet", "--picture"]);
-    let status = program.arg(&picture).arg("-o").arg(light).current_dir(root()).status()?;
-    ensure!(status.success(), "{} cannot be made", picture.display());
-    Ok(())
 }
 
 fn draw_mesh(bench: &Bench, name: &str, (path, ratio): &(PathBuf, f64)) -> Result<Vec<ResultRow>> {
