@@ -10,6 +10,7 @@ use proptest::test_runner::TestRunner;
 
 mod circles;
 mod lengths;
+mod rooms;
 
 pub struct Source {
     // Path from the root of the repository, with `/` as separator.
