@@ -17,7 +17,7 @@ use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 /// ```
 /// # use neural_mesh_io as neural_mesh;
 /// use neural_mesh::io::{read_looks, read_attributed_path};
-/// let read = read_attributed_path("tests/meshes/tiny/tetrahedron.obj".as_ref(), None).unwrap();
+/// let read = read_attributed_path("../../tests/meshes/tiny/tetrahedron.obj".as_ref(), None).unwrap();
 /// assert!(read_looks(&read.extra, false).0.is_plain());
 /// ```
 pub fn read_looks(extra: &Extra, allow_outside: bool) -> (Looks, Vec<String>) {

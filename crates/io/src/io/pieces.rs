@@ -33,9 +33,8 @@ impl Pieces {
     ///
     /// ```
     /// # use neural_mesh_io as neural_mesh;
-    /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::Pieces;
-    /// let pieces = Pieces::open("tests/meshes/spot.ply".as_ref()).unwrap();
+    /// let pieces = Pieces::open("../../tests/meshes/spot.ply".as_ref()).unwrap();
     /// let mut n_triangles = 0;
     /// pieces.each_triangle(&Default::default(), &mut |_| n_triangles += 1).unwrap();
     /// assert_eq!(n_triangles, 5856);

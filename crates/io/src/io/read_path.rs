@@ -86,7 +86,7 @@ pub fn is_gltf(bytes: &[u8]) -> bool {
 /// ```
 /// # use neural_mesh_io as neural_mesh;
 /// use neural_mesh::io::is_gltf_path;
-/// assert!(is_gltf_path("tests/meshes/tiny/tetrahedron.glb".as_ref()));
+/// assert!(is_gltf_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()));
 /// assert!(!is_gltf_path("no/such/file.glb".as_ref()));
 /// ```
 pub fn is_gltf_path(path: &Path) -> bool {

@@ -44,7 +44,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::Asset;
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// assert_eq!(asset.parts()[0].mesh.faces.len(), 4);
     /// ```
     pub fn read_path(path: &Path) -> Result<Self, ReadError> {
@@ -91,7 +91,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::Asset;
-    /// let bytes = std::fs::read("tests/meshes/tiny/tetrahedron.glb").unwrap();
+    /// let bytes = std::fs::read("../../tests/meshes/tiny/tetrahedron.glb").unwrap();
     /// assert_eq!(Asset::from_stream(&bytes).unwrap().parts().len(), 1);
     /// ```
     pub fn from_stream(bytes: &[u8]) -> Result<Self, ReadError> {

@@ -92,7 +92,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::Asset;
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// let (looks, notes) = asset.looks();
     /// assert_eq!((looks[0].len(), notes.len()), (1, 0));
     /// ```

@@ -92,7 +92,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::Asset;
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// let (name, has_parts) = &asset.contents().nodes[0];
     /// assert_eq!((*has_parts, asset.parts_below(name)), (true, vec![0]));
     /// ```

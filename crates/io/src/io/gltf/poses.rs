@@ -56,7 +56,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::Asset;
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// assert_eq!(asset.poses().unwrap(), [vec![]]);
     /// ```
     pub fn poses(&self) -> Result<Vec<Vec<Channel>>, ReadError> {

@@ -23,7 +23,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::Asset;
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// let meshes: Vec<_> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
     /// assert_eq!(asset.scene_mesh(&meshes).unwrap().faces.len(), 4);
     /// ```
@@ -65,7 +65,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::Asset;
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// assert_eq!(asset.part_transforms().unwrap()[0].len(), 1);
     /// ```
     pub fn part_transforms(&self) -> Result<Vec<Vec<DMat4>>, ReadError> {

@@ -64,7 +64,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::{Asset, Format, SimplifiedPart};
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     /// let files = asset.write(&parts, Format::Glb, "same.glb").unwrap();
     /// assert_eq!((files.len(), files[0].path.to_str()), (1, Some("same.glb")));
@@ -88,7 +88,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::{Asset, Format, SimplifiedPart};
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// let fine: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     /// let mut coarse = fine.clone();
     /// coarse[0].faces.truncate(1);
@@ -114,7 +114,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::{Asset, Format, SimplifiedPart, PackOptions, SceneOptions};
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     /// let (packing, _) = asset.packing(&[&parts], &PackOptions { bits: 14, compress: false });
     /// let mut options = SceneOptions::new(Format::Glb, "small.glb");
@@ -285,7 +285,7 @@ impl SimplifiedPart {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::{Asset, SimplifiedPart};
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// assert!(SimplifiedPart::from_part(&asset.parts()[0]).n_written_vertices() >= 4);
     /// ```
     pub fn n_written_vertices(&self) -> usize {

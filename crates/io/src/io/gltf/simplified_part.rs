@@ -28,7 +28,7 @@ impl SimplifiedPart {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::{Asset, SimplifiedPart};
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// assert_eq!(SimplifiedPart::from_part(&asset.parts()[0]).faces.len(), 4);
     /// ```
     pub fn from_part(part: &AssetPart) -> Self {

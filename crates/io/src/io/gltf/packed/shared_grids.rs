@@ -19,7 +19,7 @@ impl Asset {
     /// ```
     /// # use neural_mesh_io as neural_mesh;
     /// use neural_mesh::io::{Asset, SimplifiedPart, PackOptions};
-    /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     /// let (packing, notes) = asset.packing(&[&parts], &PackOptions { bits: 14, compress: false });
     /// assert!(packing.grid(0).is_some() && notes.is_empty());
