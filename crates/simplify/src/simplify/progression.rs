@@ -208,7 +208,7 @@ impl Progression {
 
     /// Makes the smallest of the proved levels that are within `error` of the original, without refinement.
     ///
-    /// `error` is in mesh units, or of a scene in its units. [`prove_progression`](crate::search::prove_progression)
+    /// `error` is in mesh units, or of a scene in its units. `search::prove_progression`
     /// proves the levels. If none is within `error`, returns the mesh itself.
     ///
     /// # Errors
