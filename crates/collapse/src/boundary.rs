@@ -1,0 +1,134 @@
+//! Merges at a boundary, one face at a time: along a boundary edge, or of a vertex inside into one on the boundary.
+//!
+//! ```text
+//!      b0 - b1                   b0 - b1
+//!     /  \ / \                  /  \ / \        u stays; the border is open, from one boundary edge to the other
+//!  --u----v---bn--    ---->  --x--------bn--    v on the boundary, too: a merge along the edge removes one face
+//! ```
+
+use crate::lanes::{Quadric, dispatch};
+use crate::merge::{Edge, LEAST_COSINE_SQUARED};
+use crate::placement::place_pair;
+use crate::rings::state;
+use crate::stretch::{PassView, Refusal, Stretch};
+use crate::vector::{Point, cross, dot, squared_distance_to_segment, subtract};
+
+/// Merges v into u, which is on the boundary; returns how many faces go. If v is inside, u keeps its position.
+#[inline(never)]
+pub(crate) fn merge_at_boundary(pass: &PassView, stretch: &mut Stretch, edge: Edge) -> Result<usize, Refusal> {
+    let (ring_u, ring_v) = (pass.ring(edge.u), pass.ring(edge.v));
+    let (u, v) = (edge.u - stretch.first, edge.v - stretch.first);
+    let [state_u, state_v] = [u, v].map(|w| stretch.states[w as usize]);
+    let is_along = state_v & state::BOUNDARY != 0;
+    let at_v = ring_u.iter().position(|&w| w == edge.v).ok_or(Refusal::Topology)?;
+    let is_boundary_edge = at_v == 0 || at_v + 1 == ring_u.len();
+    let are_held = state_u & state_v & state::LOCKED != 0;
+    if are_held || state_u & state::BOUNDARY == 0 || is_along && !is_boundary_edge {
+        return Err(Refusal::Topology);
+    }
+    let border = trace_border(stretch, ring_u, ring_v, edge.u, at_v)?;
+    // The vertices next to both: one, or two if v is inside.
+    let mut sides = Vec::with_capacity(2);
+    for at in [at_v.wrapping_sub(1), at_v + 1] {
+        if let Some(&w) = ring_u.get(at) {
+            sides.push(stretch.survivor(w).ok_or(Refusal::Outside)?);
+        }
+    }
+    if sides.iter().any(|&w| stretch.has_least_degree(w)) {
+        return Err(Refusal::Topology);
+    }
+    let [pu, pv] = [u, v].map(|w| stretch.vertices[w as usize].position);
+    let d = subtract(pv, pu);
+    let (qu, qv) = (&pass.quadrics[edge.u as usize], &pass.quadrics[edge.v as usize]);
+    let x = match (is_along, state_u & state::LOCKED != 0, state_v & state::LOCKED != 0) {
+        (false, ..) | (_, true, _) => [0.0; 3],
+        (_, _, true) => d,
+        _ => place_pair(qu, qv, d, None),
+    };
+    let x = [pu[0] + x[0], pu[1] + x[1], pu[2] + x[2]];
+    check_turns(stretch, ring_u, pu, x, edge.v, false)?;
+    check_turns(stretch, ring_v, pv, x, edge.u, !is_along)?;
+    let error = measure_error(stretch, &border, [u, v], x, is_along);
+    // Lines weigh squared lengths in place of areas: around slivers they allow more than the pass's limit.
+    let trace = |q: &Quadric| q.0[0] + q.0[3] + q.0[5];
+    let own_limit = (f32::from_bits(pass.threshold) / (trace(qu) + trace(qv)).max(1e-37)).sqrt();
+    if error > pass.guard.max(own_limit) {
+        return Err(Refusal::Guard);
+    }
+    stretch.write_merge(u, v, x, border.len(), error);
+    stretch.states[u as usize] |= state_v & state::LOCKED;
+    for &w in &sides {
+        stretch.degrees[w as usize] -= 1;
+    }
+    Ok(sides.len())
+}
+
+// The ring of the merged vertex: that of u with the rest of v's in place of v.
+fn trace_border(stretch: &Stretch, ring_u: &[u32], ring_v: &[u32], u: u32, at_v: usize) -> Result<Vec<u32>, Refusal> {
+    let at_u = ring_v.iter().position(|&w| w == u).ok_or(Refusal::Topology)?;
+    let around_v = ring_v[at_u + 1..].iter().chain(&ring_v[..at_u]);
+    let mut border: Vec<u32> = Vec::with_capacity(ring_u.len() + ring_v.len());
+    for &w in ring_u[..at_v].iter().chain(around_v).chain(&ring_u[at_v + 1..]) {
+        let w = stretch.survivor(w).ok_or(Refusal::Outside)?;
+        if border.last() != Some(&w) {
+            border.push(w);
+        }
+    }
+    // A vertex met again is next to both ends, and is no side of the edge.
+    let mut sorted = border.clone();
+    sorted.sort_unstable();
+    if border.len() < 2 || sorted.windows(2).any(|pair| pair[0] == pair[1]) {
+        return Err(Refusal::Topology);
+    }
+    Ok(border)
+}
+
+// Refuses if a face around `tip` that stays turns when the tip moves to `x`.
+fn check_turns(
+    stretch: &Stretch,
+    ring: &[u32],
+    tip: Point,
+    x: Point,
+    other: u32,
+    is_closed: bool,
+) -> Result<(), Refusal> {
+    let n_faces = if is_closed { ring.len() } else { ring.len() - 1 };
+    for i in 0..n_faces {
+        let (a, b) = (ring[i], ring[(i + 1) % ring.len()]);
+        if a == other || b == other {
+            continue;
+        }
+        let (Some(a), Some(b)) = (stretch.survivor(a), stretch.survivor(b)) else { return Err(Refusal::Outside) };
+        if a == b {
+            continue;
+        }
+        let [pa, pb] = [a, b].map(|w| stretch.vertices[w as usize].position);
+        let edge = subtract(pb, pa);
+        let (old, new) = (cross(edge, subtract(tip, pa)), cross(edge, subtract(x, pa)));
+        let along = dot(old, new);
+        if !(along > 0.0 && along * along > LEAST_COSINE_SQUARED * dot(old, old) * dot(new, new)) {
+            return Err(Refusal::Turn);
+        }
+    }
+    Ok(())
+}
+
+// The errors of both ends and how far they lie from the new boundary, or from the new faces if v is inside.
+fn measure_error(stretch: &Stretch, border: &[u32], ends: [u32; 2], x: Point, is_along: bool) -> f32 {
+    let at = |w: u32| stretch.vertices[w as usize].position;
+    let error = |end: u32| {
+        let d = subtract(at(end), x);
+        let squared = if is_along {
+            let [first, last] = [border[0], border[border.len() - 1]].map(|w| subtract(at(w), x));
+            squared_distance_to_segment(d, first).min(squared_distance_to_segment(d, last))
+        } else {
+            let closed: Vec<u32> = border.iter().copied().chain([border[0]; 9]).collect();
+            let vertices = &*stretch.vertices;
+            let kernel =
+                crate::guard::SquaredDistances { vertices, border: &closed, origin: [0.0; 3], x, ends: [at(end); 2] };
+            dispatch(kernel)[0]
+        };
+        stretch.errors[end as usize] + squared.sqrt()
+    };
+    error(ends[0]).max(error(ends[1]))
+}

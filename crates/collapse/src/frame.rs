@@ -1,0 +1,54 @@
+//! The unit frame: the mesh is moved and scaled so that its bounding box is around the origin and one unit wide.
+
+use crate::options::CollapseError;
+use crate::vector::Point;
+
+/// The center of the bounding box and its longest side, in the input's units.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    center: [f64; 3],
+    size: f64,
+    scale: f64,
+}
+
+impl Frame {
+    /// Measures the bounding box; refuses coordinates that are not finite.
+    pub(crate) fn new(positions: &[Point]) -> Result<Frame, CollapseError> {
+        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for (vertex, p) in positions.iter().enumerate() {
+            // A sum of zeros, else NaN.
+            if (p[0] * 0.0 + p[1] * 0.0) + p[2] * 0.0 != 0.0 {
+                return Err(CollapseError::NotFinite { vertex });
+            }
+            for k in 0..3 {
+                low[k] = low[k].min(p[k]);
+                high[k] = high[k].max(p[k]);
+            }
+        }
+        if positions.is_empty() {
+            (low, high) = ([0.0; 3], [0.0; 3]);
+        }
+        let [low, high] = [low, high].map(|bound| bound.map(f64::from));
+        let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+        let scale = if size > 0.0 { 1.0 / size } else { 1.0 };
+        Ok(Frame { center: [0, 1, 2].map(|k| 0.5 * (low[k] + high[k])), size: 1.0 / scale, scale })
+    }
+
+    #[inline(always)]
+    pub(crate) fn to_unit(self, p: Point) -> Point {
+        [
+            ((f64::from(p[0]) - self.center[0]) * self.scale) as f32,
+            ((f64::from(p[1]) - self.center[1]) * self.scale) as f32,
+            ((f64::from(p[2]) - self.center[2]) * self.scale) as f32,
+        ]
+    }
+
+    pub(crate) fn to_input(self, p: Point) -> Point {
+        [0, 1, 2].map(|k| (f64::from(p[k]) * self.size + self.center[k]) as f32)
+    }
+
+    /// Returns a length of the unit frame in the input's units.
+    pub(crate) fn to_input_length(self, length: f32) -> f32 {
+        (f64::from(length) * self.size) as f32
+    }
+}

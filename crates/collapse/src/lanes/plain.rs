@@ -1,0 +1,168 @@
+//! Lanes in plain arrays, for any machine; the compiler makes vectors of them where it can.
+
+use std::array::from_fn;
+use std::ops::{Add, Div, Mul, Sub};
+
+use super::{Indices, Kernel, Lanes, Quadric, pack};
+use crate::rings::Vertex;
+
+#[derive(Clone, Copy)]
+pub(super) struct PlainLanes([f32; 8]);
+
+macro_rules! implement {
+    ($($operator:ident $name:ident $sign:tt),*) => {$(
+        impl $operator for PlainLanes {
+            type Output = PlainLanes;
+
+            #[inline(always)]
+            fn $name(self, other: PlainLanes) -> PlainLanes {
+                PlainLanes(from_fn(|i| self.0[i] $sign other.0[i]))
+            }
+        }
+    )*};
+}
+implement!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+// All bits set or clear, as one lane of a mask.
+#[inline(always)]
+fn to_mask(is_set: bool) -> f32 {
+    f32::from_bits(0u32.wrapping_sub(u32::from(is_set)))
+}
+
+#[inline(always)]
+fn sum(x: [f32; 8]) -> f32 {
+    ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]))
+}
+
+impl Lanes for PlainLanes {
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Self([x; 8])
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; 8] {
+        self.0
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(from_fn(|i| self.0[i].sqrt()))
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+
+    #[inline(always)]
+    fn greater(self, other: Self) -> Self {
+        Self(from_fn(|i| to_mask(self.0[i] > other.0[i])))
+    }
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        Self(from_fn(|i| f32::from_bits(self.0[i].to_bits() & other.0[i].to_bits())))
+    }
+
+    #[inline(always)]
+    fn select(self, yes: Self, no: Self) -> Self {
+        Self(from_fn(|i| {
+            let mask = self.0[i].to_bits();
+            f32::from_bits(yes.0[i].to_bits() & mask | no.0[i].to_bits() & !mask)
+        }))
+    }
+
+    #[inline(always)]
+    fn to_bits(self) -> u32 {
+        (0..8).map(|i| (self.0[i].to_bits() >> 31) << i).sum()
+    }
+
+    #[inline(always)]
+    fn mask_first(n: usize) -> Self {
+        Self(from_fn(|i| to_mask(i < n)))
+    }
+
+    #[inline(always)]
+    fn permute(self, from: &Indices) -> Self {
+        Self(from_fn(|i| self.0[from[i] as usize & 7]))
+    }
+
+    #[inline(always)]
+    fn sum_rows(rows: [Self; 8]) -> [f32; 8] {
+        from_fn(|i| sum(rows[i].0))
+    }
+
+    #[inline(always)]
+    fn sum_four_rows(rows: [Self; 4]) -> [f32; 4] {
+        from_fn(|i| sum(rows[i].0))
+    }
+
+    #[inline(always)]
+    fn find_least(self) -> (f32, usize) {
+        let mut least = 0;
+        for i in 1..8 {
+            if self.0[i] < self.0[least] {
+                least = i;
+            }
+        }
+        (self.0[least], least)
+    }
+
+    #[inline(always)]
+    fn load_points(vertices: &[Vertex], at: &Indices) -> [Self; 3] {
+        let points: [[f32; 3]; 8] = from_fn(|i| vertices[at[i] as usize].position);
+        from_fn(|axis| Self(from_fn(|i| points[i][axis])))
+    }
+
+    #[inline(always)]
+    fn load_quadrics(quadrics: &[Quadric], at: &Indices) -> [Self; 8] {
+        let rows: [[f32; 8]; 8] = from_fn(|i| quadrics[at[i] as usize].0);
+        from_fn(|number| Self(from_fn(|i| rows[i][number])))
+    }
+
+    #[inline(always)]
+    fn load_numbers(numbers: &[u32], at: &Indices) -> Indices {
+        from_fn(|i| numbers[at[i] as usize])
+    }
+
+    #[inline(always)]
+    fn keep_first(raw: &Indices, n: usize, rest: u32) -> Indices {
+        from_fn(|i| if i < n { raw[i] } else { rest })
+    }
+
+    #[inline(always)]
+    fn keep_above(raw: &Indices, n: usize, u: u32, us: &mut Indices, vs: &mut Indices) -> usize {
+        let mut kept = 0;
+        *us = [u; 8];
+        for &v in &raw[..n] {
+            vs[kept & 7] = v;
+            kept += usize::from(v > u);
+        }
+        kept
+    }
+
+    #[inline(always)]
+    fn lower_prices(best: &mut [u64], first: u32, us: &Indices, vs: &Indices, prices: Self) -> bool {
+        if (0..8).any(|i| us[i].wrapping_sub(first).max(vs[i].wrapping_sub(first)) as usize >= best.len()) {
+            return false;
+        }
+        for i in 0..8 {
+            for (end, other) in [(us[i], vs[i]), (vs[i], us[i])] {
+                let least = &mut best[(end - first) as usize];
+                *least = (*least).min(pack(prices.0[i], other));
+            }
+        }
+        true
+    }
+
+    #[inline(never)]
+    fn run_apart<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
+    }
+}

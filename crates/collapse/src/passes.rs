@@ -1,0 +1,145 @@
+//! Passes: quadrics, prices, threshold, merges and the rings of what is left, until the mesh has its size.
+//!
+//! All merges of a pass go by the quadrics and prices of its beginning, and a vertex is in one merge at most. Early passes
+//! merge roughly half of what is left; the last merges from the cheapest edge on, to the exact size.
+
+use crate::lanes::{Quadric, dispatch};
+use crate::price::PriceEdges;
+use crate::quadric::SumQuadrics;
+use crate::rebuild::rebuild;
+use crate::rings::{Rings, state};
+use crate::rounds::{Selection, merge_in_rounds};
+use crate::team::{STRETCH, Team};
+use crate::threshold::find_threshold;
+use crate::visit::Unit;
+
+/// Vertices visited per merge that is left, for small and for large results.
+const VISITS: [f32; 2] = [1.0, 1.4];
+
+/// The part of all merges that is left to the last pass.
+const LAST_PART: f32 = 0.01;
+
+/// Merges below which a pass is the last.
+const LAST_MERGES: usize = 32;
+
+/// Vertices visited per merge in the last pass, most of them in vain.
+const LAST_VISITS: f32 = 3.5;
+
+/// The guard's limit, squared, over the mean squared distance from planes that the threshold stands for.
+const GUARD: f32 = 1.0;
+
+/// Limits of the guard, squared, from which on a sample of the fit is of another part of the surface.
+const FARTHEST: f32 = 8.0;
+
+/// Growth of the guard's limit after a pass that merged less than one in a hundred of those it visited.
+const GIVING_WAY: f32 = 4.0;
+
+/// Passes without a merge until no more is hoped for.
+const VAIN_PASSES: usize = 8;
+
+const MOST_PASSES: usize = 200;
+
+/// A size to come down to.
+#[derive(Clone, Copy)]
+pub(crate) struct Goal {
+    pub unit: Unit,
+    pub size: usize,
+}
+
+/// The mesh after all passes.
+pub(crate) struct Collapsed {
+    pub rings: Rings,
+    /// For each pass the numbers of its vertices in the next mesh.
+    pub numbers: Vec<Vec<u32>>,
+    /// Squared distance from which on a sample is of another part of the surface.
+    pub farthest: f32,
+    pub is_reached: bool,
+}
+
+/// What is kept from pass to pass.
+struct PassArrays {
+    quadrics: Vec<Quadric>,
+    best: Vec<u64>,
+    room: Rings,
+}
+
+/// Merges until the goal is reached, or no merge is left.
+pub(crate) fn run_passes(mut rings: Rings, goal: Goal, team: Team) -> Collapsed {
+    let start = measure_size(&rings, goal.unit);
+    let mut size = start;
+    let mut arrays = PassArrays { quadrics: Vec::new(), best: Vec::new(), room: Rings::default() };
+    let mut numbers = Vec::new();
+    let (mut n_vain, mut n_slow, mut farthest) = (0, 0, f32::INFINITY);
+    while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < MOST_PASSES {
+        price_all(&rings, &mut arrays, team);
+        let (mut selection, n_wanted) = select(&arrays, size - goal.size, start, goal, team);
+        farthest = FARTHEST * selection.guard * selection.guard / GUARD;
+        // A guard that refuses nearly everything gives way.
+        selection.guard *= GIVING_WAY.powi(n_slow);
+
+        let tally = merge_in_rounds(&mut rings, &arrays.quadrics, &mut arrays.best, selection, numbers.len(), team);
+        size -= tally.spent(goal.unit).min(size);
+        n_vain = if tally.n_merges == 0 { n_vain + 1 } else { 0 };
+        // Where hardly anything moves, those who were refused get another chance.
+        if tally.n_merges * 100 < n_wanted {
+            n_slow += 1;
+            rings.states.iter_mut().for_each(|state| *state &= !(state::REFUSED | state::RESTS));
+        }
+        let n_faces = rings.n_faces - tally.n_faces;
+        let room = std::mem::take(&mut arrays.room);
+        let (next, of_next) = rebuild(&rings, &arrays.best, room, n_faces, team);
+        // The arrays of the first pass are too large to keep.
+        if numbers.is_empty() {
+            arrays.quadrics = Vec::new();
+            arrays.best = Vec::new();
+        } else {
+            arrays.room = rings;
+        }
+        rings = next;
+        numbers.push(of_next);
+    }
+    Collapsed { rings, numbers, farthest, is_reached: size <= goal.size }
+}
+
+fn measure_size(rings: &Rings, unit: Unit) -> usize {
+    match unit {
+        Unit::Face => rings.n_faces,
+        Unit::Vertex => rings.states.iter().filter(|&state| state & state::GONE == 0).count(),
+    }
+}
+
+fn price_all(rings: &Rings, arrays: &mut PassArrays, team: Team) {
+    let n = rings.vertices.len();
+    arrays.quadrics.resize(n, Quadric::default());
+    arrays.best.resize(n, 0);
+    let pieces = arrays.quadrics.chunks_mut(STRETCH).enumerate().collect();
+    team.run(pieces, |(i, out)| dispatch(SumQuadrics { rings, first: i * STRETCH, out }));
+    let quadrics = &arrays.quadrics;
+    let mut elsewhere = vec![Vec::new(); n.div_ceil(STRETCH)];
+    let pieces = arrays.best.chunks_mut(STRETCH).zip(&mut elsewhere).enumerate().collect();
+    team.run(pieces, |(i, (best, elsewhere))| {
+        dispatch(PriceEdges { rings, quadrics, first: i * STRETCH, best, elsewhere });
+    });
+    for (v, packed) in elsewhere.into_iter().flatten() {
+        let best = &mut arrays.best[v as usize];
+        *best = (*best).min(packed);
+    }
+}
+
+// The merges of this pass, and how many vertices it wants to visit.
+fn select(arrays: &PassArrays, n_left: usize, start: usize, goal: Goal, team: Team) -> (Selection, usize) {
+    // Most merges remove two faces.
+    let n_merges = if goal.unit == Unit::Face { n_left.div_ceil(2) } else { n_left };
+    let is_last = n_left as f32 <= LAST_PART * (start - goal.size) as f32 || n_merges <= LAST_MERGES;
+    let ratio = goal.size as f32 / start as f32;
+    // From a fifth on, more visits cost less time than they cost distance.
+    let large = ((ratio - 0.2) / 0.3).clamp(0.0, 1.0);
+    let visits = if is_last { LAST_VISITS } else { VISITS[0] + large * (VISITS[1] - VISITS[0]) };
+    let n_wanted = ((n_merges as f32 * visits) as usize).max(LAST_MERGES).min(arrays.best.len());
+    let threshold = find_threshold(&arrays.best, n_wanted, team);
+    let areas: f32 = arrays.quadrics.iter().map(|q| q.0[6]).sum();
+    let mean_area = areas / arrays.quadrics.len() as f32;
+    // Half of the price per area: a merge's planes are those of two vertices.
+    let guard = (GUARD * 0.5 * f32::from_bits(threshold) / mean_area).sqrt();
+    (Selection { threshold, guard, budget: n_left, unit: goal.unit, is_sorted: is_last }, n_wanted)
+}

@@ -1,0 +1,160 @@
+//! From the input to rings: checks, the unit frame, the order along the curve, and cuts at vertices that are no disk.
+
+use crate::build::{Built, build_rings, is_face};
+use crate::curve::order_along_curve;
+use crate::cut::Cuts;
+use crate::frame::Frame;
+use crate::options::{CollapseError, Options};
+use crate::record::Record;
+use crate::rings::{NONE, Rings, Vertex, state};
+use crate::team::Team;
+use crate::vector::Point;
+
+/// A mesh ready for its first pass.
+pub(crate) struct Prepared {
+    pub rings: Rings,
+    pub frame: Frame,
+    /// Vertices that keep their position, copies included.
+    pub held: Vec<u32>,
+    /// The place along the curve of each vertex, copies last.
+    ranks: Vec<u32>,
+    cuts: Option<Cuts>,
+}
+
+/// Checks the input and builds its rings; vertices without a face are dropped.
+pub(crate) fn prepare(
+    positions: &[Point],
+    faces: &[[u32; 3]],
+    options: &Options,
+    team: Team,
+) -> Result<Prepared, CollapseError> {
+    check_sizes(positions.len(), faces, options)?;
+    let frame = Frame::new(positions)?;
+    let order = order_along_curve(positions, frame);
+    let mut ranks = vec![0; positions.len()];
+    let mut vertices = Vec::with_capacity(positions.len());
+    for (rank, &v) in order.iter().enumerate() {
+        ranks[v as usize] = rank as u32;
+        vertices.push(Vertex::new(frame.to_unit(positions[v as usize]), rank as u32));
+    }
+    let mut cuts: Option<Cuts> = None;
+    let mut rings = loop {
+        let present = cuts.as_ref().map_or(faces, |cuts| &cuts.faces);
+        match build_rings(vertices, present, &ranks, team) {
+            Built::Rings(rings) => break rings,
+            Built::NoDisks(no_disks, given_back) => {
+                vertices = given_back;
+                let cuts = cuts.get_or_insert_with(|| Cuts::new(faces, positions.len()));
+                cut(cuts, &no_disks, &mut vertices, &mut ranks, positions);
+            }
+        }
+    };
+    let locked = options.locked.iter().enumerate().filter(|(_, is_locked)| **is_locked).map(|(v, _)| v as u32);
+    let held: Vec<u32> = locked.chain(cuts.iter().flat_map(|cuts| cuts.touched.iter().copied())).collect();
+    for &v in &held {
+        rings.states[ranks[v as usize] as usize] |= state::LOCKED;
+    }
+    Ok(Prepared { rings, frame, held, ranks, cuts })
+}
+
+fn check_sizes(n_vertices: usize, faces: &[[u32; 3]], options: &Options) -> Result<(), CollapseError> {
+    // Rings have one neighbour per face, and one more at a boundary.
+    if n_vertices > 1 << 31 || faces.len() > (1 << 30) {
+        return Err(CollapseError::TooLarge);
+    }
+    if !options.locked.is_empty() && options.locked.len() != n_vertices {
+        return Err(CollapseError::WrongNumberOfLocks);
+    }
+    match faces.iter().position(|face| face.iter().any(|&v| v as usize >= n_vertices)) {
+        Some(face) => Err(CollapseError::IndexOutOfRange { face }),
+        None => Ok(()),
+    }
+}
+
+// Copies come last, at the place of what they are copies of.
+fn cut(cuts: &mut Cuts, no_disks: &[u32], vertices: &mut Vec<Vertex>, ranks: &mut Vec<u32>, positions: &[Point]) {
+    let mut at_rank = vec![NONE; vertices.len()];
+    for (v, &rank) in ranks.iter().enumerate() {
+        at_rank[rank as usize] = v as u32;
+    }
+    let no_disks: Vec<u32> = no_disks.iter().map(|&rank| at_rank[rank as usize]).collect();
+    cuts.cut(&no_disks, positions);
+    for &original in &cuts.originals[vertices.len()..] {
+        let rank = vertices.len() as u32;
+        vertices.push(Vertex::new(vertices[ranks[original as usize] as usize].position, rank));
+        ranks.push(rank);
+    }
+}
+
+impl Prepared {
+    /// Returns the input's faces by vertices after cutting, if there were cuts.
+    pub(crate) fn cut_faces(&self) -> Option<&[[u32; 3]]> {
+        self.cuts.as_ref().map(|cuts| &cuts.faces[..])
+    }
+
+    fn original(&self, v: u32) -> usize {
+        self.cuts.as_ref().map_or(v, |cuts| cuts.originals[v as usize]) as usize
+    }
+
+    /// Returns the position of an input vertex or copy in the unit frame.
+    pub(crate) fn unit_position(&self, v: u32, positions: &[Point]) -> Point {
+        self.frame.to_unit(positions[self.original(v)])
+    }
+
+    /// Returns the record of the given passes; the ranks go with it.
+    pub(crate) fn to_record(&mut self, passes: Vec<Vec<u32>>, n_input: usize) -> Record {
+        Record { ranks: std::mem::take(&mut self.ranks), passes, n_input }
+    }
+
+    /// Gives vertices that keep their position the bits of it; `numbers` are those of the result.
+    pub(crate) fn restore_held(&self, positions: &[Point], numbers: &[u32], out: &mut [Point]) {
+        for &v in &self.held {
+            if let Some(p) = out.get_mut(numbers[v as usize] as usize) {
+                *p = positions[self.original(v)];
+            }
+        }
+    }
+
+    /// Makes one vertex of copies that could not be made disks, as in the input, and adds that as a pass to the record.
+    pub(crate) fn join_copies(
+        &self,
+        numbers: &[u32],
+        faces: &mut Vec<[u32; 3]>,
+        out: &mut Vec<Point>,
+        record: &mut Record,
+    ) {
+        let Some(cuts) = &self.cuts else { return };
+        let mut joined: Vec<u32> = (0..out.len() as u32).collect();
+        let mut is_used = vec![false; out.len()];
+        faces.iter().flatten().for_each(|&v| is_used[v as usize] = true);
+        let mut is_any_joined = false;
+        for (v, &other) in cuts.joined.iter().enumerate().filter(|&(v, &other)| v as u32 != other) {
+            let (copy, first) = (numbers[v] as usize, numbers[other as usize]);
+            // Only copies that still have faces.
+            if is_used.get(copy) == Some(&true) && is_used.get(first as usize) == Some(&true) {
+                joined[copy] = first;
+                is_any_joined = true;
+            }
+        }
+        if !is_any_joined {
+            return;
+        }
+        // New numbers without the joined ones.
+        let mut n = 0;
+        let mut new = vec![0; out.len()];
+        for v in 0..out.len() {
+            if joined[v] as usize == v {
+                new[v] = n;
+                out[n as usize] = out[v];
+                n += 1;
+            }
+        }
+        out.truncate(n as usize);
+        let new: Vec<u32> = joined.iter().map(|&v| new[v as usize]).collect();
+        for face in faces.iter_mut() {
+            *face = face.map(|v| new[v as usize]);
+        }
+        faces.retain(is_face);
+        record.passes.push(new);
+    }
+}

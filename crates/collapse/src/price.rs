@@ -1,0 +1,255 @@
+//! Prices of edges: the least value of both ends' quadrics together, for each edge once, eight edges at a time.
+//!
+//! With offsets x from u, d = v - u, and A, B the matrices of u and v, the pair's value is
+//! xᵀ(A + B)x - 2 xᵀBd + dᵀBd. Its least value is dᵀBd - zᵀDz for A + B = L D Lᵀ and L D z = Bd.
+
+use crate::lanes::{Indices, Kernel, Lanes, Quadric, Vectors, dot, mark, pack, subtract};
+use crate::rings::{Rings, state};
+use crate::vector;
+
+/// Pivots below this share of the trace count as zero: the planes leave that direction free.
+const LEAST_PIVOT: f32 = 1e-6;
+
+/// Squared distance of a placement from the middle of its edge, in squared edges, beyond which an end or the middle is taken.
+pub(crate) const REACH: f32 = 4.0;
+
+/// Writes the best edge of each vertex from `first` on into `best`, packed as price and other end.
+///
+/// Edges are priced from their lower end; what belongs to vertices outside of `best` is added to `elsewhere`.
+pub(crate) struct PriceEdges<'a> {
+    pub rings: &'a Rings,
+    pub quadrics: &'a [Quadric],
+    pub first: usize,
+    pub best: &'a mut [u64],
+    pub elsewhere: &'a mut Vec<(u32, u64)>,
+}
+
+impl Kernel for PriceEdges<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) {
+        let rings = self.rings;
+        self.best.fill(u64::MAX);
+        let end = self.first + self.best.len();
+        // Edges that wait until there are eight, in `us` and `vs`.
+        let (mut us, mut vs) = ([0u32; 16], [0u32; 16]);
+        let mut n_waiting = 0;
+        for u in self.first..end {
+            let range = rings.range(u);
+            let mut start = range.start;
+            while start < range.end {
+                let raw: &Indices = rings.neighbors[start..].first_chunk().expect("rings are padded");
+                let (u_room, v_room) = (room_for_eight(&mut us, n_waiting), room_for_eight(&mut vs, n_waiting));
+                n_waiting += L::keep_above(raw, (range.end - start).min(8), u as u32, u_room, v_room);
+                start += 8;
+                if n_waiting >= 8 {
+                    self.price_eight::<L>(first_eight(&us), first_eight(&vs), 8);
+                    n_waiting -= 8;
+                    us.copy_within(8..16, 0);
+                    vs.copy_within(8..16, 0);
+                }
+            }
+        }
+        // The last few, filled up with copies of one of them.
+        if n_waiting > 0 {
+            for i in n_waiting..8 {
+                us[i] = us[0];
+                vs[i] = vs[0];
+            }
+            self.price_eight::<L>(first_eight(&us), first_eight(&vs), n_waiting);
+        }
+        for (best, state) in self.best.iter_mut().zip(&rings.states[self.first..end]) {
+            if state & state::RESTS != 0 {
+                *best = u64::MAX;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn room_for_eight(x: &mut [u32; 16], start: usize) -> &mut Indices {
+    x[start & 7..].first_chunk_mut().expect("seven wait at most")
+}
+
+#[inline(always)]
+fn first_eight(x: &[u32; 16]) -> &Indices {
+    x.first_chunk().expect("there are sixteen")
+}
+
+impl PriceEdges<'_> {
+    #[inline(always)]
+    fn price_eight<L: Lanes>(&mut self, us: &Indices, vs: &Indices, n: usize) {
+        let vertices = &self.rings.vertices;
+        let d = subtract(L::load_points(vertices, vs), L::load_points(vertices, us));
+        let (qu, qv) = (L::load_quadrics(self.quadrics, us), L::load_quadrics(self.quadrics, vs));
+        let special = qu[7].max(qv[7]).greater(L::splat(mark::FREE)).to_bits();
+        let prices = price_pairs(&qu, &qv, d);
+        if special == 0 && L::lower_prices(self.best, self.first as u32, us, vs, prices) {
+            return;
+        }
+        self.lower_one_by_one(us, vs, prices.to_array(), special, n);
+    }
+
+    #[inline(never)]
+    fn lower_one_by_one(&mut self, us: &Indices, vs: &Indices, prices: [f32; 8], special: u32, n: usize) {
+        for i in 0..n {
+            let (u, v) = (us[i], vs[i]);
+            let price = if special >> i & 1 != 0 { self.price_special(u, v, prices[i]) } else { prices[i] };
+            for (end, other) in [(u, v), (v, u)] {
+                match self.best.get_mut((end as usize).wrapping_sub(self.first)) {
+                    Some(best) => *best = (*best).min(pack(price, other)),
+                    None => self.elsewhere.push((end, pack(price, other))),
+                }
+            }
+        }
+    }
+
+    // The price of an edge with a boundary, locked or refused end; `free` is what it is without.
+    fn price_special(&self, u: u32, v: u32, free: f32) -> f32 {
+        let rings = self.rings;
+        let [su, sv] = [u, v].map(|w| rings.states[w as usize]);
+        let is_refused =
+            |w: u32, state: u8, other: u32| state & state::REFUSED != 0 && rings.refused[w as usize] == other;
+        if is_refused(u, su, v) || is_refused(v, sv, u) {
+            return f32::INFINITY;
+        }
+        let is_fixed = |state: u8| state & (state::BOUNDARY | state::LOCKED) != 0;
+        match (is_fixed(su), is_fixed(sv)) {
+            (false, false) => free,
+            (true, false) => self.price_without_move(u, v),
+            (false, true) => self.price_without_move(v, u),
+            (true, true) => {
+                let ring = rings.ring(u as usize);
+                let is_end = ring.first() == Some(&v) || ring.last() == Some(&v);
+                let is_boundary_edge = su & sv & state::BOUNDARY != 0 && is_end;
+                match (is_boundary_edge, su & state::LOCKED != 0, sv & state::LOCKED != 0) {
+                    (true, false, false) => free,
+                    (true, true, false) => self.price_without_move(u, v),
+                    (true, false, true) => self.price_without_move(v, u),
+                    _ => f32::INFINITY,
+                }
+            }
+        }
+    }
+
+    // The price of a merge at the place of `fixed`: what the other's planes say there.
+    fn price_without_move(&self, fixed: u32, goes: u32) -> f32 {
+        let vertices = &self.rings.vertices;
+        let d = vector::subtract(vertices[fixed as usize].position, vertices[goes as usize].position);
+        let q = &self.quadrics[goes as usize].0;
+        let rows = [[q[0], q[1], q[2]], [q[1], q[3], q[4]], [q[2], q[4], q[5]]];
+        let qd = rows.map(|row| vector::dot(row, d));
+        vector::dot(qd, d).max(0.0)
+    }
+}
+
+/// Returns the least values of pairs of quadrics whose vertices are `d` apart.
+#[inline(always)]
+fn price_pairs<L: Lanes>(qu: &[L; 8], qv: &[L; 8], d: Vectors<L>) -> L {
+    let [x, y, z] = d;
+    let a = [qu[0] + qv[0], qu[1] + qv[1], qu[2] + qv[2], qu[3] + qv[3], qu[4] + qv[4], qu[5] + qv[5]];
+    // b = Bd and c = dᵀBd.
+    let b0 = qv[0] * x + (qv[1] * y + qv[2] * z);
+    let b1 = qv[1] * x + (qv[3] * y + qv[4] * z);
+    let b2 = qv[2] * x + (qv[4] * y + qv[5] * z);
+    let c = b0 * x + (b1 * y + b2 * z);
+    // L D Lᵀ of A + B, with inverse pivots; a pivot of a free direction has none.
+    let least = L::splat(LEAST_PIVOT) * (a[0] + (a[3] + a[5]));
+    let one = L::splat(1.0);
+    let inverse0 = a[0].greater(least).and(one / a[0]);
+    let (l10, l20) = (a[1] * inverse0, a[2] * inverse0);
+    let pivot1 = a[3] - l10 * a[1];
+    let rest = a[4] - l20 * a[1];
+    let inverse1 = pivot1.greater(least).and(one / pivot1);
+    let l21 = rest * inverse1;
+    let pivot2 = (a[5] - l20 * a[2]) - l21 * rest;
+    let inverse2 = pivot2.greater(least).and(one / pivot2);
+    let y1 = b1 - l10 * b0;
+    let y2 = (b2 - l20 * b0) - l21 * y1;
+    let (z0, z1, z2) = (b0 * inverse0, y1 * inverse1, y2 * inverse2);
+    let price = ((c - b0 * z0) - y1 * z1) - y2 * z2;
+    // The placement, seen from the middle; one far away is not taken.
+    let x1 = z1 - l21 * z2;
+    let x0 = (z0 - l10 * x1) - l20 * z2;
+    let half = L::splat(0.5);
+    let off = [x0 - half * x, x1 - half * y, z2 - half * z];
+    let is_far = dot(off, off).greater(L::splat(REACH) * dot(d, d));
+    is_far.select(price_ends(&a, d, c), price).max(L::splat(0.0))
+}
+
+// The least value at u, at v and in the middle, where `c` is the value at u.
+#[inline(always)]
+fn price_ends<L: Lanes>(a: &[L; 6], d: Vectors<L>, c: L) -> L {
+    let [x, y, z] = d;
+    let ax = a[0] * x + (a[1] * y + a[2] * z);
+    let ay = a[1] * x + (a[3] * y + a[4] * z);
+    let az = a[2] * x + (a[4] * y + a[5] * z);
+    // At v it is dᵀ(A + B)d - c, in the middle a quarter of that form.
+    let form = ax * x + (ay * y + az * z);
+    (form - c).min(c).min(L::splat(0.25) * form)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::{dispatch, run_plain};
+    use crate::quadric::SumQuadrics;
+    use crate::tests::meshes;
+
+    // The least value of the pair, by the placement in doubles.
+    fn price_naively(qu: &Quadric, qv: &Quadric, d: [f32; 3]) -> f64 {
+        let x = crate::placement::place_naively(qu, qv, d);
+        crate::placement::value_naively(qu, qv, d, x)
+    }
+
+    #[test]
+    fn the_best_edges_are_those_of_the_naive_twin() {
+        let rings = meshes::bumpy_torus(24, 12).to_rings();
+        let n = rings.vertices.len();
+        let mut quadrics = vec![Quadric::default(); n];
+        dispatch(SumQuadrics { rings: &rings, first: 0, out: &mut quadrics });
+        let (mut best, mut elsewhere) = (vec![0; n], Vec::new());
+        dispatch(PriceEdges {
+            rings: &rings,
+            quadrics: &quadrics,
+            first: 0,
+            best: &mut best,
+            elsewhere: &mut elsewhere,
+        });
+        assert!(elsewhere.is_empty());
+        for u in 0..n {
+            let price = |v: u32| {
+                let d = vector::subtract(rings.vertices[v as usize].position, rings.vertices[u].position);
+                price_naively(&quadrics[u], &quadrics[v as usize], d)
+            };
+            let least = rings.ring(u).iter().map(|&v| price(v)).fold(f64::INFINITY, f64::min);
+            let found = f64::from(f32::from_bits((best[u] >> 32) as u32));
+            assert!((found - least).abs() <= 1e-3 * least + 1e-9, "{u}: {found} {least}");
+            assert!((price(best[u] as u32) - least).abs() <= 1e-3 * least + 1e-9);
+        }
+    }
+
+    #[test]
+    fn pieces_give_what_the_whole_gives_on_all_lanes() {
+        let rings = meshes::terrain(12).to_rings();
+        let n = rings.vertices.len();
+        let mut quadrics = vec![Quadric::default(); n];
+        dispatch(SumQuadrics { rings: &rings, first: 0, out: &mut quadrics });
+        let price = |size: usize, is_plain: bool| {
+            let (mut best, mut elsewhere) = (vec![0; n], Vec::new());
+            for (i, best) in best.chunks_mut(size).enumerate() {
+                let first = i * size;
+                let kernel = PriceEdges { rings: &rings, quadrics: &quadrics, first, best, elsewhere: &mut elsewhere };
+                if is_plain { run_plain(kernel) } else { dispatch(kernel) }
+            }
+            for (v, packed) in elsewhere {
+                best[v as usize] = best[v as usize].min(packed);
+            }
+            best
+        };
+        let whole = price(n, false);
+        assert_eq!(price(17, false), whole);
+        assert_eq!(price(50, true), whole);
+    }
+}

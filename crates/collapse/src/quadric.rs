@@ -1,0 +1,190 @@
+//! Quadrics of the present faces, summed from each vertex' ring, eight faces at a time.
+
+use crate::lanes::{Indices, Kernel, Lanes, Quadric, Vectors, cross, dot, mark, splat_vector, subtract};
+use crate::rings::{Rings, state};
+use crate::vector;
+
+/// Share of the area that is added to the diagonal: pulls to the vertex where planes leave a direction free.
+const PULL: f32 = 1e-6;
+
+/// Weight of the lines along boundary edges, over the squared length of the edge.
+pub(crate) const BOUNDARY_WEIGHT: f32 = 1.0;
+
+/// The part of a face's area that one of its vertices has, over the length of the cross product.
+const SHARE: f32 = 1.0 / 6.0;
+
+/// Sums the quadrics of the vertices from `first` on into `out`.
+pub(crate) struct SumQuadrics<'a> {
+    pub rings: &'a Rings,
+    pub first: usize,
+    pub out: &'a mut [Quadric],
+}
+
+// For a ring of n, the lane of each neighbour's successor.
+const SUCCESSORS: [Indices; 9] = {
+    let mut successors = [[0; 8]; 9];
+    let mut n = 0;
+    while n < 9 {
+        let mut i = 0;
+        while i < 8 {
+            successors[n][i] = if i + 1 < n { i as u32 + 1 } else { 0 };
+            i += 1;
+        }
+        n += 1;
+    }
+    successors
+};
+
+impl Kernel for SumQuadrics<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let rings = self.rings;
+        for (i, out) in self.out.iter_mut().enumerate() {
+            let u = self.first + i;
+            let state = rings.states[u];
+            let mut q = if rings.range(u).len() <= 8 && state & state::BOUNDARY == 0 {
+                sum_short_ring::<L>(rings, u)
+            } else {
+                sum_any_ring::<L>(rings, u)
+            };
+            if state & state::BOUNDARY != 0 {
+                add_boundary_lines(rings, u, &mut q);
+            }
+            let pull = PULL * q[6];
+            q[0] += pull;
+            q[3] += pull;
+            q[5] += pull;
+            let is_special = state & (state::BOUNDARY | state::LOCKED | state::REFUSED) != 0;
+            q[7] = if is_special { mark::SPECIAL } else { mark::FREE };
+            *out = Quadric(q);
+        }
+    }
+}
+
+// A closed ring of at most eight: positions are loaded once.
+#[inline(always)]
+fn sum_short_ring<L: Lanes>(rings: &Rings, u: usize) -> [f32; 8] {
+    let range = rings.range(u);
+    let n = range.len();
+    let raw: &Indices = rings.neighbors[range.start..].first_chunk().expect("rings are padded");
+    let at = L::keep_first(raw, n, u as u32);
+    let a = subtract(L::load_points(&rings.vertices, &at), splat_vector(rings.vertices[u].position));
+    let successors = &SUCCESSORS[n];
+    let b = [a[0].permute(successors), a[1].permute(successors), a[2].permute(successors)];
+    L::sum_rows(weigh_planes(cross(a, b), L::mask_first(n)))
+}
+
+#[inline(always)]
+fn sum_any_ring<L: Lanes>(rings: &Rings, u: usize) -> [f32; 8] {
+    let range = rings.range(u);
+    let n = range.len();
+    let center = splat_vector(rings.vertices[u].position);
+    let n_faces = if rings.states[u] & state::BOUNDARY == 0 { n } else { n.saturating_sub(1) };
+    let mut sum = [0.0; 8];
+    let mut j = 0;
+    while j < n_faces {
+        // Neighbours and their successors; the first neighbour follows the last.
+        let start = range.start + j;
+        let raw: &Indices = rings.neighbors[start..].first_chunk().expect("rings are padded");
+        let raw_next: &Indices = rings.neighbors[start + 1..].first_chunk().expect("rings are padded");
+        let at = L::keep_first(raw, (n - j).min(8), u as u32);
+        let next = L::keep_first(raw_next, (n - j - 1).min(8), rings.neighbors[range.start]);
+        let a = subtract(L::load_points(&rings.vertices, &at), center);
+        let b = subtract(L::load_points(&rings.vertices, &next), center);
+        let part = L::sum_rows(weigh_planes(cross(a, b), L::mask_first(n_faces - j)));
+        for (sum, part) in sum.iter_mut().zip(part) {
+            *sum += part;
+        }
+        j += 8;
+    }
+    sum
+}
+
+// n nᵀ times a third of the area, and that third, of faces by their cross products; faces without area count nothing.
+#[inline(always)]
+fn weigh_planes<L: Lanes>(c: Vectors<L>, mask: L) -> [L; 8] {
+    let length = dot(c, c).sqrt();
+    let w = mask.and(L::splat(SHARE) / length.max(L::splat(1e-30)));
+    let d = [c[0] * w, c[1] * w, c[2] * w];
+    let area = mask.and(length * L::splat(SHARE));
+    [c[0] * d[0], c[0] * d[1], c[0] * d[2], c[1] * d[1], c[1] * d[2], c[2] * d[2], area, L::splat(0.0)]
+}
+
+/// Adds the squared distances from the lines along both boundary edges of `u`: |e|² I - e eᵀ for an edge e.
+///
+/// Planes through the edges would tilt with the faces of rough terrain; a line has no such direction.
+#[inline(never)]
+fn add_boundary_lines(rings: &Rings, u: usize, q: &mut [f32; 8]) {
+    let ring = rings.ring(u);
+    let [first, .., last] = ring else { return };
+    for end in [*first, *last] {
+        let e = vector::subtract(rings.vertices[end as usize].position, rings.vertices[u].position);
+        let squared = vector::dot(e, e);
+        let outer = [e[0] * e[0], e[0] * e[1], e[0] * e[2], e[1] * e[1], e[1] * e[2], e[2] * e[2]];
+        for (i, x) in outer.into_iter().enumerate() {
+            let diagonal = if i == 0 || i == 3 || i == 5 { squared } else { 0.0 };
+            q[i] += BOUNDARY_WEIGHT * (diagonal - x);
+        }
+    }
+}
+
+/// Sums quadrics one face at a time, in doubles: the twin of [`SumQuadrics`] for tests.
+#[cfg(test)]
+pub(crate) fn sum_naively(rings: &Rings, u: usize) -> [f64; 7] {
+    let mut q = [0.0; 7];
+    let at = |v: u32| rings.vertices[v as usize].position.map(f64::from);
+    let p = at(u as u32);
+    for face in rings.to_faces().into_iter().filter(|face| face.contains(&(u as u32))) {
+        let [a, b, c] = face.map(at);
+        let minus = |x: [f64; 3], y: [f64; 3]| [x[0] - y[0], x[1] - y[1], x[2] - y[2]];
+        let (x, y) = (minus(b, a), minus(c, a));
+        let n = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+        let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
+        for (i, (j, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+            q[i] += n[j] * n[k] / length / 6.0;
+        }
+        q[6] += length / 6.0;
+    }
+    let ring = rings.ring(u);
+    if rings.is_boundary(u) {
+        for end in [ring[0], ring[ring.len() - 1]] {
+            let e: Vec<f64> = (0..3).map(|k| at(end)[k] - p[k]).collect();
+            let squared: f64 = e.iter().map(|x| x * x).sum();
+            for (i, (j, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+                let diagonal = if j == k { squared } else { 0.0 };
+                q[i] += f64::from(BOUNDARY_WEIGHT) * (diagonal - e[j] * e[k]);
+            }
+        }
+    }
+    for i in [0, 3, 5] {
+        q[i] += f64::from(PULL) * q[6];
+    }
+    q
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::{dispatch, run_plain};
+    use crate::tests::meshes;
+
+    #[test]
+    fn sums_are_those_of_the_naive_twin_and_equal_on_all_lanes() {
+        for mesh in [meshes::bumpy_torus(24, 12), meshes::terrain(9), meshes::cone(40)] {
+            let rings = mesh.to_rings();
+            let n = rings.vertices.len();
+            let (mut out, mut plain) = (vec![Quadric::default(); n], vec![Quadric::default(); n]);
+            dispatch(SumQuadrics { rings: &rings, first: 0, out: &mut out });
+            run_plain(SumQuadrics { rings: &rings, first: 0, out: &mut plain });
+            assert_eq!(out, plain);
+            for (u, Quadric(q)) in out.iter().enumerate() {
+                let naive = sum_naively(&rings, u);
+                for (x, y) in q.iter().zip(naive) {
+                    assert!((f64::from(*x) - y).abs() <= 1e-4 * (naive[0] + naive[3] + naive[5]), "{q:?} {naive:?}");
+                }
+            }
+        }
+    }
+}

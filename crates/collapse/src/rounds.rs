@@ -1,0 +1,179 @@
+//! The merges of a pass, in stretches on several threads.
+//!
+//! A vertex whose star reaches into another stretch waits for the second round, whose stretches lie across the borders of
+//! the first; the few left come last, all in one. Stretches depend on the mesh and the pass alone, so the result has the
+//! same bits on any number of threads.
+
+use std::ops::Range;
+
+use crate::lanes::{Quadric, dispatch};
+use crate::rings::Rings;
+use crate::stretch::{PassView, Stretch};
+use crate::team::{STRETCH, Team, split};
+use crate::visit::{Order, Tally, Unit, Visit};
+
+/// Where the first border lies in pass after pass, in eighths of a stretch.
+const SHIFTS: [usize; 8] = [8, 4, 2, 6, 3, 7, 1, 5];
+
+/// How the merges of a pass are chosen.
+#[derive(Clone, Copy)]
+pub(crate) struct Selection {
+    /// Bits of the price up to which vertices are visited.
+    pub threshold: u32,
+    /// Largest error of a vertex whose star is not flat.
+    pub guard: f32,
+    /// Most faces or vertices to remove.
+    pub budget: usize,
+    pub unit: Unit,
+    /// Whether vertices are visited from the cheapest on, in one stretch: the last pass.
+    pub is_sorted: bool,
+}
+
+/// Merges vertices of the mesh; `best` holds the best edge of each vertex, after that the other end of each merge.
+pub(crate) fn merge_in_rounds(
+    rings: &mut Rings,
+    quadrics: &[Quadric],
+    best: &mut [u64],
+    selection: Selection,
+    pass: usize,
+    team: Team,
+) -> Tally {
+    let n = rings.vertices.len();
+    if selection.is_sorted || n <= STRETCH + STRETCH / 2 {
+        let list = if selection.is_sorted { sort_by_price(best, selection.threshold) } else { Vec::new() };
+        let order = if selection.is_sorted { Order::Listed(&list) } else { Order::InMemory };
+        let budgets = vec![selection.budget];
+        return merge_round(
+            rings,
+            quadrics,
+            best,
+            selection,
+            Round { pieces: vec![0..n], orders: vec![order], budgets },
+            team,
+        );
+    }
+    let shift = SHIFTS[pass % SHIFTS.len()] * STRETCH / 8;
+    let pieces = cut_stretches(n, shift);
+    let budgets = share_budget(selection.budget, &count_candidates(best, &pieces, selection.threshold, team));
+    let orders = vec![Order::InMemory; pieces.len()];
+    let mut total = merge_round(rings, quadrics, best, selection, Round { pieces, orders, budgets }, team);
+    for pieces in [cut_stretches(n, (shift + STRETCH / 2) % STRETCH), vec![0..n]] {
+        let waiting = std::mem::take(&mut total.outside);
+        let lists: Vec<&[u32]> = pieces.iter().map(|piece| cut_list(&waiting, piece)).collect();
+        let counts: Vec<usize> = lists.iter().map(|list| list.len()).collect();
+        let budgets = share_budget(selection.budget.saturating_sub(total.spent(selection.unit)), &counts);
+        let orders = lists.into_iter().map(Order::Listed).collect();
+        let tally = merge_round(rings, quadrics, best, selection, Round { pieces, orders, budgets }, team);
+        total.n_merges += tally.n_merges;
+        total.n_faces += tally.n_faces;
+        total.outside = tally.outside;
+    }
+    total
+}
+
+/// The stretches of a round, with what is visited and may be removed in each.
+struct Round<'a> {
+    pieces: Vec<Range<usize>>,
+    orders: Vec<Order<'a>>,
+    budgets: Vec<usize>,
+}
+
+fn merge_round(
+    rings: &mut Rings,
+    quadrics: &[Quadric],
+    best: &mut [u64],
+    selection: Selection,
+    round: Round,
+    team: Team,
+) -> Tally {
+    let Selection { threshold, guard, unit, .. } = selection;
+    let view = PassView { starts: &rings.starts, neighbors: &rings.neighbors, quadrics, threshold, guard };
+    let lengths = || round.pieces.iter().map(|piece| piece.len());
+    let mut vertices = split(&mut rings.vertices, lengths()).into_iter();
+    let mut degrees = split(&mut rings.degrees, lengths()).into_iter();
+    let mut states = split(&mut rings.states, lengths()).into_iter();
+    let mut best = split(best, lengths()).into_iter();
+    let mut refused = split(&mut rings.refused, lengths()).into_iter();
+    let mut errors = split(&mut rings.errors, lengths()).into_iter();
+    let stretches = round.pieces.iter().map(|piece| Stretch {
+        first: piece.start as u32,
+        vertices: vertices.next().unwrap_or_default(),
+        degrees: degrees.next().unwrap_or_default(),
+        states: states.next().unwrap_or_default(),
+        best: best.next().unwrap_or_default(),
+        refused: refused.next().unwrap_or_default(),
+        errors: errors.next().unwrap_or_default(),
+    });
+    let stretches: Vec<Stretch> = stretches.collect();
+    let mut tallies: Vec<Tally> = stretches.iter().map(|_| Tally::default()).collect();
+    let work: Vec<_> = stretches.into_iter().zip(round.orders.iter().zip(&round.budgets)).zip(&mut tallies).collect();
+    team.run(work, |((mut stretch, (&order, &budget)), tally)| {
+        *tally = dispatch(Visit { pass: view, stretch: &mut stretch, order, budget, unit });
+    });
+    let mut total = Tally::default();
+    for tally in tallies {
+        total.n_merges += tally.n_merges;
+        total.n_faces += tally.n_faces;
+        total.outside.extend(tally.outside);
+    }
+    total
+}
+
+// Vertices within the threshold, from the cheapest on; equal prices by index.
+fn sort_by_price(best: &[u64], threshold: u32) -> Vec<u32> {
+    let mut keys: Vec<u64> = Vec::new();
+    for (u, best) in best.iter().enumerate() {
+        if (best >> 32) as u32 <= threshold {
+            keys.push(best >> 32 << 32 | u as u64);
+        }
+    }
+    keys.sort_unstable();
+    keys.into_iter().map(|key| key as u32).collect()
+}
+
+fn cut_stretches(n: usize, shift: usize) -> Vec<Range<usize>> {
+    let mut starts: Vec<usize> = (shift..n).step_by(STRETCH).filter(|&start| start > 0).collect();
+    starts.insert(0, 0);
+    starts.iter().enumerate().map(|(i, &start)| start..starts.get(i + 1).copied().unwrap_or(n)).collect()
+}
+
+// The part of a rising list that is in a piece.
+fn cut_list<'a>(list: &'a [u32], piece: &Range<usize>) -> &'a [u32] {
+    let place = |bound: usize| list.partition_point(|&u| (u as usize) < bound);
+    &list[place(piece.start)..place(piece.end)]
+}
+
+fn count_candidates(best: &[u64], pieces: &[Range<usize>], threshold: u32, team: Team) -> Vec<usize> {
+    let mut counts = vec![0; pieces.len()];
+    team.run(pieces.iter().zip(&mut counts).collect(), |(piece, count)| {
+        *count = best[piece.clone()].iter().map(|x| usize::from((x >> 32) as u32 <= threshold)).sum();
+    });
+    counts
+}
+
+// Shares of the budget by the number of candidates, so that stretches together never remove too much.
+fn share_budget(budget: usize, counts: &[usize]) -> Vec<usize> {
+    let sum = counts.iter().sum::<usize>().max(1);
+    // A merge may remove one face more than the rest of its budget, so one is kept back.
+    let share = |count: &usize| ((budget as u128 * *count as u128 / sum as u128) as usize).saturating_sub(1);
+    if let [_] = counts { vec![budget] } else { counts.iter().map(share).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches_cover_all_and_budgets_never_exceed_the_whole() {
+        for n in [1, STRETCH, 3 * STRETCH + 5] {
+            for shift in [0, 1, STRETCH / 2, STRETCH] {
+                let pieces = cut_stretches(n, shift);
+                assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (0, n));
+                assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start && !pair[0].is_empty()));
+            }
+        }
+        let budgets = share_budget(100, &[5, 0, 17, 3]);
+        assert!(budgets.iter().map(|b| if *b == 0 { 0 } else { b + 1 }).sum::<usize>() <= 100);
+        assert_eq!(cut_list(&[1, 5, 9, 12], &(5..12)), [5, 9]);
+    }
+}

@@ -1,0 +1,49 @@
+//! Threads: independent pieces of work on the threads of the caller's rayon pool, which stay between phases.
+//!
+//! Pieces depend on the size of the mesh alone, never on the number of threads, so results do not either.
+
+use std::sync::{Mutex, PoisonError};
+
+/// Vertices per piece.
+pub(crate) const STRETCH: usize = 1 << 15;
+
+/// The number of threads that work on pieces.
+#[derive(Clone, Copy)]
+pub(crate) struct Team {
+    pub n_threads: usize,
+}
+
+impl Team {
+    /// Calls `work` once for each piece, on several threads if there are several pieces.
+    pub(crate) fn run<T: Send>(self, pieces: Vec<T>, work: impl Fn(T) + Sync) {
+        let n_threads = self.n_threads.min(pieces.len());
+        if n_threads < 2 {
+            return pieces.into_iter().for_each(work);
+        }
+        let waiting = Mutex::new(pieces.into_iter());
+        let take_pieces = || {
+            loop {
+                let next = waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
+                let Some(piece) = next else { break };
+                work(piece);
+            }
+        };
+        rayon::scope(|scope| {
+            for _ in 1..n_threads {
+                scope.spawn(|_| take_pieces());
+            }
+            take_pieces();
+        });
+    }
+}
+
+/// Cuts a slice into pieces of the given lengths, one after the other.
+pub(crate) fn split<T>(mut rest: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+    let mut pieces = Vec::new();
+    for length in lengths {
+        let (piece, behind) = rest.split_at_mut(length);
+        pieces.push(piece);
+        rest = behind;
+    }
+    pieces
+}

@@ -1,0 +1,123 @@
+//! Visits: which vertices of a stretch try to merge with the neighbour of their best price, and in which order.
+
+use crate::boundary::merge_at_boundary;
+use crate::lanes::{Kernel, Lanes};
+use crate::merge::{Border, Edge, merge_inside};
+use crate::rings::state;
+use crate::stretch::{PassView, Refusal, Stretch};
+
+/// Which vertices are visited; all of them only if their price is within the threshold.
+#[derive(Clone, Copy)]
+pub(crate) enum Order<'a> {
+    /// Those of the stretch, as they are in memory.
+    InMemory,
+    /// These, in their order, counted from the mesh's first.
+    Listed(&'a [u32]),
+}
+
+/// What one unit of the budget is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Unit {
+    Face,
+    Vertex,
+}
+
+/// Merges in one stretch until the budget is spent.
+pub(crate) struct Visit<'a, 'b> {
+    pub pass: PassView<'a>,
+    pub stretch: &'a mut Stretch<'b>,
+    pub order: Order<'a>,
+    /// Most faces or vertices to remove; the last merge may remove one face more.
+    pub budget: usize,
+    pub unit: Unit,
+}
+
+/// What the visits of a stretch did.
+#[derive(Default)]
+pub(crate) struct Tally {
+    pub n_merges: usize,
+    pub n_faces: usize,
+    /// Vertices whose merge reaches out of the stretch, in the order of visits.
+    pub outside: Vec<u32>,
+}
+
+impl Tally {
+    pub(crate) fn spent(&self, unit: Unit) -> usize {
+        if unit == Unit::Face { self.n_faces } else { self.n_merges }
+    }
+}
+
+impl Kernel for Visit<'_, '_> {
+    type Output = Tally;
+
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) -> Tally {
+        let mut tally = Tally::default();
+        let mut border = Border::default();
+        let first = self.stretch.first;
+        let n = if let Order::Listed(list) = self.order { list.len() } else { self.stretch.vertices.len() };
+        for i in 0..n {
+            let u = if let Order::Listed(list) = self.order { list[i] } else { first + i as u32 };
+            let best = self.stretch.best[(u - first) as usize];
+            if (best >> 32) as u32 > self.pass.threshold {
+                continue;
+            }
+            if tally.spent(self.unit) >= self.budget {
+                break;
+            }
+            match self.try_merge::<L>(&mut border, u, best) {
+                None => {}
+                Some(Ok(n_faces)) => {
+                    tally.n_merges += 1;
+                    tally.n_faces += n_faces;
+                }
+                Some(Err(Refusal::Outside)) => tally.outside.push(u),
+                Some(Err(_)) => self.remember_refusal(u, best as u32),
+            }
+        }
+        tally
+    }
+}
+
+impl Visit<'_, '_> {
+    // None if one end was in a merge of this pass; else how many faces went.
+    #[inline(always)]
+    fn try_merge<L: Lanes>(&mut self, border: &mut Border, u: u32, best: u64) -> Option<Result<usize, Refusal>> {
+        let stretch = &mut *self.stretch;
+        let v = best as u32;
+        let Some(&state_v) = stretch.states.get(v.wrapping_sub(stretch.first) as usize) else {
+            return Some(Err(Refusal::Outside));
+        };
+        let state_u = stretch.states[(u - stretch.first) as usize];
+        let either = state_u | state_v;
+        if either & (state::MERGED | state::GONE) != 0 {
+            return None;
+        }
+        // The end that is held stays.
+        let price = f32::from_bits((best >> 32) as u32);
+        let swaps = if either & state::BOUNDARY == 0 {
+            state_v & state::LOCKED != 0
+        } else {
+            state_u & state::BOUNDARY == 0 || state_v & state::BOUNDARY != 0 && state_v & state::LOCKED != 0
+        };
+        let (u, v) = if swaps { (v, u) } else { (u, v) };
+        let edge = Edge { u, v, price, is_fixed: either & state::LOCKED != 0 };
+        if either & state::BOUNDARY != 0 {
+            return Some(merge_at_boundary(&self.pass, stretch, edge));
+        }
+        if state_u & state_v & state::LOCKED != 0 {
+            return Some(Err(Refusal::Topology));
+        }
+        Some(merge_inside::<L>(&self.pass, stretch, border, edge).map(|()| 2))
+    }
+
+    fn remember_refusal(&mut self, u: u32, v: u32) {
+        let i = (u - self.stretch.first) as usize;
+        let state = &mut self.stretch.states[i];
+        if *state & state::REFUSED != 0 {
+            *state |= state::RESTS;
+        }
+        *state |= state::REFUSED;
+        self.stretch.refused[i] = v;
+    }
+}
