@@ -50,8 +50,8 @@ pub(crate) fn merge_at_boundary(pass: &PassView, stretch: &mut Stretch, edge: Ed
     check_turns(stretch, ring_v, pv, x, edge.u, !is_along)?;
     let error = measure_error(stretch, &border, [u, v], x, is_along);
     // Lines weigh squared lengths in place of areas: around slivers they allow more than the pass's limit.
-    let trace = |q: &Quadric| q.0[0] + q.0[3] + q.0[5];
-    let own_limit = (f32::from_bits(pass.threshold) / (trace(qu) + trace(qv)).max(1e-37)).sqrt();
+    let lines = weigh_lines(qu) + weigh_lines(qv);
+    let own_limit = (f32::from_bits(pass.threshold) / lines.max(1e-37)).sqrt();
     if error > pass.guard.max(own_limit) {
         return Err(Refusal::Guard);
     }
@@ -61,6 +61,11 @@ pub(crate) fn merge_at_boundary(pass: &PassView, stretch: &mut Stretch, edge: Ed
         stretch.degrees[w as usize] -= 1;
     }
     Ok(sides.len())
+}
+
+// The weight of the boundary lines in a quadric, whose trace is twice that and the area's.
+fn weigh_lines(q: &Quadric) -> f32 {
+    (0.5 * (q.0[0] + q.0[3] + q.0[5] - q.0[6])).max(0.0)
 }
 
 // The ring of the merged vertex: that of u with the rest of v's in place of v.

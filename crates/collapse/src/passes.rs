@@ -34,6 +34,9 @@ const FARTHEST: f32 = 8.0;
 /// Growth of the guard's limit after a pass that merged less than one in a hundred of those it visited.
 const GIVING_WAY: f32 = 4.0;
 
+/// Largest rise of the threshold from pass to pass if many vertices rest after refusals.
+const LARGEST_RISE: f32 = 16.0;
+
 /// Passes without a merge until no more is hoped for.
 const VAIN_PASSES: usize = 8;
 
@@ -69,11 +72,20 @@ pub(crate) fn run_passes(mut rings: Rings, goal: Goal, team: Team) -> Collapsed 
     let mut size = start;
     let mut arrays = PassArrays { quadrics: Vec::new(), best: Vec::new(), room: Rings::default() };
     let mut numbers = Vec::new();
+    let mut last_threshold = f32::MAX.to_bits();
     let (mut n_vain, mut n_slow, mut farthest) = (0, 0, f32::INFINITY);
     while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < MOST_PASSES {
         price_all(&rings, &mut arrays, team);
         let (mut selection, n_wanted) = select(&arrays, size - goal.size, start, goal, team);
         farthest = FARTHEST * selection.guard * selection.guard / GUARD;
+        // Where most of the cheap edges were refused, these get another chance before dear ones are merged.
+        let is_jump = is_jump(selection.threshold, last_threshold) && has_many_resting(&rings);
+        if is_jump {
+            let capped = f32::from_bits(last_threshold) * LARGEST_RISE;
+            selection.guard *= (capped / f32::from_bits(selection.threshold)).sqrt();
+            selection.threshold = capped.to_bits();
+        }
+        last_threshold = selection.threshold;
         // A guard that refuses nearly everything gives way.
         selection.guard *= GIVING_WAY.powi(n_slow);
 
@@ -81,8 +93,9 @@ pub(crate) fn run_passes(mut rings: Rings, goal: Goal, team: Team) -> Collapsed 
         size -= tally.spent(goal.unit).min(size);
         n_vain = if tally.n_merges == 0 { n_vain + 1 } else { 0 };
         // Where hardly anything moves, those who were refused get another chance.
-        if tally.n_merges * 100 < n_wanted {
-            n_slow += 1;
+        let is_slow = tally.n_merges * 100 < n_wanted;
+        n_slow += i32::from(is_slow);
+        if is_slow || is_jump {
             rings.states.iter_mut().for_each(|state| *state &= !(state::REFUSED | state::RESTS));
         }
         let n_faces = rings.n_faces - tally.n_faces;
@@ -99,6 +112,15 @@ pub(crate) fn run_passes(mut rings: Rings, goal: Goal, team: Team) -> Collapsed 
         numbers.push(of_next);
     }
     Collapsed { rings, numbers, farthest, is_reached: size <= goal.size }
+}
+
+fn is_jump(threshold: u32, last: u32) -> bool {
+    f32::from_bits(threshold) > LARGEST_RISE * f32::from_bits(last)
+}
+
+// Whether one vertex in eight asks for no merge.
+fn has_many_resting(rings: &Rings) -> bool {
+    rings.states.iter().filter(|&state| state & state::RESTS != 0).count() * 8 > rings.states.len()
 }
 
 fn measure_size(rings: &Rings, unit: Unit) -> usize {
