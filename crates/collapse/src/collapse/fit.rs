@@ -3,11 +3,11 @@
 //! No search: the record says which vertex the nearest corner of a sample's face became, and the nearest face of the
 //! result is in that vertex' star, or a few stars on.
 
-use crate::lanes::dispatch;
-use crate::rings::{Rings, state};
-use crate::samples::{Moments, Sample, SumSamples};
-use crate::team::{STRETCH, Team};
-use crate::vector::{Point, cross, dot, subtract};
+use crate::collapse::lanes::dispatch;
+use crate::collapse::rings::{Rings, state};
+use crate::collapse::samples::{Moments, Sample, SumSamples};
+use crate::collapse::team::{STRETCH, Team};
+use crate::collapse::vector::{Point, cross, dot, subtract};
 
 /// Factor of each step; 2 comes no nearer.
 const RELAXATION: f32 = 1.5;
@@ -57,8 +57,8 @@ pub(crate) fn fit(rings: &mut Rings, input: FitInput, position: impl Fn(u32) -> 
         for (v, vertex) in rings.vertices.iter_mut().enumerate() {
             if rings.states[v] & (state::BOUNDARY | state::LOCKED) == 0 {
                 let step = bounded_step(&sums[v]);
-                for k in 0..3 {
-                    vertex.position[k] += step[k];
+                for (x, step) in vertex.position.iter_mut().zip(step) {
+                    *x += step;
                 }
             }
         }

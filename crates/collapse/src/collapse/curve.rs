@@ -1,6 +1,6 @@
 //! The order of vertices along a space-filling curve (Morton's), so that neighbours are near in memory.
 
-use crate::frame::Frame;
+use crate::collapse::frame::Frame;
 
 /// Bits per axis of a place on the curve.
 const BITS: u32 = 10;

@@ -1,8 +1,8 @@
 //! Quadrics of the present faces, summed from each vertex' ring, eight faces at a time.
 
-use crate::lanes::{Indices, Kernel, Lanes, Quadric, Vectors, cross, dot, mark, splat_vector, subtract};
-use crate::rings::{Rings, state};
-use crate::vector;
+use crate::collapse::lanes::{Indices, Kernel, Lanes, Quadric, Vectors, cross, dot, mark, splat_vector, subtract};
+use crate::collapse::rings::{Rings, state};
+use crate::collapse::vector;
 
 /// Share of the area that is added to the diagonal: pulls to the vertex where planes leave a direction free.
 const PULL: f32 = 1e-6;
@@ -167,8 +167,8 @@ pub(crate) fn sum_naively(rings: &Rings, u: usize) -> [f64; 7] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{dispatch, run_plain};
-    use crate::tests::meshes;
+    use crate::collapse::lanes::{dispatch, run_plain};
+    use crate::collapse::tests::meshes;
 
     #[test]
     fn sums_are_those_of_the_naive_twin_and_equal_on_all_lanes() {

@@ -9,7 +9,7 @@ mod plain;
 
 use std::ops::{Add, Div, Mul, Sub};
 
-use crate::rings::Vertex;
+use crate::collapse::rings::Vertex;
 
 /// Eight indices of vertices.
 pub(crate) type Indices = [u32; 8];

@@ -1,7 +1,7 @@
 //! The unit frame: the mesh is moved and scaled so that its bounding box is around the origin and one unit wide.
 
-use crate::options::CollapseError;
-use crate::vector::Point;
+use crate::collapse::options::CollapseError;
+use crate::collapse::vector::Point;
 
 /// The center of the bounding box and its longest side, in the input's units.
 #[derive(Clone, Copy, Debug)]

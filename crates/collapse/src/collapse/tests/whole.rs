@@ -2,7 +2,7 @@
 
 use super::measure::{count_boundary_edges, count_turned, distance, is_manifold, volume};
 use super::meshes::{TestMesh, boxed, bumpy_torus, cone, double_cone, terrain};
-use crate::{CollapseError, CollapseResult, Options, Outcome, Size, collapse};
+use crate::collapse::{CollapseError, CollapseResult, Options, Outcome, Size, collapse};
 
 fn run(mesh: &TestMesh, options: &Options) -> (TestMesh, CollapseResult) {
     let result = collapse(&mesh.positions, &mesh.faces, options).unwrap();

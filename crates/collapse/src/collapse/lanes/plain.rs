@@ -4,7 +4,7 @@ use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
 use super::{Indices, Kernel, Lanes, Quadric, pack};
-use crate::rings::Vertex;
+use crate::collapse::rings::Vertex;
 
 #[derive(Clone, Copy)]
 pub(super) struct PlainLanes([f32; 8]);

@@ -1,10 +1,10 @@
 //! Visits: which vertices of a stretch try to merge with the neighbour of their best price, and in which order.
 
-use crate::boundary::merge_at_boundary;
-use crate::lanes::{Kernel, Lanes};
-use crate::merge::{Border, Edge, merge_inside};
-use crate::rings::state;
-use crate::stretch::{PassView, Refusal, Stretch};
+use crate::collapse::boundary::merge_at_boundary;
+use crate::collapse::lanes::{Kernel, Lanes};
+use crate::collapse::merge::{Border, Edge, merge_inside};
+use crate::collapse::rings::state;
+use crate::collapse::stretch::{PassView, Refusal, Stretch};
 
 /// Which vertices are visited; all of them only if their price is within the threshold.
 #[derive(Clone, Copy)]
@@ -23,9 +23,9 @@ pub(crate) enum Unit {
 }
 
 /// Merges in one stretch until the budget is spent.
-pub(crate) struct Visit<'a, 'b> {
+pub(crate) struct Visit<'a> {
     pub pass: PassView<'a>,
-    pub stretch: &'a mut Stretch<'b>,
+    pub stretch: Stretch<'a>,
     pub order: Order<'a>,
     /// Most faces or vertices to remove; the last merge may remove one face more.
     pub budget: usize,
@@ -47,7 +47,7 @@ impl Tally {
     }
 }
 
-impl Kernel for Visit<'_, '_> {
+impl Kernel for Visit<'_> {
     type Output = Tally;
 
     #[inline(always)]
@@ -79,11 +79,11 @@ impl Kernel for Visit<'_, '_> {
     }
 }
 
-impl Visit<'_, '_> {
+impl Visit<'_> {
     // None if one end was in a merge of this pass; else how many faces went.
     #[inline(always)]
     fn try_merge<L: Lanes>(&mut self, border: &mut Border, u: u32, best: u64) -> Option<Result<usize, Refusal>> {
-        let stretch = &mut *self.stretch;
+        let stretch = &mut self.stretch;
         let v = best as u32;
         let Some(&state_v) = stretch.states.get(v.wrapping_sub(stretch.first) as usize) else {
             return Some(Err(Refusal::Outside));

@@ -10,7 +10,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
 use super::{Indices, Kernel, Lanes, Quadric};
-use crate::rings::Vertex;
+use crate::collapse::rings::Vertex;
 
 #[derive(Clone, Copy)]
 struct Avx2Lanes(__m256);

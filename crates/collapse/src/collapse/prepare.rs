@@ -1,14 +1,14 @@
 //! From the input to rings: checks, the unit frame, the order along the curve, and cuts at vertices that are no disk.
 
-use crate::build::{Built, build_rings, is_face};
-use crate::curve::order_along_curve;
-use crate::cut::Cuts;
-use crate::frame::Frame;
-use crate::options::{CollapseError, Options};
-use crate::record::Record;
-use crate::rings::{NONE, Rings, Vertex, state};
-use crate::team::Team;
-use crate::vector::Point;
+use crate::collapse::build::{Built, build_rings, is_face};
+use crate::collapse::curve::order_along_curve;
+use crate::collapse::cut::Cuts;
+use crate::collapse::frame::Frame;
+use crate::collapse::options::{CollapseError, Options};
+use crate::collapse::record::Record;
+use crate::collapse::rings::{NONE, Rings, Vertex, state};
+use crate::collapse::team::Team;
+use crate::collapse::vector::Point;
 
 /// A mesh ready for its first pass.
 pub(crate) struct Prepared {
@@ -102,7 +102,7 @@ impl Prepared {
     }
 
     /// Returns the record of the given passes; the ranks go with it.
-    pub(crate) fn to_record(&mut self, passes: Vec<Vec<u32>>, n_input: usize) -> Record {
+    pub(crate) fn take_record(&mut self, passes: Vec<Vec<u32>>, n_input: usize) -> Record {
         Record { ranks: std::mem::take(&mut self.ranks), passes, n_input }
     }
 

@@ -1,7 +1,7 @@
 //! What merges read and write: the rings of a pass, and the part of the vertices that one piece of work may change.
 
-use crate::lanes::Quadric;
-use crate::rings::{Vertex, state};
+use crate::collapse::lanes::Quadric;
+use crate::collapse::rings::{Vertex, state};
 
 /// What all merges of a pass read.
 #[derive(Clone, Copy)]

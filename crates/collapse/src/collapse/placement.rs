@@ -1,7 +1,7 @@
 //! Where a merged vertex goes: the point of least quadric error on the plane that keeps the volume.
 
-use crate::lanes::Quadric;
-use crate::price::REACH;
+use crate::collapse::lanes::Quadric;
+use crate::collapse::price::REACH;
 
 type Double = [f64; 3];
 
@@ -136,9 +136,8 @@ pub(crate) fn place_naively(qu: &Quadric, qv: &Quadric, d: [f32; 3]) -> Double {
         for k in 0..3 {
             if k != i {
                 let factor = rows[k][i] / rows[i][i];
-                for j in 0..4 {
-                    rows[k][j] -= factor * rows[i][j];
-                }
+                let pivot_row = rows[i];
+                rows[k].iter_mut().zip(pivot_row).for_each(|(x, y)| *x -= factor * y);
             }
         }
     }

@@ -10,12 +10,12 @@
 //!
 //! All coordinates are seen from u.
 
-use crate::guard::SquaredDistances;
-use crate::lanes::{Indices, Lanes, Vectors, cross, dot, splat_vector, subtract};
-use crate::placement::{VolumePlane, place_pair};
-use crate::rings::Vertex;
-use crate::stretch::{PassView, Refusal, Stretch};
-use crate::vector;
+use crate::collapse::guard::SquaredDistances;
+use crate::collapse::lanes::{Indices, Lanes, Vectors, cross, dot, splat_vector, subtract};
+use crate::collapse::placement::{VolumePlane, place_pair};
+use crate::collapse::rings::Vertex;
+use crate::collapse::stretch::{PassView, Refusal, Stretch};
+use crate::collapse::vector;
 
 /// Least cosine, squared, between a face's normals before and after a merge: 78 degrees.
 pub(crate) const LEAST_COSINE_SQUARED: f32 = 0.04;

@@ -1,8 +1,8 @@
 //! Little named meshes.
 
-use crate::build::{Built, build_rings};
-use crate::rings::{Rings, Vertex};
-use crate::team::Team;
+use crate::collapse::build::{Built, build_rings};
+use crate::collapse::rings::{Rings, Vertex};
+use crate::collapse::team::Team;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TestMesh {

@@ -1,6 +1,6 @@
 //! The price up to which vertices are visited in a pass: a rank among the best prices, by two histograms over their bits.
 
-use crate::team::{STRETCH, Team};
+use crate::collapse::team::{STRETCH, Team};
 
 /// A price above that of every edge that can be merged; the bits of the largest float.
 const ANY: u32 = 0x7f7f_ffff;
@@ -54,7 +54,7 @@ fn count(best: &[u64], shift: u32, within: Option<u64>, team: Team) -> [u32; BIN
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::pack;
+    use crate::collapse::lanes::pack;
 
     #[test]
     fn the_threshold_is_the_rank_among_sorted_prices() {

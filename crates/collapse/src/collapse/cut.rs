@@ -14,8 +14,8 @@
 
 use std::collections::HashMap;
 
-use crate::build::is_face;
-use crate::vector::{Point, cross, dot, subtract};
+use crate::collapse::build::is_face;
+use crate::collapse::vector::{Point, cross, dot, subtract};
 
 /// The faces of a mesh whose bad vertices are cut, and whose copies they are.
 pub(crate) struct Cuts {

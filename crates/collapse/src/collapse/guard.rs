@@ -3,9 +3,9 @@
 //! Where a star is flat, planes tell enough. Around a tip or a thin edge a placement may be on all planes and still cut
 //! the shape off; there a merge is refused if the errors that have added up exceed the pass's limit.
 
-use crate::lanes::{Indices, Kernel, Lanes, Vectors, clamp_unit, dot, splat_vector, squared_rest, subtract};
-use crate::rings::Vertex;
-use crate::vector::{self, Point};
+use crate::collapse::lanes::{Indices, Kernel, Lanes, Vectors, clamp_unit, dot, splat_vector, squared_rest, subtract};
+use crate::collapse::rings::Vertex;
+use crate::collapse::vector::{self, Point};
 
 /// Squared distances of two points from the faces of `x` and two of the border in a row, all seen from `origin`.
 pub(crate) struct SquaredDistances<'a> {
@@ -65,8 +65,8 @@ fn measure_to_faces<L: Lanes>(d: Vectors<L>, a: Vectors<L>, b: Vectors<L>) -> L 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{dispatch, run_plain};
-    use crate::tests::measure::squared_distance_to_triangle;
+    use crate::collapse::lanes::{dispatch, run_plain};
+    use crate::collapse::tests::measure::squared_distance_to_triangle;
 
     #[test]
     fn distances_are_those_to_the_nearest_triangle() {

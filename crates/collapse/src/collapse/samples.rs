@@ -1,8 +1,8 @@
 //! Samples of the input and the nearest points of the result: what each sample asks of the vertices of its face.
 
-use crate::lanes::{Indices, Kernel, Lanes, Vectors, clamp_unit, dot, splat_vector, squared_rest, subtract};
-use crate::rings::{NONE, Rings};
-use crate::vector::{self, Point};
+use crate::collapse::lanes::{Indices, Kernel, Lanes, Vectors, clamp_unit, dot, splat_vector, squared_rest, subtract};
+use crate::collapse::rings::{NONE, Rings};
+use crate::collapse::vector::{self, Point};
 
 /// Stars that a sample may try.
 const N_STARS: usize = 5;
@@ -43,7 +43,8 @@ impl Moments {
     /// Solves for the step, with `pull` times the trace on the diagonal; zero without samples.
     pub(crate) fn solve(&self, pull: f32) -> Point {
         let pull = pull * self.trace();
-        if !(pull > 0.0) {
+        // Also where the sums are NaN.
+        if pull.is_nan() || pull <= 0.0 {
             return [0.0; 3];
         }
         let [xx, xy, xz, yy, yz, zz] = self.matrix;

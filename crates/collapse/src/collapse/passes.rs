@@ -3,15 +3,15 @@
 //! All merges of a pass go by the quadrics and prices of its beginning, and a vertex is in one merge at most. Early passes
 //! merge roughly half of what is left; the last merges from the cheapest edge on, to the exact size.
 
-use crate::lanes::{Quadric, dispatch};
-use crate::price::PriceEdges;
-use crate::quadric::SumQuadrics;
-use crate::rebuild::rebuild;
-use crate::rings::{Rings, state};
-use crate::rounds::{Selection, merge_in_rounds};
-use crate::team::{STRETCH, Team};
-use crate::threshold::find_threshold;
-use crate::visit::Unit;
+use crate::collapse::lanes::{Quadric, dispatch};
+use crate::collapse::price::PriceEdges;
+use crate::collapse::quadric::SumQuadrics;
+use crate::collapse::rebuild::rebuild;
+use crate::collapse::rings::{Rings, state};
+use crate::collapse::rounds::{PassMesh, Selection, merge_in_rounds};
+use crate::collapse::team::{STRETCH, Team};
+use crate::collapse::threshold::find_threshold;
+use crate::collapse::visit::Unit;
 
 /// Vertices visited per merge that is left, for small and for large results.
 const VISITS: [f32; 2] = [1.0, 1.4];
@@ -89,7 +89,8 @@ pub(crate) fn run_passes(mut rings: Rings, goal: Goal, team: Team) -> Collapsed 
         // A guard that refuses nearly everything gives way.
         selection.guard *= GIVING_WAY.powi(n_slow);
 
-        let tally = merge_in_rounds(&mut rings, &arrays.quadrics, &mut arrays.best, selection, numbers.len(), team);
+        let mesh = PassMesh { rings: &mut rings, quadrics: &arrays.quadrics, best: &mut arrays.best, selection, team };
+        let tally = merge_in_rounds(mesh, numbers.len());
         size -= tally.spent(goal.unit).min(size);
         n_vain = if tally.n_merges == 0 { n_vain + 1 } else { 0 };
         // Where hardly anything moves, those who were refused get another chance.

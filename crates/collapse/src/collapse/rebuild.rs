@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use crate::lanes::{Indices, Kernel, Lanes, dispatch};
-use crate::rings::{NONE, PADDING, Rings, Vertex, state};
-use crate::team::{STRETCH, Team, split};
+use crate::collapse::lanes::{Indices, Kernel, Lanes, dispatch};
+use crate::collapse::rings::{NONE, PADDING, Rings, Vertex, state};
+use crate::collapse::team::{STRETCH, Team, split};
 
 /// How many vertices and neighbours a piece keeps, and how many come before it.
 #[derive(Clone, Copy, Default)]

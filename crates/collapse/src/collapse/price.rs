@@ -3,9 +3,9 @@
 //! With offsets x from u, d = v - u, and A, B the matrices of u and v, the pair's value is
 //! xᵀ(A + B)x - 2 xᵀBd + dᵀBd. Its least value is dᵀBd - zᵀDz for A + B = L D Lᵀ and L D z = Bd.
 
-use crate::lanes::{Indices, Kernel, Lanes, Quadric, Vectors, dot, mark, pack, subtract};
-use crate::rings::{Rings, state};
-use crate::vector;
+use crate::collapse::lanes::{Indices, Kernel, Lanes, Quadric, Vectors, dot, mark, pack, subtract};
+use crate::collapse::rings::{Rings, state};
+use crate::collapse::vector;
 
 /// Pivots below this share of the trace count as zero: the planes leave that direction free.
 const LEAST_PIVOT: f32 = 1e-6;
@@ -193,14 +193,14 @@ fn price_ends<L: Lanes>(a: &[L; 6], d: Vectors<L>, c: L) -> L {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{dispatch, run_plain};
-    use crate::quadric::SumQuadrics;
-    use crate::tests::meshes;
+    use crate::collapse::lanes::{dispatch, run_plain};
+    use crate::collapse::quadric::SumQuadrics;
+    use crate::collapse::tests::meshes;
 
     // The least value of the pair, by the placement in doubles.
     fn price_naively(qu: &Quadric, qv: &Quadric, d: [f32; 3]) -> f64 {
-        let x = crate::placement::place_naively(qu, qv, d);
-        crate::placement::value_naively(qu, qv, d, x)
+        let x = crate::collapse::placement::place_naively(qu, qv, d);
+        crate::collapse::placement::value_naively(qu, qv, d, x)
     }
 
     #[test]

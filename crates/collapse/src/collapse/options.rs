@@ -11,7 +11,7 @@ pub enum Size {
     Vertices(usize),
 }
 
-/// Settings of [`collapse`](crate::collapse).
+/// Settings of [`collapse`](crate::collapse()).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Options<'a> {

@@ -6,11 +6,11 @@
 
 use std::ops::Range;
 
-use crate::lanes::{Quadric, dispatch};
-use crate::rings::Rings;
-use crate::stretch::{PassView, Stretch};
-use crate::team::{STRETCH, Team, split};
-use crate::visit::{Order, Tally, Unit, Visit};
+use crate::collapse::lanes::{Quadric, dispatch};
+use crate::collapse::rings::Rings;
+use crate::collapse::stretch::{PassView, Stretch};
+use crate::collapse::team::{STRETCH, Team, split};
+use crate::collapse::visit::{Order, Tally, Unit, Visit};
 
 /// Where the first border lies in pass after pass, in eighths of a stretch.
 const SHIFTS: [usize; 8] = [8, 4, 2, 6, 3, 7, 1, 5];
@@ -29,41 +29,39 @@ pub(crate) struct Selection {
     pub is_sorted: bool,
 }
 
-/// Merges vertices of the mesh; `best` holds the best edge of each vertex, after that the other end of each merge.
-pub(crate) fn merge_in_rounds(
-    rings: &mut Rings,
-    quadrics: &[Quadric],
-    best: &mut [u64],
-    selection: Selection,
-    pass: usize,
-    team: Team,
-) -> Tally {
-    let n = rings.vertices.len();
-    if selection.is_sorted || n <= STRETCH + STRETCH / 2 {
-        let list = if selection.is_sorted { sort_by_price(best, selection.threshold) } else { Vec::new() };
-        let order = if selection.is_sorted { Order::Listed(&list) } else { Order::InMemory };
-        let budgets = vec![selection.budget];
-        return merge_round(
-            rings,
-            quadrics,
-            best,
-            selection,
-            Round { pieces: vec![0..n], orders: vec![order], budgets },
-            team,
-        );
+/// A mesh and what its merges go by.
+pub(crate) struct PassMesh<'a> {
+    pub rings: &'a mut Rings,
+    pub quadrics: &'a [Quadric],
+    /// The best edge of each vertex; after a merge, the other end.
+    pub best: &'a mut [u64],
+    pub selection: Selection,
+    pub team: Team,
+}
+
+/// Merges vertices of the mesh, with stretches that shift from pass to pass.
+pub(crate) fn merge_in_rounds(mut mesh: PassMesh, pass: usize) -> Tally {
+    let (n, selection) = (mesh.rings.vertices.len(), mesh.selection);
+    let whole = || cut_stretches(n, n);
+    if selection.is_sorted {
+        let list = sort_by_price(mesh.best, selection.threshold);
+        return mesh.merge_round(&whole(), &[Order::Listed(&list)], &[selection.budget]);
+    }
+    if n <= STRETCH + STRETCH / 2 {
+        return mesh.merge_round(&whole(), &[Order::InMemory], &[selection.budget]);
     }
     let shift = SHIFTS[pass % SHIFTS.len()] * STRETCH / 8;
     let pieces = cut_stretches(n, shift);
-    let budgets = share_budget(selection.budget, &count_candidates(best, &pieces, selection.threshold, team));
+    let counts = count_candidates(mesh.best, &pieces, selection.threshold, mesh.team);
     let orders = vec![Order::InMemory; pieces.len()];
-    let mut total = merge_round(rings, quadrics, best, selection, Round { pieces, orders, budgets }, team);
-    for pieces in [cut_stretches(n, (shift + STRETCH / 2) % STRETCH), vec![0..n]] {
+    let mut total = mesh.merge_round(&pieces, &orders, &share_budget(selection.budget, &counts));
+    for pieces in [cut_stretches(n, (shift + STRETCH / 2) % STRETCH), whole()] {
         let waiting = std::mem::take(&mut total.outside);
         let lists: Vec<&[u32]> = pieces.iter().map(|piece| cut_list(&waiting, piece)).collect();
         let counts: Vec<usize> = lists.iter().map(|list| list.len()).collect();
         let budgets = share_budget(selection.budget.saturating_sub(total.spent(selection.unit)), &counts);
-        let orders = lists.into_iter().map(Order::Listed).collect();
-        let tally = merge_round(rings, quadrics, best, selection, Round { pieces, orders, budgets }, team);
+        let orders: Vec<Order> = lists.into_iter().map(Order::Listed).collect();
+        let tally = mesh.merge_round(&pieces, &orders, &budgets);
         total.n_merges += tally.n_merges;
         total.n_faces += tally.n_faces;
         total.outside = tally.outside;
@@ -71,52 +69,43 @@ pub(crate) fn merge_in_rounds(
     total
 }
 
-/// The stretches of a round, with what is visited and may be removed in each.
-struct Round<'a> {
-    pieces: Vec<Range<usize>>,
-    orders: Vec<Order<'a>>,
-    budgets: Vec<usize>,
-}
-
-fn merge_round(
-    rings: &mut Rings,
-    quadrics: &[Quadric],
-    best: &mut [u64],
-    selection: Selection,
-    round: Round,
-    team: Team,
-) -> Tally {
-    let Selection { threshold, guard, unit, .. } = selection;
-    let view = PassView { starts: &rings.starts, neighbors: &rings.neighbors, quadrics, threshold, guard };
-    let lengths = || round.pieces.iter().map(|piece| piece.len());
-    let mut vertices = split(&mut rings.vertices, lengths()).into_iter();
-    let mut degrees = split(&mut rings.degrees, lengths()).into_iter();
-    let mut states = split(&mut rings.states, lengths()).into_iter();
-    let mut best = split(best, lengths()).into_iter();
-    let mut refused = split(&mut rings.refused, lengths()).into_iter();
-    let mut errors = split(&mut rings.errors, lengths()).into_iter();
-    let stretches = round.pieces.iter().map(|piece| Stretch {
-        first: piece.start as u32,
-        vertices: vertices.next().unwrap_or_default(),
-        degrees: degrees.next().unwrap_or_default(),
-        states: states.next().unwrap_or_default(),
-        best: best.next().unwrap_or_default(),
-        refused: refused.next().unwrap_or_default(),
-        errors: errors.next().unwrap_or_default(),
-    });
-    let stretches: Vec<Stretch> = stretches.collect();
-    let mut tallies: Vec<Tally> = stretches.iter().map(|_| Tally::default()).collect();
-    let work: Vec<_> = stretches.into_iter().zip(round.orders.iter().zip(&round.budgets)).zip(&mut tallies).collect();
-    team.run(work, |((mut stretch, (&order, &budget)), tally)| {
-        *tally = dispatch(Visit { pass: view, stretch: &mut stretch, order, budget, unit });
-    });
-    let mut total = Tally::default();
-    for tally in tallies {
-        total.n_merges += tally.n_merges;
-        total.n_faces += tally.n_faces;
-        total.outside.extend(tally.outside);
+impl PassMesh<'_> {
+    // Merges in each stretch what is in its order, within its budget.
+    fn merge_round(&mut self, pieces: &[Range<usize>], orders: &[Order], budgets: &[usize]) -> Tally {
+        let Selection { threshold, guard, unit, .. } = self.selection;
+        let rings = &mut *self.rings;
+        let (starts, neighbors, quadrics) = (&rings.starts[..], &rings.neighbors[..], self.quadrics);
+        let view = PassView { starts, neighbors, quadrics, threshold, guard };
+        let lengths = || pieces.iter().map(|piece| piece.len());
+        let mut vertices = split(&mut rings.vertices, lengths()).into_iter();
+        let mut degrees = split(&mut rings.degrees, lengths()).into_iter();
+        let mut states = split(&mut rings.states, lengths()).into_iter();
+        let mut best = split(self.best, lengths()).into_iter();
+        let mut refused = split(&mut rings.refused, lengths()).into_iter();
+        let mut errors = split(&mut rings.errors, lengths()).into_iter();
+        let mut tallies: Vec<Tally> = pieces.iter().map(|_| Tally::default()).collect();
+        let stretches = pieces.iter().zip(orders).zip(budgets).zip(&mut tallies);
+        let work = stretches.map(|(((piece, &order), &budget), tally)| {
+            let stretch = Stretch {
+                first: piece.start as u32,
+                vertices: vertices.next().unwrap_or_default(),
+                degrees: degrees.next().unwrap_or_default(),
+                states: states.next().unwrap_or_default(),
+                best: best.next().unwrap_or_default(),
+                refused: refused.next().unwrap_or_default(),
+                errors: errors.next().unwrap_or_default(),
+            };
+            (Visit { pass: view, stretch, order, budget, unit }, tally)
+        });
+        self.team.run(work.collect(), |(visit, tally)| *tally = dispatch(visit));
+        let mut total = Tally::default();
+        for tally in tallies {
+            total.n_merges += tally.n_merges;
+            total.n_faces += tally.n_faces;
+            total.outside.extend(tally.outside);
+        }
+        total
     }
-    total
 }
 
 // Vertices within the threshold, from the cheapest on; equal prices by index.

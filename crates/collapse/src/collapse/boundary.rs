@@ -6,12 +6,12 @@
 //!  --u----v---bn--    ---->  --x--------bn--    v on the boundary, too: a merge along the edge removes one face
 //! ```
 
-use crate::lanes::{Quadric, dispatch};
-use crate::merge::{Edge, LEAST_COSINE_SQUARED};
-use crate::placement::place_pair;
-use crate::rings::state;
-use crate::stretch::{PassView, Refusal, Stretch};
-use crate::vector::{Point, cross, dot, squared_distance_to_segment, subtract};
+use crate::collapse::lanes::{Quadric, dispatch};
+use crate::collapse::merge::{Edge, LEAST_COSINE_SQUARED};
+use crate::collapse::placement::place_pair;
+use crate::collapse::rings::state;
+use crate::collapse::stretch::{PassView, Refusal, Stretch};
+use crate::collapse::vector::{Point, cross, dot, squared_distance_to_segment, subtract};
 
 /// Merges v into u, which is on the boundary; returns how many faces go. If v is inside, u keeps its position.
 #[inline(never)]
@@ -129,8 +129,13 @@ fn measure_error(stretch: &Stretch, border: &[u32], ends: [u32; 2], x: Point, is
         } else {
             let closed: Vec<u32> = border.iter().copied().chain([border[0]; 9]).collect();
             let vertices = &*stretch.vertices;
-            let kernel =
-                crate::guard::SquaredDistances { vertices, border: &closed, origin: [0.0; 3], x, ends: [at(end); 2] };
+            let kernel = crate::collapse::guard::SquaredDistances {
+                vertices,
+                border: &closed,
+                origin: [0.0; 3],
+                x,
+                ends: [at(end); 2],
+            };
             dispatch(kernel)[0]
         };
         stretch.errors[end as usize] + squared.sqrt()

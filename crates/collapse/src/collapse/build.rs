@@ -6,8 +6,8 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 
-use crate::rings::{NONE, PADDING, Rings, Vertex, state};
-use crate::team::{STRETCH, Team, split};
+use crate::collapse::rings::{NONE, PADDING, Rings, Vertex, state};
+use crate::collapse::team::{STRETCH, Team, split};
 
 /// A face seen from one of its vertices: the vertices after and before that one.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -1,0 +1,128 @@
+//! Edge collapse of plain triangle meshes: [`collapse`] takes positions and faces, and returns fewer of both.
+//!
+//! The method is that of Garland and Heckbert (Surface Simplification Using Quadric Error Metrics, 1997) with quadrics of
+//! the present faces without memory and placements that keep the volume (Lindstrom and Turk, Evaluation of Memoryless
+//! Simplification, 1999), in passes that merge many edges each.
+//!
+//! - The mesh is its one-rings and nothing else (`rings`): no faces, no corners.
+//! - A pass (`passes`) sums a quadric per vertex (`quadric`), prices every edge once (`price`), finds the price up to
+//!   which vertices are visited (`threshold`), merges (`rounds`, `visit`, `merge`, `boundary`) and writes new rings
+//!   (`rebuild`).
+//! - At the end vertices may move nearer to the input (`fit`), without a search: the [`Record`] tells what became what.
+//!
+//! A manifold stays manifold, what is closed stays closed, and no face turns by more than 78 degrees in a merge.
+//! Results have the same bits on any number of threads and with any instruction set: no operation is fused, and all
+//! sums have one order.
+
+mod boundary;
+mod build;
+mod curve;
+mod cut;
+mod fit;
+mod frame;
+mod guard;
+mod lanes;
+mod merge;
+mod options;
+mod passes;
+mod placement;
+mod prepare;
+mod price;
+mod quadric;
+mod rebuild;
+mod record;
+mod rings;
+mod rounds;
+mod samples;
+mod stretch;
+mod team;
+#[cfg(test)]
+mod tests;
+mod threshold;
+mod vector;
+mod visit;
+
+pub use options::{CollapseError, Options, Outcome, Size};
+pub use record::Record;
+
+use fit::FitInput;
+use passes::{Collapsed, Goal, run_passes};
+use prepare::Prepared;
+use team::Team;
+use visit::Unit;
+
+/// A simplified mesh.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct CollapseResult {
+    /// Positions of the vertices, in the input's units.
+    pub positions: Vec<[f32; 3]>,
+    /// Faces by vertices of the result, with the direction of the input.
+    pub faces: Vec<[u32; 3]>,
+    /// Which input vertices became which vertex of the result.
+    pub record: Record,
+    /// Estimate of the largest distance between result and input, in the input's units: sums of the distances that
+    /// merges moved the surface by. No bound; the fit is not in it.
+    pub error: f32,
+    /// Whether the size was reached.
+    pub outcome: Outcome,
+}
+
+/// Simplifies a mesh to a size.
+///
+/// Vertices that are no disk are cut into copies, which keep their position. Faces that use a vertex twice are left out.
+///
+/// # Shapes
+/// `positions`: one point per vertex, in any unit; `faces`: three vertices each.
+///
+/// # Errors
+/// Refuses indices out of range, coordinates that are not finite, and meshes of more than 2^31 vertices.
+///
+/// # Examples
+/// ```
+/// use neural_mesh_collapse::{Options, Outcome, Size, collapse};
+///
+/// // A strip of ten squares.
+/// let positions: Vec<[f32; 3]> = (0..22).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
+/// let faces: Vec<[u32; 3]> = (0..10).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]]).collect();
+/// let result = collapse(&positions, &faces, &Options::new(Size::Faces(4))).unwrap();
+/// assert_eq!((result.faces.len(), result.outcome), (4, Outcome::Reached));
+/// ```
+pub fn collapse(
+    positions: &[[f32; 3]],
+    faces: &[[u32; 3]],
+    options: &Options,
+) -> Result<CollapseResult, CollapseError> {
+    let n_threads = if options.n_threads == 0 { rayon::current_num_threads() } else { options.n_threads };
+    let team = Team { n_threads };
+    let mut prepared = prepare::prepare(positions, faces, options, team)?;
+    let goal = match options.size {
+        Size::Faces(size) => Goal { unit: Unit::Face, size },
+        Size::Vertices(size) => Goal { unit: Unit::Vertex, size },
+    };
+    let mut collapsed = run_passes(std::mem::take(&mut prepared.rings), goal, team);
+    let record = prepared.take_record(std::mem::take(&mut collapsed.numbers), positions.len());
+    if options.n_fit_steps > 0 && record.n_passes() > 0 {
+        let numbers = record.compose(record.n_passes());
+        let faces = prepared.cut_faces().unwrap_or(faces);
+        let input = FitInput { faces, numbers: &numbers, farthest: collapsed.farthest };
+        let position = |v: u32| prepared.unit_position(v, positions);
+        fit::fit(&mut collapsed.rings, input, position, options.n_fit_steps, team);
+    }
+    Ok(assemble(positions, &prepared, collapsed, record))
+}
+
+// Positions in the input's units, faces, and one vertex for copies that are joined again.
+fn assemble(positions: &[[f32; 3]], prepared: &Prepared, collapsed: Collapsed, mut record: Record) -> CollapseResult {
+    let Collapsed { rings, is_reached, .. } = collapsed;
+    let mut faces = rings.to_faces();
+    let mut out: Vec<[f32; 3]> = rings.vertices.iter().map(|v| prepared.frame.to_input(v.position)).collect();
+    if !prepared.held.is_empty() {
+        let numbers = record.compose(record.n_passes());
+        prepared.restore_held(positions, &numbers, &mut out);
+        prepared.join_copies(&numbers, &mut faces, &mut out, &mut record);
+    }
+    let error = rings.errors.iter().copied().fold(0.0, f32::max);
+    let outcome = if is_reached { Outcome::Reached } else { Outcome::Stopped };
+    CollapseResult { positions: out, faces, record, error: prepared.frame.to_input_length(error), outcome }
+}
