@@ -1,7 +1,8 @@
-//! Competing methods behind one interface.
+//! Competing methods behind one interface, and the collapse of plain meshes, which is not behind the program.
 
 mod ball_pivoting;
 mod clustering;
+mod collapse;
 mod error;
 mod meshoptimizer;
 mod planes;
@@ -22,6 +23,10 @@ pub use meshoptimizer::meshoptimizer_faces;
 pub enum Baseline {
     /// Edge collapse (Garland and Heckbert 1997).
     Qem,
+    /// The collapse of plain meshes, without a fit.
+    Collapse,
+    /// The collapse of plain meshes, with two fit steps.
+    CollapseFitted,
     /// meshoptimizer's `simplify`.
     Meshoptimizer,
     /// meshoptimizer's `simplifyWithUpdate`, which also moves remaining vertices.
@@ -38,8 +43,10 @@ pub enum Baseline {
 
 impl Baseline {
     /// All methods.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Qem,
+        Self::Collapse,
+        Self::CollapseFitted,
         Self::Meshoptimizer,
         Self::MeshoptimizerUpdate,
         Self::MeshoptimizerSloppy,
@@ -52,6 +59,8 @@ impl Baseline {
     pub fn name(self) -> &'static str {
         match self {
             Self::Qem => "qem",
+            Self::Collapse => "collapse",
+            Self::CollapseFitted => "collapse-fitted",
             Self::Meshoptimizer => "meshopt",
             Self::MeshoptimizerUpdate => "meshopt-update",
             Self::MeshoptimizerSloppy => "meshopt-sloppy",
@@ -67,7 +76,7 @@ impl Baseline {
     }
 }
 
-/// Target size; QEM and meshoptimizer use the number of faces, the others that of vertices.
+/// Target size; QEM, the collapse and meshoptimizer use the number of faces, the others that of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     /// Number of vertices.
@@ -88,6 +97,8 @@ pub fn simplify_by(baseline: Baseline, mesh: &TriMesh, size: Size, seed: u64) ->
     }
     let simplified = match baseline {
         Baseline::Qem => qem(mesh, size.faces),
+        Baseline::Collapse => collapse::simplify(mesh, size.faces, 0),
+        Baseline::CollapseFitted => collapse::simplify(mesh, size.faces, 2),
         Baseline::Meshoptimizer => meshoptimizer::simplify(mesh, size.faces),
         Baseline::MeshoptimizerUpdate => meshoptimizer::simplify_updating(mesh, size.faces),
         Baseline::MeshoptimizerSloppy => meshoptimizer::simplify_in_grid(mesh, size.faces),

@@ -1,5 +1,7 @@
-//! Edge collapse of plain triangle meshes. It stands alone: flat arrays in, flat arrays out.
+//! Edge collapse of plain triangle meshes. Flat arrays go in and come out.
 
 mod collapse;
 
-pub use collapse::{CollapseError, CollapseResult, Options, Outcome, Record, Size, collapse};
+pub use collapse::{
+    CollapseError, CollapseOptions, CollapseOutcome, CollapseRecord, CollapseResult, CollapseSize, collapse,
+};

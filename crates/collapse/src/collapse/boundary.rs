@@ -6,16 +6,20 @@
 //!  --u----v---bn--    ---->  --x--------bn--    v on the boundary, too: a merge along the edge removes one face
 //! ```
 
-use crate::collapse::lanes::{Quadric, dispatch};
-use crate::collapse::merge::{Edge, LEAST_COSINE_SQUARED};
+use crate::collapse::lanes::{VertexQuadric, dispatch};
+use crate::collapse::merge::{EdgeToMerge, LEAST_COSINE_SQUARED};
 use crate::collapse::placement::place_pair;
 use crate::collapse::rings::state;
-use crate::collapse::stretch::{PassView, Refusal, Stretch};
+use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
 use crate::collapse::vector::{Point, cross, dot, squared_distance_to_segment, subtract};
 
 /// Merges v into u, which is on the boundary; returns how many faces go. If v is inside, u keeps its position.
 #[inline(never)]
-pub(crate) fn merge_at_boundary(pass: &PassView, stretch: &mut Stretch, edge: Edge) -> Result<usize, Refusal> {
+pub(crate) fn merge_at_boundary(
+    pass: &PassView,
+    stretch: &mut VertexStretch,
+    edge: EdgeToMerge,
+) -> Result<usize, Refusal> {
     let (ring_u, ring_v) = (pass.ring(edge.u), pass.ring(edge.v));
     let (u, v) = (edge.u - stretch.first, edge.v - stretch.first);
     let [state_u, state_v] = [u, v].map(|w| stretch.states[w as usize]);
@@ -64,12 +68,18 @@ pub(crate) fn merge_at_boundary(pass: &PassView, stretch: &mut Stretch, edge: Ed
 }
 
 // The weight of the boundary lines in a quadric, whose trace is twice that and the area's.
-fn weigh_lines(q: &Quadric) -> f32 {
+fn weigh_lines(q: &VertexQuadric) -> f32 {
     (0.5 * (q.0[0] + q.0[3] + q.0[5] - q.0[6])).max(0.0)
 }
 
 // The ring of the merged vertex: that of u with the rest of v's in place of v.
-fn trace_border(stretch: &Stretch, ring_u: &[u32], ring_v: &[u32], u: u32, at_v: usize) -> Result<Vec<u32>, Refusal> {
+fn trace_border(
+    stretch: &VertexStretch,
+    ring_u: &[u32],
+    ring_v: &[u32],
+    u: u32,
+    at_v: usize,
+) -> Result<Vec<u32>, Refusal> {
     let at_u = ring_v.iter().position(|&w| w == u).ok_or(Refusal::Topology)?;
     let around_v = ring_v[at_u + 1..].iter().chain(&ring_v[..at_u]);
     let mut border: Vec<u32> = Vec::with_capacity(ring_u.len() + ring_v.len());
@@ -90,7 +100,7 @@ fn trace_border(stretch: &Stretch, ring_u: &[u32], ring_v: &[u32], u: u32, at_v:
 
 // Refuses if a face around `tip` that stays turns when the tip moves to `x`.
 fn check_turns(
-    stretch: &Stretch,
+    stretch: &VertexStretch,
     ring: &[u32],
     tip: Point,
     x: Point,
@@ -119,12 +129,12 @@ fn check_turns(
 }
 
 // The errors of both ends and how far they lie from the new boundary, or from the new faces if v is inside.
-fn measure_error(stretch: &Stretch, border: &[u32], ends: [u32; 2], x: Point, is_along: bool) -> f32 {
-    let at = |w: u32| stretch.vertices[w as usize].position;
+fn measure_error(stretch: &VertexStretch, border: &[u32], ends: [u32; 2], x: Point, is_along: bool) -> f32 {
+    let position = |w: u32| stretch.vertices[w as usize].position;
     let error = |end: u32| {
-        let d = subtract(at(end), x);
+        let d = subtract(position(end), x);
         let squared = if is_along {
-            let [first, last] = [border[0], border[border.len() - 1]].map(|w| subtract(at(w), x));
+            let [first, last] = [border[0], border[border.len() - 1]].map(|w| subtract(position(w), x));
             squared_distance_to_segment(d, first).min(squared_distance_to_segment(d, last))
         } else {
             let closed: Vec<u32> = border.iter().copied().chain([border[0]; 9]).collect();
@@ -134,7 +144,7 @@ fn measure_error(stretch: &Stretch, border: &[u32], ends: [u32; 2], x: Point, is
                 border: &closed,
                 origin: [0.0; 3],
                 x,
-                ends: [at(end); 2],
+                ends: [position(end); 2],
             };
             dispatch(kernel)[0]
         };

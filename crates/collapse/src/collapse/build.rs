@@ -18,7 +18,7 @@ struct Wedge {
 
 /// The faces of a vertex, in order.
 #[derive(Clone, Copy, PartialEq, Debug)]
-enum Fan {
+enum FanShape {
     Closed,
     Open,
     NoDisk,
@@ -63,13 +63,13 @@ pub(crate) fn build_rings(vertices: Vec<Vertex>, faces: &[[u32; 3]], ranks: &[u3
             match chain(fan) {
                 _ if fan.is_empty() => *state = state::GONE,
                 // Two faces back to back have no neighbourhood to merge in.
-                Fan::Closed if fan.len() < 3 => *state = state::LOCKED,
-                Fan::Closed => {}
-                Fan::Open => {
+                FanShape::Closed if fan.len() < 3 => *state = state::LOCKED,
+                FanShape::Closed => {}
+                FanShape::Open => {
                     *state = state::BOUNDARY;
                     *length += 1;
                 }
-                Fan::NoDisk => no_disks.push(v as u32),
+                FanShape::NoDisk => no_disks.push(v as u32),
             }
         }
     });
@@ -133,7 +133,7 @@ fn gather_wedges(n_vertices: usize, faces: &[[u32; 3]], ranks: &[u32], team: Tea
 
 // Puts the wedges of a vertex in cyclic order: a closed fan from its lowest neighbour on, an open one from its boundary.
 #[inline(never)]
-fn chain(wedges: &mut [Wedge]) -> Fan {
+fn chain(wedges: &mut [Wedge]) -> FanShape {
     if wedges.len() > LONG {
         return chain_long(wedges);
     }
@@ -147,7 +147,7 @@ fn chain(wedges: &mut [Wedge]) -> Fan {
     }
     // Two wedges with one first neighbour; 64 classes tell for most vertices that there are none.
     if seen.count_ones() as usize != n && (1..n).any(|i| wedges[..i].iter().any(|w| w.next == wedges[i].next)) {
-        return Fan::NoDisk;
+        return FanShape::NoDisk;
     }
     if n > 0 {
         wedges.swap(0, lowest);
@@ -159,28 +159,28 @@ fn chain(wedges: &mut [Wedge]) -> Fan {
         done += 1;
     }
     if n == 0 || done == n && wedges[n - 1].previous == wedges[0].next {
-        return Fan::Closed;
+        return FanShape::Closed;
     }
-    // The chain ended: what is left has to come before it.
+    // The chain ended: the other wedges have to come before it.
     while done < n {
-        let Some(found) = (done..n).find(|&i| wedges[i].previous == wedges[0].next) else { return Fan::NoDisk };
+        let Some(found) = (done..n).find(|&i| wedges[i].previous == wedges[0].next) else { return FanShape::NoDisk };
         wedges.swap(done, found);
         wedges[..=done].rotate_right(1);
         done += 1;
     }
     let last = wedges[n - 1].previous;
-    if wedges.iter().any(|w| w.next == last) { Fan::NoDisk } else { Fan::Open }
+    if wedges.iter().any(|w| w.next == last) { FanShape::NoDisk } else { FanShape::Open }
 }
 
 // `chain` for vertices of any degree: the successor of a wedge is found by bisection.
-fn chain_long(wedges: &mut [Wedge]) -> Fan {
+fn chain_long(wedges: &mut [Wedge]) -> FanShape {
     let mut by_next = wedges.to_vec();
     by_next.sort_unstable_by_key(|w| w.next);
     let mut ends: Vec<u32> = wedges.iter().map(|w| w.previous).collect();
     ends.sort_unstable();
     let has_twice = by_next.windows(2).any(|pair| pair[0].next == pair[1].next);
     if has_twice || ends.windows(2).any(|pair| pair[0] == pair[1]) {
-        return Fan::NoDisk;
+        return FanShape::NoDisk;
     }
     let is_first = |w: &&Wedge| ends.binary_search(&w.next).is_err();
     let first = by_next.iter().find(is_first);
@@ -190,11 +190,11 @@ fn chain_long(wedges: &mut [Wedge]) -> Fan {
         match by_next.binary_search_by_key(&wedge.previous, |w| w.next) {
             // A closed fan is back at its start only after all wedges.
             Ok(found) if done + 1 < wedges.len() && by_next[found] != wedges[0] => wedge = by_next[found],
-            _ if done + 1 < wedges.len() => return Fan::NoDisk,
+            _ if done + 1 < wedges.len() => return FanShape::NoDisk,
             _ => {}
         }
     }
-    if first.is_some() { Fan::Open } else { Fan::Closed }
+    if first.is_some() { FanShape::Open } else { FanShape::Closed }
 }
 
 // Writes the rings of chained fans; `lengths` are those of the pieces' rings together.
@@ -258,7 +258,7 @@ mod tests {
                 let mut wedges = wedges_of(&ring, is_closed);
                 shuffle(&mut wedges);
                 let mut by_list = wedges.clone();
-                let fan = if is_closed { Fan::Closed } else { Fan::Open };
+                let fan = if is_closed { FanShape::Closed } else { FanShape::Open };
                 assert_eq!((chain(&mut wedges), chain_long(&mut by_list)), (fan, fan));
                 assert_eq!(wedges, by_list);
                 assert!(wedges.windows(2).all(|pair| pair[0].previous == pair[1].next));
@@ -273,8 +273,8 @@ mod tests {
         let three_at_an_edge =
             [wedges_of(&[1, 2], false), wedges_of(&[3, 2], false), wedges_of(&[2, 4], false)].concat();
         for wedges in [two_open, two_closed, three_at_an_edge] {
-            assert_eq!(chain(&mut wedges.clone()), Fan::NoDisk);
-            assert_eq!(chain_long(&mut wedges.clone()), Fan::NoDisk);
+            assert_eq!(chain(&mut wedges.clone()), FanShape::NoDisk);
+            assert_eq!(chain_long(&mut wedges.clone()), FanShape::NoDisk);
         }
     }
 

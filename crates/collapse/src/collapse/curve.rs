@@ -1,6 +1,6 @@
 //! The order of vertices along a space-filling curve (Morton's), so that neighbours are near in memory.
 
-use crate::collapse::frame::Frame;
+use crate::collapse::frame::UnitFrame;
 
 /// Bits per axis of a place on the curve.
 const BITS: u32 = 10;
@@ -14,7 +14,7 @@ fn spread(x: u32) -> u32 {
 }
 
 /// Returns the vertices along the curve through the unit frame; equal places by index.
-pub(crate) fn order_along_curve(positions: &[[f32; 3]], frame: Frame) -> Vec<u32> {
+pub(crate) fn order_along_curve(positions: &[[f32; 3]], frame: UnitFrame) -> Vec<u32> {
     let n_cells = (1 << BITS) as f32;
     let cell = |x: f32| spread((((x + 0.5) * n_cells) as u32).min((1 << BITS) - 1));
     let mut keys = Vec::with_capacity(positions.len());
@@ -71,6 +71,6 @@ mod tests {
     #[test]
     fn eight_corners_come_as_the_curve_visits_them() {
         let corners: Vec<[f32; 3]> = (0..8).map(|i| [(i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32]).collect();
-        assert_eq!(order_along_curve(&corners, Frame::new(&corners).unwrap()), [0, 1, 2, 3, 4, 5, 6, 7]);
+        assert_eq!(order_along_curve(&corners, UnitFrame::new(&corners).unwrap()), [0, 1, 2, 3, 4, 5, 6, 7]);
     }
 }

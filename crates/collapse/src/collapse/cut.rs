@@ -22,7 +22,7 @@ pub(crate) struct Cuts {
     pub faces: Vec<[u32; 3]>,
     /// The input vertex of each vertex; longer than the input by the copies.
     pub originals: Vec<u32>,
-    /// The vertex that stands for each in the result: itself, or that of the first copy.
+    /// The vertex of each in the result: itself, or that of the first copy.
     pub joined: Vec<u32>,
     /// All vertices that were cut, and their copies.
     pub touched: Vec<u32>,

@@ -5,7 +5,7 @@
 
 use crate::collapse::lanes::dispatch;
 use crate::collapse::rings::{Rings, state};
-use crate::collapse::samples::{Moments, Sample, SumSamples};
+use crate::collapse::samples::{Sample, SampleMoments, SumSamples};
 use crate::collapse::team::{STRETCH, Team};
 use crate::collapse::vector::{Point, cross, dot, subtract};
 
@@ -41,9 +41,9 @@ pub(crate) struct FitInput<'a> {
 pub(crate) fn fit(rings: &mut Rings, input: FitInput, position: impl Fn(u32) -> Point, n_steps: usize, team: Team) {
     let n = rings.vertices.len();
     let (starts, samples) = take_samples(n, rings.n_faces, input, position);
-    let mut sums = vec![Moments::default(); n];
+    let mut sums = vec![SampleMoments::default(); n];
     for _ in 0..n_steps {
-        sums.fill(Moments::default());
+        sums.fill(SampleMoments::default());
         let mut elsewhere = vec![Vec::new(); n.div_ceil(STRETCH)];
         team.run(sums.chunks_mut(STRETCH).zip(&mut elsewhere).enumerate().collect(), |(i, (out, elsewhere))| {
             let (rings, starts, samples) = (&*rings, &starts, &samples);
@@ -95,7 +95,7 @@ fn take_samples(n: usize, n_faces: usize, input: FitInput, position: impl Fn(u32
 }
 
 // The relaxed step, no longer than samples are far.
-fn bounded_step(moments: &Moments) -> Point {
+fn bounded_step(moments: &SampleMoments) -> Point {
     let step = moments.solve(PULL);
     let squared = dot(step, step);
     let longest = LONGEST_STEP * moments.squares / moments.trace().max(1e-37);

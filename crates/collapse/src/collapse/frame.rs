@@ -5,15 +5,15 @@ use crate::collapse::vector::Point;
 
 /// The center of the bounding box and its longest side, in the input's units.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame {
+pub(crate) struct UnitFrame {
     center: [f64; 3],
     size: f64,
     scale: f64,
 }
 
-impl Frame {
+impl UnitFrame {
     /// Measures the bounding box; refuses coordinates that are not finite.
-    pub(crate) fn new(positions: &[Point]) -> Result<Frame, CollapseError> {
+    pub(crate) fn new(positions: &[Point]) -> Result<UnitFrame, CollapseError> {
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
         for (vertex, p) in positions.iter().enumerate() {
             // A sum of zeros, else NaN.
@@ -31,7 +31,7 @@ impl Frame {
         let [low, high] = [low, high].map(|bound| bound.map(f64::from));
         let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
         let scale = if size > 0.0 { 1.0 / size } else { 1.0 };
-        Ok(Frame { center: [0, 1, 2].map(|k| 0.5 * (low[k] + high[k])), size: 1.0 / scale, scale })
+        Ok(UnitFrame { center: [0, 1, 2].map(|k| 0.5 * (low[k] + high[k])), size: 1.0 / scale, scale })
     }
 
     #[inline(always)]

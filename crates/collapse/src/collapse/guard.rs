@@ -3,7 +3,9 @@
 //! Where a star is flat, planes tell enough. Around a tip or a thin edge a placement may be on all planes and still cut
 //! the shape off; there a merge is refused if the errors that have added up exceed the pass's limit.
 
-use crate::collapse::lanes::{Indices, Kernel, Lanes, Vectors, clamp_unit, dot, splat_vector, squared_rest, subtract};
+use crate::collapse::lanes::{
+    EightIndices, EightLanes, Kernel, Vectors, clamp_unit, dot, splat_vector, squared_rest, subtract,
+};
 use crate::collapse::rings::Vertex;
 use crate::collapse::vector::{self, Point};
 
@@ -21,7 +23,7 @@ impl Kernel for SquaredDistances<'_> {
     type Output = [f32; 2];
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> [f32; 2] {
+    fn run<L: EightLanes>(self) -> [f32; 2] {
         let n = self.border.len() - 9;
         let apex = [self.origin[0] + self.x[0], self.origin[1] + self.x[1], self.origin[2] + self.x[2]];
         let apex = splat_vector::<L>(apex);
@@ -33,8 +35,8 @@ impl Kernel for SquaredDistances<'_> {
         let mut least = [far, far];
         for j in 0..n.div_ceil(8) {
             let ids = &self.border[8 * j..8 * j + 9];
-            let at: &Indices = ids.first_chunk().expect("there are nine");
-            let next: &Indices = ids.last_chunk().expect("there are nine");
+            let at: &EightIndices = ids.first_chunk().expect("there are nine");
+            let next: &EightIndices = ids.last_chunk().expect("there are nine");
             let a = subtract(L::load_points(self.vertices, at), apex);
             let b = subtract(L::load_points(self.vertices, next), apex);
             let live = L::mask_first(n - 8 * j);
@@ -48,7 +50,7 @@ impl Kernel for SquaredDistances<'_> {
 
 /// Returns squared distances between `d` and eight triangles of the origin, `a` and `b`.
 #[inline(always)]
-fn measure_to_faces<L: Lanes>(d: Vectors<L>, a: Vectors<L>, b: Vectors<L>) -> L {
+fn measure_to_faces<L: EightLanes>(d: Vectors<L>, a: Vectors<L>, b: Vectors<L>) -> L {
     let (zero, one, tiny) = (L::splat(0.0), L::splat(1.0), L::splat(1e-30));
     let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
     let (da, db) = (dot(d, a), dot(d, b));
@@ -85,11 +87,11 @@ mod tests {
             let found = dispatch(kernel());
             assert_eq!(found, run_plain(kernel()));
             for k in 0..2 {
-                let at = |p: Point| p.map(f64::from);
-                let apex = at([0, 1, 2].map(|j| origin[j] + x[j]));
-                let point = at([0, 1, 2].map(|j| origin[j] + end(k)[j]));
+                let widen = |p: Point| p.map(f64::from);
+                let apex = widen([0, 1, 2].map(|j| origin[j] + x[j]));
+                let point = widen([0, 1, 2].map(|j| origin[j] + end(k)[j]));
                 let exact = (0..n)
-                    .map(|i| squared_distance_to_triangle(point, [apex, at(around(i)), at(around((i + 1) % n))]))
+                    .map(|i| squared_distance_to_triangle(point, [apex, widen(around(i)), widen(around((i + 1) % n))]))
                     .fold(f64::INFINITY, f64::min);
                 assert!((f64::from(found[k]) - exact).abs() < 1e-5, "{found:?} {exact}");
             }

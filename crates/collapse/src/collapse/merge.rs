@@ -11,10 +11,10 @@
 //! All coordinates are seen from u.
 
 use crate::collapse::guard::SquaredDistances;
-use crate::collapse::lanes::{Indices, Lanes, Vectors, cross, dot, splat_vector, subtract};
+use crate::collapse::lanes::{EightIndices, EightLanes, Vectors, cross, dot, splat_vector, subtract};
 use crate::collapse::placement::{VolumePlane, place_pair};
 use crate::collapse::rings::Vertex;
-use crate::collapse::stretch::{PassView, Refusal, Stretch};
+use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
 use crate::collapse::vector;
 
 /// Least cosine, squared, between a face's normals before and after a merge: 78 degrees.
@@ -35,7 +35,7 @@ pub(crate) struct Border {
 
 /// The ends of an edge to merge: `u` stays.
 #[derive(Clone, Copy)]
-pub(crate) struct Edge {
+pub(crate) struct EdgeToMerge {
     pub u: u32,
     pub v: u32,
     /// The price of the edge.
@@ -46,18 +46,18 @@ pub(crate) struct Edge {
 
 /// Merges v into u, both inside the surface; removes two faces.
 #[inline(always)]
-pub(crate) fn merge_inside<L: Lanes>(
+pub(crate) fn merge_inside<L: EightLanes>(
     pass: &PassView,
-    stretch: &mut Stretch,
+    stretch: &mut VertexStretch,
     border: &mut Border,
-    edge: Edge,
+    edge: EdgeToMerge,
 ) -> Result<(), Refusal> {
     border.trace(pass, stretch, edge.u, edge.v)?;
     border.check_link(stretch)?;
     let (u, v) = (edge.u - stretch.first, edge.v - stretch.first);
     let pu = stretch.vertices[u as usize].position;
     let d = vector::subtract(stretch.vertices[v as usize].position, pu);
-    let star = Star { vertices: stretch.vertices, border, origin: splat_vector::<L>(pu), d: splat_vector(d) };
+    let star = EdgeStar { vertices: stretch.vertices, border, origin: splat_vector::<L>(pu), d: splat_vector(d) };
     let plane = star.sum_volume();
     let (qu, qv) = (&pass.quadrics[edge.u as usize], &pass.quadrics[edge.v as usize]);
     let x = if edge.is_fixed { [0.0; 3] } else { place_pair(qu, qv, d, Some(plane)) };
@@ -67,13 +67,8 @@ pub(crate) fn merge_inside<L: Lanes>(
     let error = if is_flat {
         eu.max(ev) + (edge.price / (qu.0[6] + qv.0[6]).max(1e-37)).sqrt()
     } else {
-        let kernel = SquaredDistances {
-            vertices: stretch.vertices,
-            border: border.closed(),
-            origin: pu,
-            x,
-            ends: [[0.0; 3], d],
-        };
+        let kernel =
+            SquaredDistances { vertices: stretch.vertices, border: border.close(), origin: pu, x, ends: [[0.0; 3], d] };
         let [du, dv] = L::run_apart(kernel);
         (eu + du.sqrt()).max(ev + dv.sqrt())
     };
@@ -90,7 +85,7 @@ pub(crate) fn merge_inside<L: Lanes>(
 
 impl Border {
     /// The border, and the first vertex once more.
-    fn closed(&self) -> &[u32] {
+    fn close(&self) -> &[u32] {
         &self.vertices[..self.n + 9]
     }
 
@@ -100,7 +95,7 @@ impl Border {
 
     // Walks around u from behind v, then around v from behind u; survivors of this pass's merges come once.
     #[inline(always)]
-    fn trace(&mut self, pass: &PassView, stretch: &Stretch, u: u32, v: u32) -> Result<(), Refusal> {
+    fn trace(&mut self, pass: &PassView, stretch: &VertexStretch, u: u32, v: u32) -> Result<(), Refusal> {
         let (ring_u, ring_v) = (pass.ring(u), pass.ring(v));
         let (Some(at_v), Some(at_u)) = (find(ring_u, v), find(ring_v, u)) else { return Err(Refusal::Topology) };
         let room = ring_u.len() + ring_v.len() + 16;
@@ -140,7 +135,7 @@ impl Border {
 
     // Only the two sides may be neighbours of both ends, and each has to keep three neighbours.
     #[inline(always)]
-    fn check_link(&self, stretch: &Stretch) -> Result<(), Refusal> {
+    fn check_link(&self, stretch: &VertexStretch) -> Result<(), Refusal> {
         let (of_u, of_v) = self.vertices[..self.n].split_at(self.n_u);
         let mut seen = 0u64;
         for &w in of_u {
@@ -164,7 +159,7 @@ fn find(ring: &[u32], vertex: u32) -> Option<usize> {
 }
 
 /// The star around an edge, seen from u.
-struct Star<'a, L> {
+struct EdgeStar<'a, L> {
     vertices: &'a [Vertex],
     border: &'a Border,
     origin: Vectors<L>,
@@ -172,13 +167,13 @@ struct Star<'a, L> {
     d: Vectors<L>,
 }
 
-impl<L: Lanes> Star<'_, L> {
+impl<L: EightLanes> EdgeStar<'_, L> {
     /// Eight edges of the border: cross products of their ends, and the edges.
     #[inline(always)]
     fn load_edges(&self, j: usize) -> (Vectors<L>, Vectors<L>) {
         let ids = &self.border.vertices[8 * j..8 * j + 9];
-        let at: &Indices = ids.first_chunk().expect("there are nine");
-        let next: &Indices = ids.last_chunk().expect("there are nine");
+        let at: &EightIndices = ids.first_chunk().expect("there are nine");
+        let next: &EightIndices = ids.last_chunk().expect("there are nine");
         let a = subtract(L::load_points(self.vertices, at), self.origin);
         let b = subtract(L::load_points(self.vertices, next), self.origin);
         (cross(a, b), subtract(b, a))
@@ -192,8 +187,9 @@ impl<L: Lanes> Star<'_, L> {
         (live, in_u.select(L::splat(0.0), live))
     }
 
-    /// Sums the normals of the star, and the volume between its faces and the origin: six times the volume is kept by
-    /// every x with normal · x = offset.
+    /// Sums the normals of the star and six times the volume between its faces and the origin.
+    ///
+    /// Every x with normal · x = offset keeps that volume.
     #[inline(always)]
     fn sum_volume(&self) -> VolumePlane {
         let zero = L::splat(0.0);

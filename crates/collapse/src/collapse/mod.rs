@@ -8,7 +8,7 @@
 //! - A pass (`passes`) sums a quadric per vertex (`quadric`), prices every edge once (`price`), finds the price up to
 //!   which vertices are visited (`threshold`), merges (`rounds`, `visit`, `merge`, `boundary`) and writes new rings
 //!   (`rebuild`).
-//! - At the end vertices may move nearer to the input (`fit`), without a search: the [`Record`] tells what became what.
+//! - At the end vertices may move nearer to the input (`fit`), without a search: the [`CollapseRecord`] tells what became what.
 //!
 //! A manifold stays manifold, what is closed stays closed, and no face turns by more than 78 degrees in a merge.
 //! Results have the same bits on any number of threads and with any instruction set: no operation is fused, and all
@@ -42,11 +42,11 @@ mod threshold;
 mod vector;
 mod visit;
 
-pub use options::{CollapseError, Options, Outcome, Size};
-pub use record::Record;
+pub use options::{CollapseError, CollapseOptions, CollapseOutcome, CollapseSize};
+pub use record::CollapseRecord;
 
 use fit::FitInput;
-use passes::{Collapsed, Goal, run_passes};
+use passes::{Collapsed, SizeGoal, run_passes};
 use prepare::Prepared;
 use team::Team;
 use visit::Unit;
@@ -60,12 +60,12 @@ pub struct CollapseResult {
     /// Faces by vertices of the result, with the direction of the input.
     pub faces: Vec<[u32; 3]>,
     /// Which input vertices became which vertex of the result.
-    pub record: Record,
+    pub record: CollapseRecord,
     /// Estimate of the largest distance between result and input, in the input's units: sums of the distances that
     /// merges moved the surface by. No bound; the fit is not in it.
     pub error: f32,
     /// Whether the size was reached.
-    pub outcome: Outcome,
+    pub outcome: CollapseOutcome,
 }
 
 /// Simplifies a mesh to a size.
@@ -80,25 +80,25 @@ pub struct CollapseResult {
 ///
 /// # Examples
 /// ```
-/// use neural_mesh_collapse::{Options, Outcome, Size, collapse};
+/// use neural_mesh_collapse::{CollapseOptions, CollapseOutcome, CollapseSize, collapse};
 ///
 /// // A strip of ten squares.
 /// let positions: Vec<[f32; 3]> = (0..22).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
 /// let faces: Vec<[u32; 3]> = (0..10).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]]).collect();
-/// let result = collapse(&positions, &faces, &Options::new(Size::Faces(4))).unwrap();
-/// assert_eq!((result.faces.len(), result.outcome), (4, Outcome::Reached));
+/// let result = collapse(&positions, &faces, &CollapseOptions::new(CollapseSize::Faces(4))).unwrap();
+/// assert_eq!((result.faces.len(), result.outcome), (4, CollapseOutcome::Reached));
 /// ```
 pub fn collapse(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
-    options: &Options,
+    options: &CollapseOptions,
 ) -> Result<CollapseResult, CollapseError> {
     let n_threads = if options.n_threads == 0 { rayon::current_num_threads() } else { options.n_threads };
     let team = Team { n_threads };
     let mut prepared = prepare::prepare(positions, faces, options, team)?;
     let goal = match options.size {
-        Size::Faces(size) => Goal { unit: Unit::Face, size },
-        Size::Vertices(size) => Goal { unit: Unit::Vertex, size },
+        CollapseSize::Faces(size) => SizeGoal { unit: Unit::Face, size },
+        CollapseSize::Vertices(size) => SizeGoal { unit: Unit::Vertex, size },
     };
     let mut collapsed = run_passes(std::mem::take(&mut prepared.rings), goal, team);
     let record = prepared.take_record(std::mem::take(&mut collapsed.numbers), positions.len());
@@ -113,7 +113,12 @@ pub fn collapse(
 }
 
 // Positions in the input's units, faces, and one vertex for copies that are joined again.
-fn assemble(positions: &[[f32; 3]], prepared: &Prepared, collapsed: Collapsed, mut record: Record) -> CollapseResult {
+fn assemble(
+    positions: &[[f32; 3]],
+    prepared: &Prepared,
+    collapsed: Collapsed,
+    mut record: CollapseRecord,
+) -> CollapseResult {
     let Collapsed { rings, is_reached, .. } = collapsed;
     let mut faces = rings.to_faces();
     let mut out: Vec<[f32; 3]> = rings.vertices.iter().map(|v| prepared.frame.to_input(v.position)).collect();
@@ -123,6 +128,6 @@ fn assemble(positions: &[[f32; 3]], prepared: &Prepared, collapsed: Collapsed, m
         prepared.join_copies(&numbers, &mut faces, &mut out, &mut record);
     }
     let error = rings.errors.iter().copied().fold(0.0, f32::max);
-    let outcome = if is_reached { Outcome::Reached } else { Outcome::Stopped };
+    let outcome = if is_reached { CollapseOutcome::Reached } else { CollapseOutcome::Stopped };
     CollapseResult { positions: out, faces, record, error: prepared.frame.to_input_length(error), outcome }
 }

@@ -4,19 +4,19 @@ use std::fmt;
 
 /// The size of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Size {
-    /// At most so many faces; the result has exactly as many, or one fewer where a merge removes two.
+pub enum CollapseSize {
+    /// Number of faces; the result has one fewer where a merge removes two.
     Faces(usize),
-    /// Exactly so many vertices, copies of cut vertices included.
+    /// Number of vertices, copies of cut vertices included.
     Vertices(usize),
 }
 
 /// Settings of [`collapse`](crate::collapse()).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Options<'a> {
+pub struct CollapseOptions<'a> {
     /// The size asked for.
-    pub size: Size,
+    pub size: CollapseSize,
     /// Steps that move the vertices nearer to the input after the merges: 0 for speed, 2 for nearness.
     pub n_fit_steps: usize,
     /// Vertices that keep their position, one flag per input vertex; others may be merged into them. Empty: none.
@@ -25,16 +25,16 @@ pub struct Options<'a> {
     pub n_threads: usize,
 }
 
-impl Options<'_> {
+impl CollapseOptions<'_> {
     /// Returns the settings for speed: no fit, one thread, nothing locked.
-    pub fn new(size: Size) -> Options<'static> {
-        Options { size, n_fit_steps: 0, locked: &[], n_threads: 1 }
+    pub fn new(size: CollapseSize) -> CollapseOptions<'static> {
+        CollapseOptions { size, n_fit_steps: 0, locked: &[], n_threads: 1 }
     }
 }
 
 /// Whether a collapse reached its size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum CollapseOutcome {
     /// The result has the size asked for.
     Reached,
     /// No merge was left that keeps the surface manifold and its faces unturned; the result is larger.

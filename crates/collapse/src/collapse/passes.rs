@@ -1,9 +1,9 @@
-//! Passes: quadrics, prices, threshold, merges and the rings of what is left, until the mesh has its size.
+//! Passes: quadrics, prices, threshold, merges and new rings, until the mesh has its size.
 //!
 //! All merges of a pass go by the quadrics and prices of its beginning, and a vertex is in one merge at most. Early passes
-//! merge roughly half of what is left; the last merges from the cheapest edge on, to the exact size.
+//! merge roughly half of the rest; the last merges from the cheapest edge on, to the exact size.
 
-use crate::collapse::lanes::{Quadric, dispatch};
+use crate::collapse::lanes::{VertexQuadric, dispatch};
 use crate::collapse::price::PriceEdges;
 use crate::collapse::quadric::SumQuadrics;
 use crate::collapse::rebuild::rebuild;
@@ -22,10 +22,10 @@ const LAST_PART: f32 = 0.01;
 /// Merges below which a pass is the last.
 const LAST_MERGES: usize = 32;
 
-/// Vertices visited per merge in the last pass, most of them in vain.
+/// Vertices visited per merge in the last pass, most of them without success.
 const LAST_VISITS: f32 = 3.5;
 
-/// The guard's limit, squared, over the mean squared distance from planes that the threshold stands for.
+/// The guard's limit, squared, over the mean squared distance from planes at the threshold.
 const GUARD: f32 = 1.0;
 
 /// Limits of the guard, squared, from which on a sample of the fit is of another part of the surface.
@@ -44,7 +44,7 @@ const MOST_PASSES: usize = 200;
 
 /// A size to come down to.
 #[derive(Clone, Copy)]
-pub(crate) struct Goal {
+pub(crate) struct SizeGoal {
     pub unit: Unit,
     pub size: usize,
 }
@@ -61,13 +61,13 @@ pub(crate) struct Collapsed {
 
 /// What is kept from pass to pass.
 struct PassArrays {
-    quadrics: Vec<Quadric>,
+    quadrics: Vec<VertexQuadric>,
     best: Vec<u64>,
     room: Rings,
 }
 
 /// Merges until the goal is reached, or no merge is left.
-pub(crate) fn run_passes(mut rings: Rings, goal: Goal, team: Team) -> Collapsed {
+pub(crate) fn run_passes(mut rings: Rings, goal: SizeGoal, team: Team) -> Collapsed {
     let start = measure_size(&rings, goal.unit);
     let mut size = start;
     let mut arrays = PassArrays { quadrics: Vec::new(), best: Vec::new(), room: Rings::default() };
@@ -91,7 +91,7 @@ pub(crate) fn run_passes(mut rings: Rings, goal: Goal, team: Team) -> Collapsed 
 
         let mesh = PassMesh { rings: &mut rings, quadrics: &arrays.quadrics, best: &mut arrays.best, selection, team };
         let tally = merge_in_rounds(mesh, numbers.len());
-        size -= tally.spent(goal.unit).min(size);
+        size -= tally.count_spent(goal.unit).min(size);
         n_vain = if tally.n_merges == 0 { n_vain + 1 } else { 0 };
         // Where hardly anything moves, those who were refused get another chance.
         let is_slow = tally.n_merges * 100 < n_wanted;
@@ -133,7 +133,7 @@ fn measure_size(rings: &Rings, unit: Unit) -> usize {
 
 fn price_all(rings: &Rings, arrays: &mut PassArrays, team: Team) {
     let n = rings.vertices.len();
-    arrays.quadrics.resize(n, Quadric::default());
+    arrays.quadrics.resize(n, VertexQuadric::default());
     arrays.best.resize(n, 0);
     let pieces = arrays.quadrics.chunks_mut(STRETCH).enumerate().collect();
     team.run(pieces, |(i, out)| dispatch(SumQuadrics { rings, first: i * STRETCH, out }));
@@ -150,7 +150,7 @@ fn price_all(rings: &Rings, arrays: &mut PassArrays, team: Team) {
 }
 
 // The merges of this pass, and how many vertices it wants to visit.
-fn select(arrays: &PassArrays, n_left: usize, start: usize, goal: Goal, team: Team) -> (Selection, usize) {
+fn select(arrays: &PassArrays, n_left: usize, start: usize, goal: SizeGoal, team: Team) -> (Selection, usize) {
     // Most merges remove two faces.
     let n_merges = if goal.unit == Unit::Face { n_left.div_ceil(2) } else { n_left };
     let is_last = n_left as f32 <= LAST_PART * (start - goal.size) as f32 || n_merges <= LAST_MERGES;

@@ -1,9 +1,8 @@
 //! Where a merged vertex goes: the point of least quadric error on the plane that keeps the volume.
 
-use crate::collapse::lanes::Quadric;
+use crate::collapse::lanes::VertexQuadric;
 use crate::collapse::price::REACH;
-
-type Double = [f64; 3];
+use crate::collapse::vector::Point64;
 
 /// Pivots below this share of the trace count as zero.
 const LEAST_PIVOT: f64 = 1e-9;
@@ -21,7 +20,7 @@ struct Factors {
     l10: f64,
     l20: f64,
     l21: f64,
-    inverse_pivots: Double,
+    inverse_pivots: Point64,
 }
 
 impl Factors {
@@ -41,7 +40,7 @@ impl Factors {
     }
 
     #[inline(always)]
-    fn solve(&self, b: Double) -> Double {
+    fn solve(&self, b: Point64) -> Point64 {
         let y1 = b[1] - self.l10 * b[0];
         let y2 = b[2] - self.l20 * b[0] - self.l21 * y1;
         let x2 = y2 * self.inverse_pivots[2];
@@ -51,17 +50,17 @@ impl Factors {
 }
 
 #[inline(always)]
-fn dot(a: Double, b: Double) -> f64 {
+fn dot(a: Point64, b: Point64) -> f64 {
     a[0] * b[0] + (a[1] * b[1] + a[2] * b[2])
 }
 
 #[inline(always)]
-fn widen(v: [f32; 3]) -> Double {
+fn widen(v: [f32; 3]) -> Point64 {
     [f64::from(v[0]), f64::from(v[1]), f64::from(v[2])]
 }
 
 #[inline(always)]
-fn multiply(a: &[f64; 6], x: Double) -> Double {
+fn multiply(a: &[f64; 6], x: Point64) -> Point64 {
     [
         a[0] * x[0] + (a[1] * x[1] + a[2] * x[2]),
         a[1] * x[0] + (a[3] * x[1] + a[4] * x[2]),
@@ -73,7 +72,7 @@ fn multiply(a: &[f64; 6], x: Double) -> Double {
 ///
 /// Without a regular system, or if its solution is far from the edge, it is the better end or the middle.
 #[inline(always)]
-pub(crate) fn place_pair(qu: &Quadric, qv: &Quadric, d: [f32; 3], plane: Option<VolumePlane>) -> [f32; 3] {
+pub(crate) fn place_pair(qu: &VertexQuadric, qv: &VertexQuadric, d: [f32; 3], plane: Option<VolumePlane>) -> [f32; 3] {
     let (u, v) = (&qu.0, &qv.0);
     let v = [f64::from(v[0]), f64::from(v[1]), f64::from(v[2]), f64::from(v[3]), f64::from(v[4]), f64::from(v[5])];
     let mut a = v;
@@ -103,7 +102,7 @@ pub(crate) fn place_pair(qu: &Quadric, qv: &Quadric, d: [f32; 3], plane: Option<
 }
 
 #[cold]
-fn choose_end(a: &[f64; 6], b: Double, d: Double) -> [f32; 3] {
+fn choose_end(a: &[f64; 6], b: Point64, d: Point64) -> [f32; 3] {
     // Up to a constant, the value at t d.
     let value = |t: f64| t * (t * dot(multiply(a, d), d) - 2.0 * dot(b, d));
     let mut best = 0.0;
@@ -117,8 +116,8 @@ fn choose_end(a: &[f64; 6], b: Double, d: Double) -> [f32; 3] {
 
 /// Returns the placement by a general elimination: the twin for tests.
 #[cfg(test)]
-pub(crate) fn place_naively(qu: &Quadric, qv: &Quadric, d: [f32; 3]) -> Double {
-    let full = |q: &Quadric| {
+pub(crate) fn place_naively(qu: &VertexQuadric, qv: &VertexQuadric, d: [f32; 3]) -> Point64 {
+    let full = |q: &VertexQuadric| {
         let q = q.0.map(f64::from);
         [[q[0], q[1], q[2]], [q[1], q[3], q[4]], [q[2], q[4], q[5]]]
     };
@@ -131,7 +130,7 @@ pub(crate) fn place_naively(qu: &Quadric, qv: &Quadric, d: [f32; 3]) -> Double {
         }
     }
     for i in 0..3 {
-        let pivot = (i..3).max_by(|&a, &b| rows[a][i].abs().total_cmp(&rows[b][i].abs())).unwrap();
+        let pivot = (i..3).max_by(|&a, &b| rows[a][i].abs().total_cmp(&rows[b][i].abs())).unwrap_or(i);
         rows.swap(i, pivot);
         for k in 0..3 {
             if k != i {
@@ -146,8 +145,8 @@ pub(crate) fn place_naively(qu: &Quadric, qv: &Quadric, d: [f32; 3]) -> Double {
 
 /// Returns the value of the pair's quadrics at `x`, seen from u: the twin for tests.
 #[cfg(test)]
-pub(crate) fn value_naively(qu: &Quadric, qv: &Quadric, d: [f32; 3], x: Double) -> f64 {
-    let form = |q: &Quadric, x: Double| {
+pub(crate) fn value_naively(qu: &VertexQuadric, qv: &VertexQuadric, d: [f32; 3], x: Point64) -> f64 {
+    let form = |q: &VertexQuadric, x: Point64| {
         let q = q.0.map(f64::from);
         dot(multiply(&[q[0], q[1], q[2], q[3], q[4], q[5]], x), x)
     };
@@ -158,8 +157,8 @@ pub(crate) fn value_naively(qu: &Quadric, qv: &Quadric, d: [f32; 3], x: Double) 
 mod tests {
     use super::*;
 
-    const U: Quadric = Quadric([2.0, 0.3, -0.1, 1.0, 0.2, 0.5, 1.0, 0.0]);
-    const V: Quadric = Quadric([0.7, -0.2, 0.1, 1.4, 0.1, 0.9, 1.0, 0.0]);
+    const U: VertexQuadric = VertexQuadric([2.0, 0.3, -0.1, 1.0, 0.2, 0.5, 1.0, 0.0]);
+    const V: VertexQuadric = VertexQuadric([0.7, -0.2, 0.1, 1.4, 0.1, 0.9, 1.0, 0.0]);
     const D: [f32; 3] = [0.3, -0.4, 0.8];
 
     #[test]
@@ -184,7 +183,7 @@ mod tests {
 
     #[test]
     fn one_plane_alone_leaves_the_better_end_or_the_middle() {
-        let flat = Quadric([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
+        let flat = VertexQuadric([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
         assert!([[0.0; 3], D, D.map(|x| 0.5 * x)].contains(&place_pair(&flat, &flat, D, None)));
     }
 }

@@ -3,9 +3,9 @@
 use crate::collapse::build::{Built, build_rings, is_face};
 use crate::collapse::curve::order_along_curve;
 use crate::collapse::cut::Cuts;
-use crate::collapse::frame::Frame;
-use crate::collapse::options::{CollapseError, Options};
-use crate::collapse::record::Record;
+use crate::collapse::frame::UnitFrame;
+use crate::collapse::options::{CollapseError, CollapseOptions};
+use crate::collapse::record::CollapseRecord;
 use crate::collapse::rings::{NONE, Rings, Vertex, state};
 use crate::collapse::team::Team;
 use crate::collapse::vector::Point;
@@ -13,7 +13,7 @@ use crate::collapse::vector::Point;
 /// A mesh ready for its first pass.
 pub(crate) struct Prepared {
     pub rings: Rings,
-    pub frame: Frame,
+    pub frame: UnitFrame,
     /// Vertices that keep their position, copies included.
     pub held: Vec<u32>,
     /// The place along the curve of each vertex, copies last.
@@ -25,11 +25,11 @@ pub(crate) struct Prepared {
 pub(crate) fn prepare(
     positions: &[Point],
     faces: &[[u32; 3]],
-    options: &Options,
+    options: &CollapseOptions,
     team: Team,
 ) -> Result<Prepared, CollapseError> {
     check_sizes(positions.len(), faces, options)?;
-    let frame = Frame::new(positions)?;
+    let frame = UnitFrame::new(positions)?;
     let order = order_along_curve(positions, frame);
     let mut ranks = vec![0; positions.len()];
     let mut vertices = Vec::with_capacity(positions.len());
@@ -57,7 +57,7 @@ pub(crate) fn prepare(
     Ok(Prepared { rings, frame, held, ranks, cuts })
 }
 
-fn check_sizes(n_vertices: usize, faces: &[[u32; 3]], options: &Options) -> Result<(), CollapseError> {
+fn check_sizes(n_vertices: usize, faces: &[[u32; 3]], options: &CollapseOptions) -> Result<(), CollapseError> {
     // Rings have one neighbour per face, and one more at a boundary.
     if n_vertices > 1 << 31 || faces.len() > (1 << 30) {
         return Err(CollapseError::TooLarge);
@@ -102,8 +102,8 @@ impl Prepared {
     }
 
     /// Returns the record of the given passes; the ranks go with it.
-    pub(crate) fn take_record(&mut self, passes: Vec<Vec<u32>>, n_input: usize) -> Record {
-        Record { ranks: std::mem::take(&mut self.ranks), passes, n_input }
+    pub(crate) fn take_record(&mut self, passes: Vec<Vec<u32>>, n_input: usize) -> CollapseRecord {
+        CollapseRecord { ranks: std::mem::take(&mut self.ranks), passes, n_input }
     }
 
     /// Gives vertices that keep their position the bits of it; `numbers` are those of the result.
@@ -121,7 +121,7 @@ impl Prepared {
         numbers: &[u32],
         faces: &mut Vec<[u32; 3]>,
         out: &mut Vec<Point>,
-        record: &mut Record,
+        record: &mut CollapseRecord,
     ) {
         let Some(cuts) = &self.cuts else { return };
         let mut joined: Vec<u32> = (0..out.len() as u32).collect();

@@ -3,7 +3,7 @@
 //! With offsets x from u, d = v - u, and A, B the matrices of u and v, the pair's value is
 //! xᵀ(A + B)x - 2 xᵀBd + dᵀBd. Its least value is dᵀBd - zᵀDz for A + B = L D Lᵀ and L D z = Bd.
 
-use crate::collapse::lanes::{Indices, Kernel, Lanes, Quadric, Vectors, dot, mark, pack, subtract};
+use crate::collapse::lanes::{EightIndices, EightLanes, Kernel, Vectors, VertexQuadric, dot, mark, pack, subtract};
 use crate::collapse::rings::{Rings, state};
 use crate::collapse::vector;
 
@@ -18,7 +18,7 @@ pub(crate) const REACH: f32 = 4.0;
 /// Edges are priced from their lower end; what belongs to vertices outside of `best` is added to `elsewhere`.
 pub(crate) struct PriceEdges<'a> {
     pub rings: &'a Rings,
-    pub quadrics: &'a [Quadric],
+    pub quadrics: &'a [VertexQuadric],
     pub first: usize,
     pub best: &'a mut [u64],
     pub elsewhere: &'a mut Vec<(u32, u64)>,
@@ -28,7 +28,7 @@ impl Kernel for PriceEdges<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(mut self) {
+    fn run<L: EightLanes>(mut self) {
         let rings = self.rings;
         self.best.fill(u64::MAX);
         let end = self.first + self.best.len();
@@ -39,7 +39,7 @@ impl Kernel for PriceEdges<'_> {
             let range = rings.range(u);
             let mut start = range.start;
             while start < range.end {
-                let raw: &Indices = rings.neighbors[start..].first_chunk().expect("rings are padded");
+                let raw: &EightIndices = rings.neighbors[start..].first_chunk().expect("rings are padded");
                 let (u_room, v_room) = (room_for_eight(&mut us, n_waiting), room_for_eight(&mut vs, n_waiting));
                 n_waiting += L::keep_above(raw, (range.end - start).min(8), u as u32, u_room, v_room);
                 start += 8;
@@ -68,18 +68,18 @@ impl Kernel for PriceEdges<'_> {
 }
 
 #[inline(always)]
-fn room_for_eight(x: &mut [u32; 16], start: usize) -> &mut Indices {
+fn room_for_eight(x: &mut [u32; 16], start: usize) -> &mut EightIndices {
     x[start & 7..].first_chunk_mut().expect("seven wait at most")
 }
 
 #[inline(always)]
-fn first_eight(x: &[u32; 16]) -> &Indices {
+fn first_eight(x: &[u32; 16]) -> &EightIndices {
     x.first_chunk().expect("there are sixteen")
 }
 
 impl PriceEdges<'_> {
     #[inline(always)]
-    fn price_eight<L: Lanes>(&mut self, us: &Indices, vs: &Indices, n: usize) {
+    fn price_eight<L: EightLanes>(&mut self, us: &EightIndices, vs: &EightIndices, n: usize) {
         let vertices = &self.rings.vertices;
         let d = subtract(L::load_points(vertices, vs), L::load_points(vertices, us));
         let (qu, qv) = (L::load_quadrics(self.quadrics, us), L::load_quadrics(self.quadrics, vs));
@@ -92,7 +92,7 @@ impl PriceEdges<'_> {
     }
 
     #[inline(never)]
-    fn lower_one_by_one(&mut self, us: &Indices, vs: &Indices, prices: [f32; 8], special: u32, n: usize) {
+    fn lower_one_by_one(&mut self, us: &EightIndices, vs: &EightIndices, prices: [f32; 8], special: u32, n: usize) {
         for i in 0..n {
             let (u, v) = (us[i], vs[i]);
             let price = if special >> i & 1 != 0 { self.price_special(u, v, prices[i]) } else { prices[i] };
@@ -105,7 +105,7 @@ impl PriceEdges<'_> {
         }
     }
 
-    // The price of an edge with a boundary, locked or refused end; `free` is what it is without.
+    // The price of an edge with a boundary, locked or refused end; `free` is its price otherwise.
     fn price_special(&self, u: u32, v: u32, free: f32) -> f32 {
         let rings = self.rings;
         let [su, sv] = [u, v].map(|w| rings.states[w as usize]);
@@ -146,7 +146,7 @@ impl PriceEdges<'_> {
 
 /// Returns the least values of pairs of quadrics whose vertices are `d` apart.
 #[inline(always)]
-fn price_pairs<L: Lanes>(qu: &[L; 8], qv: &[L; 8], d: Vectors<L>) -> L {
+fn price_pairs<L: EightLanes>(qu: &[L; 8], qv: &[L; 8], d: Vectors<L>) -> L {
     let [x, y, z] = d;
     let a = [qu[0] + qv[0], qu[1] + qv[1], qu[2] + qv[2], qu[3] + qv[3], qu[4] + qv[4], qu[5] + qv[5]];
     // b = Bd and c = dᵀBd.
@@ -180,7 +180,7 @@ fn price_pairs<L: Lanes>(qu: &[L; 8], qv: &[L; 8], d: Vectors<L>) -> L {
 
 // The least value at u, at v and in the middle, where `c` is the value at u.
 #[inline(always)]
-fn price_ends<L: Lanes>(a: &[L; 6], d: Vectors<L>, c: L) -> L {
+fn price_ends<L: EightLanes>(a: &[L; 6], d: Vectors<L>, c: L) -> L {
     let [x, y, z] = d;
     let ax = a[0] * x + (a[1] * y + a[2] * z);
     let ay = a[1] * x + (a[3] * y + a[4] * z);
@@ -198,7 +198,7 @@ mod tests {
     use crate::collapse::tests::meshes;
 
     // The least value of the pair, by the placement in doubles.
-    fn price_naively(qu: &Quadric, qv: &Quadric, d: [f32; 3]) -> f64 {
+    fn price_naively(qu: &VertexQuadric, qv: &VertexQuadric, d: [f32; 3]) -> f64 {
         let x = crate::collapse::placement::place_naively(qu, qv, d);
         crate::collapse::placement::value_naively(qu, qv, d, x)
     }
@@ -207,7 +207,7 @@ mod tests {
     fn the_best_edges_are_those_of_the_naive_twin() {
         let rings = meshes::bumpy_torus(24, 12).to_rings();
         let n = rings.vertices.len();
-        let mut quadrics = vec![Quadric::default(); n];
+        let mut quadrics = vec![VertexQuadric::default(); n];
         dispatch(SumQuadrics { rings: &rings, first: 0, out: &mut quadrics });
         let (mut best, mut elsewhere) = (vec![0; n], Vec::new());
         dispatch(PriceEdges {
@@ -234,7 +234,7 @@ mod tests {
     fn pieces_give_what_the_whole_gives_on_all_lanes() {
         let rings = meshes::terrain(12).to_rings();
         let n = rings.vertices.len();
-        let mut quadrics = vec![Quadric::default(); n];
+        let mut quadrics = vec![VertexQuadric::default(); n];
         dispatch(SumQuadrics { rings: &rings, first: 0, out: &mut quadrics });
         let price = |size: usize, is_plain: bool| {
             let (mut best, mut elsewhere) = (vec![0; n], Vec::new());

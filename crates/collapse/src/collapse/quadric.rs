@@ -1,6 +1,8 @@
 //! Quadrics of the present faces, summed from each vertex' ring, eight faces at a time.
 
-use crate::collapse::lanes::{Indices, Kernel, Lanes, Quadric, Vectors, cross, dot, mark, splat_vector, subtract};
+use crate::collapse::lanes::{
+    EightIndices, EightLanes, Kernel, Vectors, VertexQuadric, cross, dot, mark, splat_vector, subtract,
+};
 use crate::collapse::rings::{Rings, state};
 use crate::collapse::vector;
 
@@ -17,11 +19,11 @@ const SHARE: f32 = 1.0 / 6.0;
 pub(crate) struct SumQuadrics<'a> {
     pub rings: &'a Rings,
     pub first: usize,
-    pub out: &'a mut [Quadric],
+    pub out: &'a mut [VertexQuadric],
 }
 
 // For a ring of n, the lane of each neighbour's successor.
-const SUCCESSORS: [Indices; 9] = {
+const SUCCESSORS: [EightIndices; 9] = {
     let mut successors = [[0; 8]; 9];
     let mut n = 0;
     while n < 9 {
@@ -39,7 +41,7 @@ impl Kernel for SumQuadrics<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self) {
+    fn run<L: EightLanes>(self) {
         let rings = self.rings;
         for (i, out) in self.out.iter_mut().enumerate() {
             let u = self.first + i;
@@ -58,17 +60,17 @@ impl Kernel for SumQuadrics<'_> {
             q[5] += pull;
             let is_special = state & (state::BOUNDARY | state::LOCKED | state::REFUSED) != 0;
             q[7] = if is_special { mark::SPECIAL } else { mark::FREE };
-            *out = Quadric(q);
+            *out = VertexQuadric(q);
         }
     }
 }
 
 // A closed ring of at most eight: positions are loaded once.
 #[inline(always)]
-fn sum_short_ring<L: Lanes>(rings: &Rings, u: usize) -> [f32; 8] {
+fn sum_short_ring<L: EightLanes>(rings: &Rings, u: usize) -> [f32; 8] {
     let range = rings.range(u);
     let n = range.len();
-    let raw: &Indices = rings.neighbors[range.start..].first_chunk().expect("rings are padded");
+    let raw: &EightIndices = rings.neighbors[range.start..].first_chunk().expect("rings are padded");
     let at = L::keep_first(raw, n, u as u32);
     let a = subtract(L::load_points(&rings.vertices, &at), splat_vector(rings.vertices[u].position));
     let successors = &SUCCESSORS[n];
@@ -77,7 +79,7 @@ fn sum_short_ring<L: Lanes>(rings: &Rings, u: usize) -> [f32; 8] {
 }
 
 #[inline(always)]
-fn sum_any_ring<L: Lanes>(rings: &Rings, u: usize) -> [f32; 8] {
+fn sum_any_ring<L: EightLanes>(rings: &Rings, u: usize) -> [f32; 8] {
     let range = rings.range(u);
     let n = range.len();
     let center = splat_vector(rings.vertices[u].position);
@@ -87,8 +89,8 @@ fn sum_any_ring<L: Lanes>(rings: &Rings, u: usize) -> [f32; 8] {
     while j < n_faces {
         // Neighbours and their successors; the first neighbour follows the last.
         let start = range.start + j;
-        let raw: &Indices = rings.neighbors[start..].first_chunk().expect("rings are padded");
-        let raw_next: &Indices = rings.neighbors[start + 1..].first_chunk().expect("rings are padded");
+        let raw: &EightIndices = rings.neighbors[start..].first_chunk().expect("rings are padded");
+        let raw_next: &EightIndices = rings.neighbors[start + 1..].first_chunk().expect("rings are padded");
         let at = L::keep_first(raw, (n - j).min(8), u as u32);
         let next = L::keep_first(raw_next, (n - j - 1).min(8), rings.neighbors[range.start]);
         let a = subtract(L::load_points(&rings.vertices, &at), center);
@@ -104,7 +106,7 @@ fn sum_any_ring<L: Lanes>(rings: &Rings, u: usize) -> [f32; 8] {
 
 // n nᵀ times a third of the area, and that third, of faces by their cross products; faces without area count nothing.
 #[inline(always)]
-fn weigh_planes<L: Lanes>(c: Vectors<L>, mask: L) -> [L; 8] {
+fn weigh_planes<L: EightLanes>(c: Vectors<L>, mask: L) -> [L; 8] {
     let length = dot(c, c).sqrt();
     let w = mask.and(L::splat(SHARE) / length.max(L::splat(1e-30)));
     let d = [c[0] * w, c[1] * w, c[2] * w];
@@ -134,10 +136,10 @@ fn add_boundary_lines(rings: &Rings, u: usize, q: &mut [f32; 8]) {
 #[cfg(test)]
 pub(crate) fn sum_naively(rings: &Rings, u: usize) -> [f64; 7] {
     let mut q = [0.0; 7];
-    let at = |v: u32| rings.vertices[v as usize].position.map(f64::from);
-    let p = at(u as u32);
+    let position = |v: u32| rings.vertices[v as usize].position.map(f64::from);
+    let p = position(u as u32);
     for face in rings.to_faces().into_iter().filter(|face| face.contains(&(u as u32))) {
-        let [a, b, c] = face.map(at);
+        let [a, b, c] = face.map(position);
         let minus = |x: [f64; 3], y: [f64; 3]| [x[0] - y[0], x[1] - y[1], x[2] - y[2]];
         let (x, y) = (minus(b, a), minus(c, a));
         let n = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
@@ -150,7 +152,7 @@ pub(crate) fn sum_naively(rings: &Rings, u: usize) -> [f64; 7] {
     let ring = rings.ring(u);
     if rings.is_boundary(u) {
         for end in [ring[0], ring[ring.len() - 1]] {
-            let e: Vec<f64> = (0..3).map(|k| at(end)[k] - p[k]).collect();
+            let e: Vec<f64> = (0..3).map(|k| position(end)[k] - p[k]).collect();
             let squared: f64 = e.iter().map(|x| x * x).sum();
             for (i, (j, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
                 let diagonal = if j == k { squared } else { 0.0 };
@@ -175,11 +177,11 @@ mod tests {
         for mesh in [meshes::bumpy_torus(24, 12), meshes::terrain(9), meshes::cone(40)] {
             let rings = mesh.to_rings();
             let n = rings.vertices.len();
-            let (mut out, mut plain) = (vec![Quadric::default(); n], vec![Quadric::default(); n]);
+            let (mut out, mut plain) = (vec![VertexQuadric::default(); n], vec![VertexQuadric::default(); n]);
             dispatch(SumQuadrics { rings: &rings, first: 0, out: &mut out });
             run_plain(SumQuadrics { rings: &rings, first: 0, out: &mut plain });
             assert_eq!(out, plain);
-            for (u, Quadric(q)) in out.iter().enumerate() {
+            for (u, VertexQuadric(q)) in out.iter().enumerate() {
                 let naive = sum_naively(&rings, u);
                 for (x, y) in q.iter().zip(naive) {
                     assert!((f64::from(*x) - y).abs() <= 1e-4 * (naive[0] + naive[3] + naive[5]), "{q:?} {naive:?}");

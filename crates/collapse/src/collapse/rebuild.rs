@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::collapse::lanes::{Indices, Kernel, Lanes, dispatch};
+use crate::collapse::lanes::{EightIndices, EightLanes, Kernel, dispatch};
 use crate::collapse::rings::{NONE, PADDING, Rings, Vertex, state};
 use crate::collapse::team::{STRETCH, Team, split};
 
@@ -158,7 +158,7 @@ impl Kernel for WriteRings<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self) {
+    fn run<L: EightLanes>(self) {
         let WriteRings { rings, best, numbers, range, out } = self;
         let mut start = 0;
         for v in range {
@@ -169,7 +169,7 @@ impl Kernel for WriteRings<'_> {
             let (old, length) = (rings.range(v), rings.degrees[v] as usize);
             let is_short = state & state::MERGED == 0 && old.len() <= 8;
             if let (true, Some(room)) = (is_short, out[start..].first_chunk_mut::<9>()) {
-                let raw: &Indices = rings.neighbors[old.start..].first_chunk().expect("rings are padded");
+                let raw: &EightIndices = rings.neighbors[old.start..].first_chunk().expect("rings are padded");
                 let new = L::load_numbers(numbers, &L::keep_first(raw, old.len(), v as u32));
                 write_short(room, &new, old.len() == length);
             } else {
@@ -184,7 +184,7 @@ impl Kernel for WriteRings<'_> {
 // A ring of at most eight; neighbours merged with each other are in a row, and come once. What is written behind the
 // ring is overwritten by the next.
 #[inline(always)]
-fn write_short(room: &mut [u32; 9], new: &Indices, is_whole: bool) {
+fn write_short(room: &mut [u32; 9], new: &EightIndices, is_whole: bool) {
     if is_whole {
         room[..8].copy_from_slice(new);
         return;

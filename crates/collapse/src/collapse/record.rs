@@ -6,14 +6,14 @@
 /// Vertices that were merged have the same number. The mesh after any pass is an intermediate result, so a prefix of the
 /// record leads to a larger mesh.
 #[derive(Clone, Debug, Default)]
-pub struct Record {
+pub struct CollapseRecord {
     /// Positions of the first mesh's vertices along the curve, in the order of the input.
     pub(crate) ranks: Vec<u32>,
     pub(crate) passes: Vec<Vec<u32>>,
     pub(crate) n_input: usize,
 }
 
-impl Record {
+impl CollapseRecord {
     /// Returns the number of passes.
     pub fn n_passes(&self) -> usize {
         self.passes.len()
@@ -66,7 +66,8 @@ mod tests {
 
     #[test]
     fn numbers_of_passes_are_composed() {
-        let record = Record { ranks: vec![2, 0, 1, 3], passes: vec![vec![0, 0, 1, 2], vec![0, 1, 1]], n_input: 4 };
+        let record =
+            CollapseRecord { ranks: vec![2, 0, 1, 3], passes: vec![vec![0, 0, 1, 2], vec![0, 1, 1]], n_input: 4 };
         assert_eq!(record.vertices_after(0), [2, 0, 1, 3]);
         assert_eq!(record.vertices_after(1), [1, 0, 0, 2]);
         assert_eq!(record.vertices_after(2), [1, 0, 0, 1]);

@@ -21,7 +21,7 @@ pub(crate) mod state {
     pub const MERGED: u8 = 4;
     /// The vertex was merged into another in this pass, or has no face.
     pub const GONE: u8 = 8;
-    /// A merge with `refused` was tried in vain since the ring last changed.
+    /// A merge with `refused` was refused since the ring last changed.
     pub const REFUSED: u8 = 16;
     /// So was a second one: the vertex asks for no merge.
     pub const RESTS: u8 = 32;
@@ -54,7 +54,7 @@ pub(crate) struct Rings {
     pub states: Vec<u8>,
     /// The neighbour of the last refused merge, if the state says so.
     pub refused: Vec<u32>,
-    /// Largest distance between the vertex' surface and the input's, as far as the guard has followed it.
+    /// Largest distance between the vertex' surface and the input's, as the guard has followed it.
     pub errors: Vec<f32>,
     pub n_faces: usize,
 }
@@ -96,7 +96,7 @@ impl Rings {
     #[cfg(test)]
     pub(crate) fn sanity_check(&self) {
         assert_eq!(self.starts.len(), self.vertices.len() + 1);
-        assert_eq!(self.neighbors.len(), *self.starts.last().unwrap() as usize + PADDING);
+        assert_eq!(self.neighbors.len(), self.starts[self.vertices.len()] as usize + PADDING);
         let mut corners = std::collections::HashSet::new();
         for u in 0..self.vertices.len() {
             let ring = self.ring(u);

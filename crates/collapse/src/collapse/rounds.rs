@@ -6,9 +6,9 @@
 
 use std::ops::Range;
 
-use crate::collapse::lanes::{Quadric, dispatch};
+use crate::collapse::lanes::{VertexQuadric, dispatch};
 use crate::collapse::rings::Rings;
-use crate::collapse::stretch::{PassView, Stretch};
+use crate::collapse::stretch::{PassView, VertexStretch};
 use crate::collapse::team::{STRETCH, Team, split};
 use crate::collapse::visit::{Order, Tally, Unit, Visit};
 
@@ -32,7 +32,7 @@ pub(crate) struct Selection {
 /// A mesh and what its merges go by.
 pub(crate) struct PassMesh<'a> {
     pub rings: &'a mut Rings,
-    pub quadrics: &'a [Quadric],
+    pub quadrics: &'a [VertexQuadric],
     /// The best edge of each vertex; after a merge, the other end.
     pub best: &'a mut [u64],
     pub selection: Selection,
@@ -59,7 +59,7 @@ pub(crate) fn merge_in_rounds(mut mesh: PassMesh, pass: usize) -> Tally {
         let waiting = std::mem::take(&mut total.outside);
         let lists: Vec<&[u32]> = pieces.iter().map(|piece| cut_list(&waiting, piece)).collect();
         let counts: Vec<usize> = lists.iter().map(|list| list.len()).collect();
-        let budgets = share_budget(selection.budget.saturating_sub(total.spent(selection.unit)), &counts);
+        let budgets = share_budget(selection.budget.saturating_sub(total.count_spent(selection.unit)), &counts);
         let orders: Vec<Order> = lists.into_iter().map(Order::Listed).collect();
         let tally = mesh.merge_round(&pieces, &orders, &budgets);
         total.n_merges += tally.n_merges;
@@ -86,7 +86,7 @@ impl PassMesh<'_> {
         let mut tallies: Vec<Tally> = pieces.iter().map(|_| Tally::default()).collect();
         let stretches = pieces.iter().zip(orders).zip(budgets).zip(&mut tallies);
         let work = stretches.map(|(((piece, &order), &budget), tally)| {
-            let stretch = Stretch {
+            let stretch = VertexStretch {
                 first: piece.start as u32,
                 vertices: vertices.next().unwrap_or_default(),
                 degrees: degrees.next().unwrap_or_default(),

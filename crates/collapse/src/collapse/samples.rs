@@ -1,6 +1,8 @@
 //! Samples of the input and the nearest points of the result: what each sample asks of the vertices of its face.
 
-use crate::collapse::lanes::{Indices, Kernel, Lanes, Vectors, clamp_unit, dot, splat_vector, squared_rest, subtract};
+use crate::collapse::lanes::{
+    EightIndices, EightLanes, Kernel, Vectors, clamp_unit, dot, splat_vector, squared_rest, subtract,
+};
 use crate::collapse::rings::{NONE, Rings};
 use crate::collapse::vector::{self, Point};
 
@@ -19,14 +21,14 @@ pub(crate) struct Sample {
 
 /// The normal equations of one vertex: the matrix as xx, xy, xz, yy, yz, zz, the right side, and squared distances.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Moments {
+pub(crate) struct SampleMoments {
     pub matrix: [f32; 6],
     pub right: Point,
     pub squares: f32,
 }
 
-impl Moments {
-    pub(crate) fn add(&mut self, other: &Moments) {
+impl SampleMoments {
+    pub(crate) fn add(&mut self, other: &SampleMoments) {
         for k in 0..6 {
             self.matrix[k] += other.matrix[k];
         }
@@ -71,13 +73,13 @@ pub(crate) struct SumSamples<'a> {
     pub samples: &'a [Sample],
     pub farthest: f32,
     pub first: usize,
-    pub out: &'a mut [Moments],
-    pub elsewhere: &'a mut Vec<(u32, Moments)>,
+    pub out: &'a mut [SampleMoments],
+    pub elsewhere: &'a mut Vec<(u32, SampleMoments)>,
 }
 
 /// The nearest point of a star: squared distance, the place of its face, and the weights of the face's other two ends.
 #[derive(Clone, Copy)]
-struct Nearest {
+struct NearestInStar {
     squared: f32,
     place: usize,
     weights: [f32; 2],
@@ -87,7 +89,7 @@ impl Kernel for SumSamples<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(mut self) {
+    fn run<L: EightLanes>(mut self) {
         for v in self.first..self.first + self.out.len() {
             let samples = &self.samples[self.starts[v] as usize..self.starts[v + 1] as usize];
             // The star stays loaded while samples begin at it.
@@ -95,10 +97,10 @@ impl Kernel for SumSamples<'_> {
             let mut star = None;
             for sample in samples {
                 let mut center = v as u32;
-                let mut hit: Option<([u32; 3], Nearest)> = None;
+                let mut hit: Option<([u32; 3], NearestInStar)> = None;
                 for _ in 0..N_STARS {
                     if loaded != center {
-                        star = Star::<L>::load(self.rings, center);
+                        star = VertexStar::<L>::load(self.rings, center);
                         loaded = center;
                     }
                     let Some(star) = &star else {
@@ -150,7 +152,7 @@ impl SumSamples<'_> {
             }
             let w = sample.weight * weight;
             let wn = [n[0] * w, n[1] * w, n[2] * w];
-            let moments = Moments {
+            let moments = SampleMoments {
                 matrix: [n[0] * wn[0], n[0] * wn[1], n[0] * wn[2], n[1] * wn[1], n[1] * wn[2], n[2] * wn[2]],
                 right: [wn[0] * height, wn[1] * height, wn[2] * height],
                 squares: w * height * height,
@@ -174,15 +176,15 @@ struct EightFaces<L> {
     inverse: L,
 }
 
-struct Star<'a, L> {
+struct VertexStar<'a, L> {
     ring: &'a [u32],
     center: Point,
     faces: [EightFaces<L>; LARGEST_RING / 8],
 }
 
-impl<'a, L: Lanes> Star<'a, L> {
+impl<'a, L: EightLanes> VertexStar<'a, L> {
     #[inline(always)]
-    fn load(rings: &'a Rings, center: u32) -> Option<Star<'a, L>> {
+    fn load(rings: &'a Rings, center: u32) -> Option<VertexStar<'a, L>> {
         let ring = rings.ring(center as usize);
         if rings.is_boundary(center as usize) || ring.len() < 3 || ring.len() > LARGEST_RING {
             return None;
@@ -190,7 +192,7 @@ impl<'a, L: Lanes> Star<'a, L> {
         let position = rings.vertices[center as usize].position;
         let zero = [L::splat(0.0); 3];
         let none = EightFaces { a: zero, b: zero, aa: zero[0], ab: zero[0], bb: zero[0], inverse: zero[0] };
-        let mut star = Star { ring, center: position, faces: [none; LARGEST_RING / 8] };
+        let mut star = VertexStar { ring, center: position, faces: [none; LARGEST_RING / 8] };
         let origin = splat_vector(position);
         for j in 0..ring.len().div_ceil(8) {
             let (mut at, mut next) = ([center; 8], [center; 8]);
@@ -209,25 +211,25 @@ impl<'a, L: Lanes> Star<'a, L> {
     }
 
     #[inline(always)]
-    fn find_nearest(&self, point: Point) -> Nearest {
+    fn find_nearest(&self, point: Point) -> NearestInStar {
         let d = splat_vector(vector::subtract(point, self.center));
-        let mut nearest = Nearest { squared: f32::INFINITY, place: 0, weights: [0.0; 2] };
+        let mut nearest = NearestInStar { squared: f32::INFINITY, place: 0, weights: [0.0; 2] };
         for j in 0..self.ring.len().div_ceil(8) {
             let (squared, s, t) = self.faces[j].find_nearest(d);
             let live = L::mask_first(self.ring.len() - 8 * j);
             let (least, lane) = live.select(squared, L::splat(f32::INFINITY)).find_least();
             if least < nearest.squared {
                 let weights = [s.to_array()[lane], t.to_array()[lane]];
-                nearest = Nearest { squared: least, place: 8 * j + lane, weights };
+                nearest = NearestInStar { squared: least, place: 8 * j + lane, weights };
             }
         }
         nearest
     }
 }
 
-impl<L: Lanes> EightFaces<L> {
+impl<L: EightLanes> EightFaces<L> {
     #[inline(always)]
-    fn load(rings: &Rings, at: &Indices, next: &Indices, origin: Vectors<L>) -> EightFaces<L> {
+    fn load(rings: &Rings, at: &EightIndices, next: &EightIndices, origin: Vectors<L>) -> EightFaces<L> {
         let a = subtract(L::load_points(&rings.vertices, at), origin);
         let b = subtract(L::load_points(&rings.vertices, next), origin);
         let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));

@@ -1,6 +1,6 @@
 //! What merges read and write: the rings of a pass, and the part of the vertices that one piece of work may change.
 
-use crate::collapse::lanes::Quadric;
+use crate::collapse::lanes::VertexQuadric;
 use crate::collapse::rings::{Vertex, state};
 
 /// What all merges of a pass read.
@@ -8,7 +8,7 @@ use crate::collapse::rings::{Vertex, state};
 pub(crate) struct PassView<'a> {
     pub starts: &'a [u32],
     pub neighbors: &'a [u32],
-    pub quadrics: &'a [Quadric],
+    pub quadrics: &'a [VertexQuadric],
     /// Bits of the price up to which vertices are visited.
     pub threshold: u32,
     /// Largest error of a vertex whose star is not flat.
@@ -23,7 +23,7 @@ impl PassView<'_> {
 }
 
 /// The vertices from `first` on, which one thread merges. Inside, they are counted from there.
-pub(crate) struct Stretch<'a> {
+pub(crate) struct VertexStretch<'a> {
     pub first: u32,
     pub vertices: &'a mut [Vertex],
     pub degrees: &'a mut [u32],
@@ -34,7 +34,7 @@ pub(crate) struct Stretch<'a> {
     pub errors: &'a mut [f32],
 }
 
-impl Stretch<'_> {
+impl VertexStretch<'_> {
     /// Returns the survivor of a vertex, both counted within the stretch; none if one is outside.
     #[inline(always)]
     pub(crate) fn survivor(&self, vertex: u32) -> Option<u32> {

@@ -2,6 +2,8 @@
 
 pub(crate) type Point = [f32; 3];
 
+pub(crate) type Point64 = [f64; 3];
+
 #[inline(always)]
 pub(crate) fn subtract(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]

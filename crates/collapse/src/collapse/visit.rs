@@ -1,10 +1,10 @@
 //! Visits: which vertices of a stretch try to merge with the neighbour of their best price, and in which order.
 
 use crate::collapse::boundary::merge_at_boundary;
-use crate::collapse::lanes::{Kernel, Lanes};
-use crate::collapse::merge::{Border, Edge, merge_inside};
+use crate::collapse::lanes::{EightLanes, Kernel};
+use crate::collapse::merge::{Border, EdgeToMerge, merge_inside};
 use crate::collapse::rings::state;
-use crate::collapse::stretch::{PassView, Refusal, Stretch};
+use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
 
 /// Which vertices are visited; all of them only if their price is within the threshold.
 #[derive(Clone, Copy)]
@@ -25,7 +25,7 @@ pub(crate) enum Unit {
 /// Merges in one stretch until the budget is spent.
 pub(crate) struct Visit<'a> {
     pub pass: PassView<'a>,
-    pub stretch: Stretch<'a>,
+    pub stretch: VertexStretch<'a>,
     pub order: Order<'a>,
     /// Most faces or vertices to remove; the last merge may remove one face more.
     pub budget: usize,
@@ -42,7 +42,7 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    pub(crate) fn spent(&self, unit: Unit) -> usize {
+    pub(crate) fn count_spent(&self, unit: Unit) -> usize {
         if unit == Unit::Face { self.n_faces } else { self.n_merges }
     }
 }
@@ -51,7 +51,7 @@ impl Kernel for Visit<'_> {
     type Output = Tally;
 
     #[inline(always)]
-    fn run<L: Lanes>(mut self) -> Tally {
+    fn run<L: EightLanes>(mut self) -> Tally {
         let mut tally = Tally::default();
         let mut border = Border::default();
         let first = self.stretch.first;
@@ -62,7 +62,7 @@ impl Kernel for Visit<'_> {
             if (best >> 32) as u32 > self.pass.threshold {
                 continue;
             }
-            if tally.spent(self.unit) >= self.budget {
+            if tally.count_spent(self.unit) >= self.budget {
                 break;
             }
             match self.try_merge::<L>(&mut border, u, best) {
@@ -82,7 +82,7 @@ impl Kernel for Visit<'_> {
 impl Visit<'_> {
     // None if one end was in a merge of this pass; else how many faces went.
     #[inline(always)]
-    fn try_merge<L: Lanes>(&mut self, border: &mut Border, u: u32, best: u64) -> Option<Result<usize, Refusal>> {
+    fn try_merge<L: EightLanes>(&mut self, border: &mut Border, u: u32, best: u64) -> Option<Result<usize, Refusal>> {
         let stretch = &mut self.stretch;
         let v = best as u32;
         let Some(&state_v) = stretch.states.get(v.wrapping_sub(stretch.first) as usize) else {
@@ -101,7 +101,7 @@ impl Visit<'_> {
             state_u & state::BOUNDARY == 0 || state_v & state::BOUNDARY != 0 && state_v & state::LOCKED != 0
         };
         let (u, v) = if swaps { (v, u) } else { (u, v) };
-        let edge = Edge { u, v, price, is_fixed: either & state::LOCKED != 0 };
+        let edge = EdgeToMerge { u, v, price, is_fixed: either & state::LOCKED != 0 };
         if either & state::BOUNDARY != 0 {
             return Some(merge_at_boundary(&self.pass, stretch, edge));
         }

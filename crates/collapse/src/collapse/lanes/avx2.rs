@@ -9,19 +9,19 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Indices, Kernel, Lanes, Quadric};
+use super::eight::{EightIndices, EightLanes, Kernel, VertexQuadric};
 use crate::collapse::rings::Vertex;
 
 #[derive(Clone, Copy)]
 struct Avx2Lanes(__m256);
 
-/// Runs a kernel with these lanes, or with plain arrays if the processor has no AVX2.
-pub(super) fn run_if_present<K: Kernel>(kernel: K) -> K::Output {
+/// Runs a kernel with these lanes; gives it back if the processor has no AVX2.
+pub(super) fn run_if_present<K: Kernel>(kernel: K) -> Result<K::Output, K> {
     if !std::is_x86_feature_detected!("avx2") {
-        return super::run_plain(kernel);
+        return Err(kernel);
     }
     // SAFETY: AVX2 is present.
-    unsafe { run_here(kernel) }
+    Ok(unsafe { run_here(kernel) })
 }
 
 #[target_feature(enable = "avx2")]
@@ -58,13 +58,13 @@ fn first_lanes(n: usize) -> __m256i {
 }
 
 #[inline(always)]
-fn load(x: &Indices) -> __m256i {
+fn load(x: &EightIndices) -> __m256i {
     // SAFETY: AVX2 is present; eight numbers lie there.
     unsafe { _mm256_loadu_si256(x.as_ptr().cast()) }
 }
 
 #[inline(always)]
-fn store(x: __m256i) -> Indices {
+fn store(x: __m256i) -> EightIndices {
     let mut out = [0; 8];
     // SAFETY: AVX2 is present; there is room for eight numbers.
     unsafe { _mm256_storeu_si256(out.as_mut_ptr().cast(), x) };
@@ -73,7 +73,7 @@ fn store(x: __m256i) -> Indices {
 
 // Whether all indices are below `len`, in one comparison.
 #[inline(always)]
-fn are_below(at: &Indices, len: usize) -> bool {
+fn are_below(at: &EightIndices, len: usize) -> bool {
     let Some(last) = len.checked_sub(1) else { return false };
     // SAFETY: AVX2 is present.
     unsafe {
@@ -100,7 +100,7 @@ const PLACES: [[u8; 8]; 256] = {
     places
 };
 
-impl Lanes for Avx2Lanes {
+impl EightLanes for Avx2Lanes {
     #[inline(always)]
     fn splat(x: f32) -> Self {
         // SAFETY: AVX2 is present.
@@ -164,7 +164,7 @@ impl Lanes for Avx2Lanes {
     }
 
     #[inline(always)]
-    fn permute(self, from: &Indices) -> Self {
+    fn permute(self, from: &EightIndices) -> Self {
         // SAFETY: AVX2 is present.
         Self(unsafe { _mm256_permutevar8x32_ps(self.0, load(from)) })
     }
@@ -207,7 +207,7 @@ impl Lanes for Avx2Lanes {
     }
 
     #[inline(always)]
-    fn load_points(vertices: &[Vertex], at: &Indices) -> [Self; 3] {
+    fn load_points(vertices: &[Vertex], at: &EightIndices) -> [Self; 3] {
         assert!(are_below(at, vertices.len()));
         let start = vertices.as_ptr();
         // SAFETY: AVX2 is present; indices are in range, and a vertex is 16 aligned bytes.
@@ -226,7 +226,7 @@ impl Lanes for Avx2Lanes {
     }
 
     #[inline(always)]
-    fn load_quadrics(quadrics: &[Quadric], at: &Indices) -> [Self; 8] {
+    fn load_quadrics(quadrics: &[VertexQuadric], at: &EightIndices) -> [Self; 8] {
         assert!(are_below(at, quadrics.len()));
         let start = quadrics.as_ptr();
         // SAFETY: AVX2 is present; indices are in range, and a quadric is 32 aligned bytes.
@@ -251,7 +251,7 @@ impl Lanes for Avx2Lanes {
     }
 
     #[inline(always)]
-    fn load_numbers(numbers: &[u32], at: &Indices) -> Indices {
+    fn load_numbers(numbers: &[u32], at: &EightIndices) -> EightIndices {
         assert!(are_below(at, numbers.len()));
         let mut out = [0; 8];
         for i in 0..8 {
@@ -262,13 +262,13 @@ impl Lanes for Avx2Lanes {
     }
 
     #[inline(always)]
-    fn keep_first(raw: &Indices, n: usize, rest: u32) -> Indices {
+    fn keep_first(raw: &EightIndices, n: usize, rest: u32) -> EightIndices {
         // SAFETY: AVX2 is present.
         store(unsafe { _mm256_blendv_epi8(_mm256_set1_epi32(rest as i32), load(raw), first_lanes(n)) })
     }
 
     #[inline(always)]
-    fn keep_above(raw: &Indices, n: usize, u: u32, us: &mut Indices, vs: &mut Indices) -> usize {
+    fn keep_above(raw: &EightIndices, n: usize, u: u32, us: &mut EightIndices, vs: &mut EightIndices) -> usize {
         // SAFETY: AVX2 is present; eight bytes lie at each row of places.
         unsafe {
             let (x, all_u) = (load(raw), _mm256_set1_epi32(u as i32));
@@ -283,7 +283,7 @@ impl Lanes for Avx2Lanes {
     }
 
     #[inline(always)]
-    fn lower_prices(best: &mut [u64], first: u32, us: &Indices, vs: &Indices, prices: Self) -> bool {
+    fn lower_prices(best: &mut [u64], first: u32, us: &EightIndices, vs: &EightIndices, prices: Self) -> bool {
         // SAFETY: AVX2 is present.
         let (u_places, v_places, by_u, by_v) = unsafe {
             let (u, v, price) = (load(us), load(vs), _mm256_castps_si256(prices.0));

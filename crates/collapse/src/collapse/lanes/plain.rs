@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Indices, Kernel, Lanes, Quadric, pack};
+use super::eight::{EightIndices, EightLanes, Kernel, VertexQuadric, pack};
 use crate::collapse::rings::Vertex;
 
 #[derive(Clone, Copy)]
@@ -34,7 +34,7 @@ fn sum(x: [f32; 8]) -> f32 {
     ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]))
 }
 
-impl Lanes for PlainLanes {
+impl EightLanes for PlainLanes {
     #[inline(always)]
     fn splat(x: f32) -> Self {
         Self([x; 8])
@@ -89,7 +89,7 @@ impl Lanes for PlainLanes {
     }
 
     #[inline(always)]
-    fn permute(self, from: &Indices) -> Self {
+    fn permute(self, from: &EightIndices) -> Self {
         Self(from_fn(|i| self.0[from[i] as usize & 7]))
     }
 
@@ -115,29 +115,29 @@ impl Lanes for PlainLanes {
     }
 
     #[inline(always)]
-    fn load_points(vertices: &[Vertex], at: &Indices) -> [Self; 3] {
+    fn load_points(vertices: &[Vertex], at: &EightIndices) -> [Self; 3] {
         let points: [[f32; 3]; 8] = from_fn(|i| vertices[at[i] as usize].position);
         from_fn(|axis| Self(from_fn(|i| points[i][axis])))
     }
 
     #[inline(always)]
-    fn load_quadrics(quadrics: &[Quadric], at: &Indices) -> [Self; 8] {
+    fn load_quadrics(quadrics: &[VertexQuadric], at: &EightIndices) -> [Self; 8] {
         let rows: [[f32; 8]; 8] = from_fn(|i| quadrics[at[i] as usize].0);
         from_fn(|number| Self(from_fn(|i| rows[i][number])))
     }
 
     #[inline(always)]
-    fn load_numbers(numbers: &[u32], at: &Indices) -> Indices {
+    fn load_numbers(numbers: &[u32], at: &EightIndices) -> EightIndices {
         from_fn(|i| numbers[at[i] as usize])
     }
 
     #[inline(always)]
-    fn keep_first(raw: &Indices, n: usize, rest: u32) -> Indices {
+    fn keep_first(raw: &EightIndices, n: usize, rest: u32) -> EightIndices {
         from_fn(|i| if i < n { raw[i] } else { rest })
     }
 
     #[inline(always)]
-    fn keep_above(raw: &Indices, n: usize, u: u32, us: &mut Indices, vs: &mut Indices) -> usize {
+    fn keep_above(raw: &EightIndices, n: usize, u: u32, us: &mut EightIndices, vs: &mut EightIndices) -> usize {
         let mut kept = 0;
         *us = [u; 8];
         for &v in &raw[..n] {
@@ -148,7 +148,7 @@ impl Lanes for PlainLanes {
     }
 
     #[inline(always)]
-    fn lower_prices(best: &mut [u64], first: u32, us: &Indices, vs: &Indices, prices: Self) -> bool {
+    fn lower_prices(best: &mut [u64], first: u32, us: &EightIndices, vs: &EightIndices, prices: Self) -> bool {
         if (0..8).any(|i| us[i].wrapping_sub(first).max(vs[i].wrapping_sub(first)) as usize >= best.len()) {
             return false;
         }

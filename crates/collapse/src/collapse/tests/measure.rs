@@ -3,23 +3,22 @@
 use std::collections::HashMap;
 
 use super::meshes::TestMesh;
+use crate::collapse::vector::Point64;
 
-type Double = [f64; 3];
-
-fn minus(a: Double, b: Double) -> Double {
+fn minus(a: Point64, b: Point64) -> Point64 {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-fn dot(a: Double, b: Double) -> f64 {
+fn dot(a: Point64, b: Point64) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn cross(a: Double, b: Double) -> Double {
+fn cross(a: Point64, b: Point64) -> Point64 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Returns the squared distance between a point and a triangle, by its plane and its three sides.
-pub(crate) fn squared_distance_to_triangle(p: Double, t: [Double; 3]) -> f64 {
+pub(crate) fn squared_distance_to_triangle(p: Point64, t: [Point64; 3]) -> f64 {
     let n = cross(minus(t[1], t[0]), minus(t[2], t[0]));
     let side = |i: usize| {
         let (a, b) = (t[i], t[(i + 1) % 3]);
@@ -33,7 +32,7 @@ pub(crate) fn squared_distance_to_triangle(p: Double, t: [Double; 3]) -> f64 {
     if is_inside && dot(n, n) > 0.0 { dot(n, minus(p, t[0])).powi(2) / dot(n, n) } else { nearest_side }
 }
 
-fn corners(mesh: &TestMesh, face: [u32; 3]) -> [Double; 3] {
+fn corners(mesh: &TestMesh, face: [u32; 3]) -> [Point64; 3] {
     face.map(|v| mesh.positions[v as usize].map(f64::from))
 }
 
@@ -44,7 +43,7 @@ pub(crate) fn distance(a: &TestMesh, b: &TestMesh) -> (f64, f64) {
 }
 
 fn one_way(from: &TestMesh, to: &TestMesh) -> (f64, f64) {
-    let triangles: Vec<[Double; 3]> = to.faces.iter().map(|&face| corners(to, face)).collect();
+    let triangles: Vec<[Point64; 3]> = to.faces.iter().map(|&face| corners(to, face)).collect();
     let centers = from.faces.iter().map(|&face| {
         let t = corners(from, face);
         [0, 1, 2].map(|k| (t[0][k] + t[1][k] + t[2][k]) / 3.0)
@@ -109,9 +108,9 @@ pub(crate) fn volume(mesh: &TestMesh) -> f64 {
 
 /// Returns how many faces point against the nearest face of the original.
 pub(crate) fn count_turned(mesh: &TestMesh, original: &TestMesh) -> usize {
-    let normal = |t: [Double; 3]| cross(minus(t[1], t[0]), minus(t[2], t[0]));
-    let triangles: Vec<[Double; 3]> = original.faces.iter().map(|&face| corners(original, face)).collect();
-    let is_turned = |t: [Double; 3]| {
+    let normal = |t: [Point64; 3]| cross(minus(t[1], t[0]), minus(t[2], t[0]));
+    let triangles: Vec<[Point64; 3]> = original.faces.iter().map(|&face| corners(original, face)).collect();
+    let is_turned = |t: [Point64; 3]| {
         let center = [0, 1, 2].map(|k| (t[0][k] + t[1][k] + t[2][k]) / 3.0);
         let nearest = triangles.iter().min_by(|&&a, &&b| {
             squared_distance_to_triangle(center, a).total_cmp(&squared_distance_to_triangle(center, b))

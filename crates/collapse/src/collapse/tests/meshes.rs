@@ -20,21 +20,21 @@ impl TestMesh {
         }
     }
 
-    /// Adds another mesh beside this one.
-    pub fn and(mut self, other: TestMesh) -> TestMesh {
+    /// Adds another mesh to this one.
+    pub fn join(mut self, other: TestMesh) -> TestMesh {
         let n = self.positions.len() as u32;
         self.positions.extend(other.positions);
         self.faces.extend(other.faces.iter().map(|face| face.map(|v| v + n)));
         self
     }
 
-    pub fn moved(mut self, by: [f32; 3]) -> TestMesh {
+    pub fn move_by(mut self, by: [f32; 3]) -> TestMesh {
         self.positions.iter_mut().for_each(|p| *p = [p[0] + by[0], p[1] + by[1], p[2] + by[2]]);
         self
     }
 
     /// Makes vertices at equal positions one.
-    pub fn welded(&self) -> TestMesh {
+    pub fn weld(&self) -> TestMesh {
         let mut numbers = std::collections::HashMap::new();
         let mut out = TestMesh::default();
         for face in &self.faces {
@@ -61,8 +61,8 @@ pub(crate) fn bumpy_torus(n: u32, m: u32) -> TestMesh {
             let (a, b) = (i as f32 / n as f32 * std::f32::consts::TAU, j as f32 / m as f32 * std::f32::consts::TAU);
             let r = 0.35 + 0.05 * (3.0 * a).sin() * (2.0 * b).cos();
             mesh.positions.push([(1.0 + r * b.cos()) * a.cos(), (1.0 + r * b.cos()) * a.sin(), r * b.sin()]);
-            let at = |i: u32, j: u32| i % n * m + j % m;
-            let [p, q, r, s] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let number = |i: u32, j: u32| i % n * m + j % m;
+            let [p, q, r, s] = [number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)];
             mesh.faces.extend([[p, q, r], [p, r, s]]);
         }
     }
@@ -105,7 +105,7 @@ pub(crate) fn double_cone(n: u32) -> TestMesh {
 }
 
 /// A box with `n` times `n` squares on each side; closed, with vertices of one position made one.
-pub(crate) fn boxed(n: u32) -> TestMesh {
+pub(crate) fn box_of_squares(n: u32) -> TestMesh {
     let mut mesh = TestMesh::default();
     for side in 0..6 {
         let (axis, is_high) = (side / 2, side % 2 == 1);
@@ -126,5 +126,5 @@ pub(crate) fn boxed(n: u32) -> TestMesh {
             }
         }
     }
-    mesh.welded()
+    mesh.weld()
 }
