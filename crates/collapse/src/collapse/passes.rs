@@ -26,7 +26,7 @@ const LAST_MERGES: usize = 32;
 const LAST_VISITS: f32 = 3.5;
 
 /// The guard's limit, squared, over the mean squared distance from planes at the threshold.
-const GUARD: f32 = 1.0;
+const GUARD: f32 = 2.0;
 
 /// Limits of the guard, squared, from which on a sample of the fit is of another part of the surface.
 const FARTHEST: f32 = 8.0;
