@@ -1,34 +1,71 @@
 //! Surfaces from point clouds by the Edge Predictor and the Face Classifier (Secs. 3.2 and 3.3).
+//!
+//! A cloud has no triangles. Those of local Delaunay triangulations take the place of the mesh's, an addition to the paper.
 
-use std::sync::Arc;
-
-use super::paper::{NO_SAMPLE, assign_to_samples, choose_faces};
+use super::cloud::{ManifoldFaces, StarTriangles, close_surface, noise_neighbours, smooth_points, star_triangles};
+use super::paper::{NO_SAMPLE, Quotient, RegionQuadrics, assign_to_samples, quotient};
 use super::progress::{POINTS, Progress, run_with_listener};
 use super::{Listener, SimplifyError, scattered_samples};
+use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::Csr;
 use crate::mesh::{TriMesh, compact, orient_outward};
-use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
+use crate::model::{
+    PredictedFaces, Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores,
+};
+use glam::DVec3;
+use std::sync::Arc;
 
 /// Neighbours per point: the mean valence of a triangle mesh.
 // Clouds of twelve training meshes: with 5 the result is 29 % farther from the original; with 8 (measured on nine), 37
 // % farther.
 const NEIGHBOURS: usize = 6;
 
+/// Neighbours of a point whose triangulation is looked at; the Edge Predictor's k.
+const AROUND: usize = 15;
+
+/// Passes over candidates of probability below one half that close two open edges or three.
+const CLOSING_PASSES: usize = 4;
+
+/// Options of [`mesh_points`].
+#[derive(Clone, Copy, Debug)]
+pub struct PointsOptions<'a> {
+    /// Points that become vertices; more than there are means all.
+    pub n_vertices: usize,
+    /// Whether vertices stay at their points, and noise with them.
+    pub keep_points: bool,
+    /// Normal of each point, n x 3, towards which the faces look; without, they look outward.
+    pub normals: Option<&'a [[f32; 3]]>,
+    /// Seed of the sampling.
+    pub seed: u64,
+}
+
+impl PointsOptions<'_> {
+    /// Makes the default options for `n_vertices` vertices.
+    pub fn new(n_vertices: usize) -> Self {
+        Self { n_vertices, keep_points: false, normals: None, seed: 0 }
+    }
+}
+
 /// Mesh over points of a cloud.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MeshedPoints {
-    /// Mesh with at most two faces per edge.
+    /// Oriented mesh with at most two faces per edge and one fan or disk of faces per vertex.
     pub mesh: TriMesh,
     /// Point of the cloud at each vertex, ascending.
     pub source_points: Vec<u32>,
     /// Number of sampled points on no face.
     pub unused_points: usize,
+    /// Neighbours over which noise was smoothed, if it was.
+    pub smoothed_over: Option<usize>,
+    /// Whether vertices were moved from their points, by smoothing or placing.
+    pub has_moved: bool,
 }
 
-/// Builds a mesh over `n_vertices` points of a cloud, which stay in place; over all if it has fewer.
+/// Builds a mesh over `options.n_vertices` points of a cloud; over all if it has fewer.
 ///
-/// The Point Sampler's scores choose the points.
+/// The Point Sampler's scores choose the points. Noisy points are smoothed. If not all points are vertices, vertices are
+/// placed as with [`PaperOptions::place`](super::PaperOptions::place). Holes are closed except large ones.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
@@ -36,56 +73,191 @@ pub struct MeshedPoints {
 /// # Errors
 /// [`SimplifyError::TooFewPoints`], [`SimplifyError::NothingKept`] or [`SimplifyError::Interrupted`].
 ///
+/// # Panics
+/// If there are normals, but not one per point.
+///
 /// ```
 /// # use neural_mesh_simplify as neural_mesh;
-/// use neural_mesh::{mesh::shapes, model::Weights, simplify::{SimplifyError, mesh_points}};
+/// use neural_mesh::{mesh::shapes, model::Weights, simplify::{PointsOptions, SimplifyError, mesh_points}};
 /// use std::ops::ControlFlow;
 /// let cloud = shapes::icosphere(2);
-/// match mesh_points(cloud.positions(), 100, &Weights::random(1), 0, &mut |_| ControlFlow::Continue(())) {
+/// let options = PointsOptions::new(100);
+/// match mesh_points(cloud.positions(), &options, &Weights::random(1), &mut |_| ControlFlow::Continue(())) {
 ///     Ok(result) => assert_eq!(result.source_points.len() + result.unused_points, 100),
 ///     Err(error) => assert_eq!(error, SimplifyError::NothingKept),
 /// }
 /// ```
 pub fn mesh_points(
     points: &[[f32; 3]],
-    n_vertices: usize,
+    options: &PointsOptions,
     weights: &Weights,
-    seed: u64,
     progress: &mut Listener,
 ) -> Result<MeshedPoints, SimplifyError> {
-    let n_samples = n_vertices.min(points.len());
+    assert!(options.normals.is_none_or(|normals| normals.len() == points.len()), "one normal per point");
+    let n_samples = options.n_vertices.min(points.len());
     if n_samples < 3 {
         return Err(SimplifyError::TooFewPoints(n_samples));
     }
-    run_with_listener(progress, &POINTS, |progress| mesh_cloud(points, n_samples, weights, seed, progress))
+    run_with_listener(progress, &POINTS, |progress| {
+        mesh_cloud(points, &PointsOptions { n_vertices: n_samples, ..*options }, weights, progress)
+    })
 }
 
 fn mesh_cloud(
     points: &[[f32; 3]],
-    n_samples: usize,
+    options: &PointsOptions,
     weights: &Weights,
-    seed: u64,
     progress: Progress,
 ) -> Result<MeshedPoints, SimplifyError> {
     progress.enter("scores", 1)?;
-    let graph = Arc::new(cloud_graph(points));
-    // The network expects points in units of edge lengths.
-    let cloud = in_edge_lengths(points, &graph);
-    let samples = draw_samples(&cloud, &graph, n_samples, weights, seed);
-    progress.enter("assign", 1)?;
-    let assignment = assign_to_samples(&cloud, &graph, &samples);
-    let original = Arc::new(region_graph(&graph, &assignment, samples.len()));
+    let smoothed_over = if options.keep_points { None } else { noise_neighbours(points) };
+    let smoothed = smoothed_over.map(|k| smooth_points(points, k));
+    let points = smoothed.as_deref().unwrap_or(points);
+    let cloud = TriangulatedCloud::new(points)?;
+    let places = !options.keep_points && options.n_vertices < points.len();
+    let sampled = cloud.draw_samples(options, places, weights, progress)?;
     progress.enter("edges", 1)?;
-    let sampled: Vec<[f32; 3]> = samples.iter().map(|&at| cloud[at as usize]).collect();
     // Edges between samples are longer, so the units change.
-    let sampled = in_edge_lengths(&sampled, &original);
-    let edges = predict_edges(weights, &sampled, &original);
+    let between = quotient(points, cloud.surface.faces(), &sampled.assignment, sampled.samples.len());
+    let scaled = in_edge_lengths(&gather(points, &sampled.samples), &between.edges);
+    let edges = predict_edges(weights, &scaled, &Arc::new(between.edges.clone()));
     progress.enter("faces", 1)?;
-    let faces = predict_faces(weights, &sampled, &edges, &[]);
+    let stars = match options.n_vertices == points.len() {
+        true => cloud.stars,
+        false => star_triangles(&scaled, &edges.graph),
+    };
+    let faces = predict_faces(weights, &scaled, &edges, &unite(&between, stars, &edges.graph));
     progress.enter("assemble", 1)?;
-    let chosen = choose_faces(&faces, edges.graph.n_entries());
-    let chosen: Vec<[u32; 3]> = chosen.into_iter().map(|at| faces.candidates.triangles[at]).collect();
-    assemble_mesh(points, &samples, &orient_outward(&sampled, &chosen))
+    let mut chosen = choose_faces(&scaled, &faces);
+    close_surface(&scaled, &mut chosen);
+    let faces = orient(&scaled, chosen, options.normals.map(|normals| gather(normals, &sampled.samples)));
+    let in_cloud: Vec<[u32; 3]> = faces.iter().map(|face| face.map(|at| sampled.samples[at as usize])).collect();
+    let positions = match places {
+        true => RegionQuadrics::new(&cloud.surface, &sampled.samples, &sampled.assignment).place_samples(&in_cloud),
+        false => gather(points, &sampled.samples),
+    };
+    let meshed = assemble_mesh(&positions, &sampled.samples, faces)?;
+    Ok(MeshedPoints { smoothed_over, has_moved: places || smoothed_over.is_some(), ..meshed })
+}
+
+/// A cloud with the triangles on which its points agree.
+struct TriangulatedCloud {
+    /// Points, and triangles that two of their corners have in their stars.
+    surface: TriMesh,
+    stars: StarTriangles,
+    /// Edges of the triangles, n x n.
+    graph: Arc<Csr>,
+    /// Points in units of these edges, n x 3.
+    scaled: Vec<[f32; 3]>,
+}
+
+struct CloudSamples {
+    /// Sampled points, ascending.
+    samples: Vec<u32>,
+    /// Sample of each point, or [`NO_SAMPLE`].
+    assignment: Vec<u32>,
+}
+
+impl TriangulatedCloud {
+    fn new(points: &[[f32; 3]]) -> Result<Self, SimplifyError> {
+        let near = extended_graph(points, &Csr::from_edges(points.len(), []), AROUND);
+        let stars = star_triangles(points, &near);
+        let surface = TriMesh::new(points.to_vec(), stars.agreed()).map_err(|_| SimplifyError::Overflow)?;
+        let graph = Arc::new(super::edge_graph(&surface));
+        // The network expects points in units of edge lengths.
+        let scaled = in_edge_lengths(points, &graph);
+        Ok(Self { surface, stars, graph, scaled })
+    }
+
+    fn draw_samples(
+        &self,
+        options: &PointsOptions,
+        places: bool,
+        weights: &Weights,
+        progress: Progress,
+    ) -> Result<CloudSamples, SimplifyError> {
+        let Self { surface, graph, scaled, .. } = self;
+        let n = options.n_vertices;
+        // All points are wanted, so no scores are needed.
+        if n == scaled.len() {
+            progress.enter("assign", 1)?;
+            let all: Vec<u32> = (0..n as u32).collect();
+            return Ok(CloudSamples { assignment: all.clone(), samples: all });
+        }
+        let scores = vertex_scores(weights, scaled, None, graph);
+        let mut samples = scattered_samples(scaled, graph, &scores, n, options.seed);
+        progress.enter("assign", 1)?;
+        let mut assignment = assign_to_samples(scaled, graph, &samples);
+        if places {
+            let scores = RegionQuadrics::new(surface, &samples, &assignment).scores(&assignment, &scores);
+            samples = scattered_samples(scaled, graph, &scores, n, options.seed);
+            assignment = assign_to_samples(scaled, graph, &samples);
+        }
+        Ok(CloudSamples { samples, assignment })
+    }
+}
+
+/// Unites the triangles of regions with those of stars whose edges are in `graph`; sorted, without repeats.
+fn unite(between: &Quotient, stars: StarTriangles, graph: &Csr) -> Vec<[u32; 3]> {
+    let has_edges = |[i, j, k]: &[u32; 3]| {
+        [(i, j), (i, k), (j, k)].into_iter().all(|(&from, &to)| graph.position(from as usize, to).is_some())
+    };
+    let mut triangles: Vec<[u32; 3]> = stars.triangles.into_iter().filter(has_edges).collect();
+    triangles.extend(&between.triangles);
+    triangles.sort_unstable();
+    triangles.dedup();
+    triangles
+}
+
+/// Chooses candidates, the likeliest first, as long as they form a manifold.
+fn choose_faces<'a>(points: &'a [[f32; 3]], faces: &PredictedFaces) -> ManifoldFaces<'a> {
+    let PredictedFaces { candidates, probabilities, .. } = faces;
+    let mut ranked: Vec<usize> = (0..probabilities.len()).collect();
+    let triangle = |at: usize| candidates.triangles[at];
+    ranked.sort_unstable_by(|&a, &b| {
+        probabilities[b].total_cmp(&probabilities[a]).then_with(|| triangle(a).cmp(&triangle(b)))
+    });
+    let mut chosen = ManifoldFaces::new(points);
+    let mut left = Vec::new();
+    for at in ranked {
+        if probabilities[at] <= 0.5 || !chosen.add_unfolded(triangle(at)) {
+            left.push(triangle(at));
+        }
+    }
+    for _ in 0..CLOSING_PASSES {
+        left.retain(|&face| chosen.count_open_edges(face) < 2 || !chosen.add_unfolded(face));
+    }
+    chosen
+}
+
+/// Winds the faces of each component towards the normals of the points, or outward.
+fn orient(points: &[[f32; 3]], mut chosen: ManifoldFaces, normals: Option<Vec<[f32; 3]>>) -> Vec<[u32; 3]> {
+    let mut faces = chosen.to_wound_faces();
+    let Some(normals) = normals else { return orient_outward(points, &faces) };
+    let components = chosen.components();
+    let mut agreement = vec![0.0; faces.len()];
+    for (face, &root) in faces.iter().zip(&components) {
+        let double = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+        let normal = area_normal_f64(face.map(|v| double(points[v as usize])));
+        agreement[root as usize] += face.iter().map(|&v| normal.dot(double(normals[v as usize]))).sum::<f64>();
+    }
+    let turned = faces.iter_mut().zip(&components).filter(|(_, root)| agreement[**root as usize] < 0.0);
+    turned.for_each(|(face, _)| face.swap(1, 2));
+    faces
+}
+
+fn gather(rows: &[[f32; 3]], some: &[u32]) -> Vec<[f32; 3]> {
+    some.iter().map(|&at| rows[at as usize]).collect()
+}
+
+fn assemble_mesh(positions: &[[f32; 3]], samples: &[u32], faces: Vec<[u32; 3]>) -> Result<MeshedPoints, SimplifyError> {
+    if faces.is_empty() {
+        return Err(SimplifyError::NothingKept);
+    }
+    let (mesh, used) = compact(positions, faces).map_err(|_| SimplifyError::Overflow)?;
+    let source_points: Vec<u32> = used.iter().map(|&at| samples[at as usize]).collect();
+    let unused_points = samples.len() - source_points.len();
+    Ok(MeshedPoints { mesh, source_points, unused_points, smoothed_over: None, has_moved: false })
 }
 
 /// Builds the graph (n x n) that joins each point of a cloud (n x 3) and its six nearest points, in both directions.
@@ -97,14 +269,6 @@ fn mesh_cloud(
 /// ```
 pub fn cloud_graph(points: &[[f32; 3]]) -> Csr {
     extended_graph(points, &Csr::from_edges(points.len(), []), NEIGHBOURS)
-}
-
-fn draw_samples(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed: u64) -> Vec<u32> {
-    // All points are wanted, so no scores are needed.
-    if n == cloud.len() {
-        return (0..n as u32).collect();
-    }
-    scattered_samples(cloud, graph, &vertex_scores(weights, cloud, None, graph), n, seed)
 }
 
 /// Builds the graph of the samples whose regions an edge of `graph` joins: A of Eq. (3) for a cloud.
@@ -125,16 +289,6 @@ fn draw_samples(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weight
 pub fn region_graph(graph: &Csr, assignment: &[u32], n_samples: usize) -> Csr {
     let regions = graph.entries().map(|edge| edge.map(|at| assignment[at as usize]));
     Csr::from_edges(n_samples, regions.filter(|regions| !regions.contains(&NO_SAMPLE)))
-}
-
-fn assemble_mesh(points: &[[f32; 3]], samples: &[u32], faces: &[[u32; 3]]) -> Result<MeshedPoints, SimplifyError> {
-    if faces.is_empty() {
-        return Err(SimplifyError::NothingKept);
-    }
-    let positions: Vec<[f32; 3]> = samples.iter().map(|&at| points[at as usize]).collect();
-    let (mesh, used) = compact(&positions, faces.to_vec()).map_err(|_| SimplifyError::Overflow)?;
-    let source_points: Vec<u32> = used.iter().map(|&at| samples[at as usize]).collect();
-    Ok(MeshedPoints { mesh, unused_points: samples.len() - source_points.len(), source_points })
 }
 
 #[cfg(test)]
