@@ -6,7 +6,9 @@ use neural_mesh::io::{self, FilesRead, Format};
 use neural_mesh::job::{JobStage, Watch};
 use neural_mesh::mesh::{PointCloud, RawMesh, TriMesh, point_cloud, topology};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Assembly, MeshedPoints, PaperOptions, PointsOptions, SimplifyError, count_of_share, mesh_points};
+use neural_mesh::simplify::{
+    Assembly, MeshedPoints, PaperOptions, PointsOptions, SimplifyError, count_of_share, mesh_points,
+};
 use serde::Serialize;
 
 use crate::args::MeshPointsArgs;

@@ -23,9 +23,6 @@ const NEIGHBOURS: usize = 6;
 /// Neighbours of a point whose triangulation is looked at; the Edge Predictor's k.
 const AROUND: usize = 15;
 
-/// Passes over candidates of probability below one half that close two open edges or three.
-const CLOSING_PASSES: usize = 4;
-
 /// Options of [`mesh_points`].
 #[derive(Clone, Copy, Debug)]
 pub struct PointsOptions<'a> {
@@ -218,15 +215,7 @@ fn choose_faces<'a>(points: &'a [[f32; 3]], faces: &PredictedFaces) -> ManifoldF
         probabilities[b].total_cmp(&probabilities[a]).then_with(|| triangle(a).cmp(&triangle(b)))
     });
     let mut chosen = ManifoldFaces::new(points);
-    let mut left = Vec::new();
-    for at in ranked {
-        if probabilities[at] <= 0.5 || !chosen.add_unfolded(triangle(at)) {
-            left.push(triangle(at));
-        }
-    }
-    for _ in 0..CLOSING_PASSES {
-        left.retain(|&face| chosen.count_open_edges(face) < 2 || !chosen.add_unfolded(face));
-    }
+    ranked.into_iter().filter(|&at| probabilities[at] > 0.5).for_each(|at| _ = chosen.add_unfolded(triangle(at)));
     chosen
 }
 
@@ -307,32 +296,94 @@ mod tests {
         Weights::random_of(Architecture::narrow(), seed)
     }
 
-    fn results(points: &[[f32; 3]], n: usize) -> Vec<MeshedPoints> {
-        let results: Vec<MeshedPoints> =
-            (0..6).filter_map(|seed| mesh_points(points, n, &small_weights(seed), seed, &mut go_on).ok()).collect();
-        assert!(results.len() > 1);
-        results
+    fn run(points: &[[f32; 3]], options: &PointsOptions, weights: &Weights) -> Result<MeshedPoints, SimplifyError> {
+        mesh_points(points, options, weights, &mut go_on)
     }
 
     #[test]
-    fn every_edge_has_at_most_two_faces_and_vertices_are_points_of_the_cloud() {
+    fn any_weights_give_an_oriented_manifold_over_points_of_the_cloud() {
+        let mut n_results = 0;
         for (shape, n) in [(shapes::icosphere(3), 642), (shapes::torus(24, 12, 1.0, 0.4), 150)] {
-            for result in results(shape.positions(), n) {
-                assert_eq!(topology(&result.mesh).non_manifold_edges, 0);
-                assert_eq!(result.source_points.len() + result.unused_points, n.min(shape.positions().len()));
-                assert!(result.source_points.is_sorted_by(|a, b| a < b));
-                let moved = |(p, &at): (&[f32; 3], &u32)| *p != shape.positions()[at as usize];
-                assert!(!result.mesh.positions().iter().zip(&result.source_points).any(moved));
+            for seed in 0..6 {
+                let options = PointsOptions { keep_points: true, seed, ..PointsOptions::new(n) };
+                let Ok(result) = run(shape.positions(), &options, &small_weights(seed)) else { continue };
+                n_results += 1;
+                let figures = topology(&result.mesh);
+                assert_eq!((figures.non_manifold_edges, figures.inconsistent_edges), (0, 0));
+                assert_eq!(result.source_points.len() + result.unused_points, n);
+                assert!(result.source_points.is_sorted_by(|a, b| a < b) && !result.has_moved);
+                assert_eq!(result.mesh.positions(), gather(shape.positions(), &result.source_points));
+            }
+        }
+        assert!(n_results > 2);
+    }
+
+    #[cfg(feature = "paper")]
+    #[test]
+    fn clouds_of_closed_surfaces_become_closed() {
+        use crate::metrics::quick_distance;
+        let weights = Weights::shipped_paper_open();
+        for shape in [
+            shapes::icosphere(4),
+            shapes::torus(60, 30, 1.0, 0.4),
+            shapes::wavy_sphere(4, 5.0),
+            shapes::cuboid([1.0, 2.0, 3.0], 12),
+        ] {
+            for share in [1.0, 0.5, 0.2] {
+                let n = (share * shape.positions().len() as f64) as usize;
+                let means = [false, true].map(|keep_points| {
+                    let result =
+                        run(shape.positions(), &PointsOptions { keep_points, ..PointsOptions::new(n) }, weights)
+                            .unwrap();
+                    let figures = topology(&result.mesh);
+                    assert!(figures.is_closed_manifold() && figures.components == 1, "{share}: {figures:?}");
+                    assert!(crate::metrics::volume(&result.mesh).unwrap() > 0.0);
+                    quick_distance(&shape, &result.mesh, 4000, 0).unwrap().mean
+                });
+                assert!(share == 1.0 || means[0] < means[1], "{share}: {means:?}");
             }
         }
     }
 
+    #[cfg(feature = "paper")]
     #[test]
-    fn faces_agree_across_edges_wherever_they_can() {
-        for result in results(shapes::icosphere(3).positions(), 200) {
+    fn noise_leaves_an_oriented_manifold_nearer_to_the_surface() {
+        use crate::metrics::quick_distance;
+        use rand_xoshiro::Xoshiro256PlusPlus;
+        use rand_xoshiro::rand_core::{Rng, SeedableRng};
+        let sphere = shapes::icosphere(4);
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+        let mut noise = || 0.1 * ((random.next_u64() >> 40) as f32 / (1u64 << 24) as f32 - 0.5);
+        let noisy: Vec<[f32; 3]> = sphere.positions().iter().map(|p| p.map(|x| x + noise())).collect();
+        let means = [false, true].map(|keep_points| {
+            let options = PointsOptions { keep_points, ..PointsOptions::new(noisy.len()) };
+            let result = run(&noisy, &options, Weights::shipped_paper_open()).unwrap();
             let figures = topology(&result.mesh);
-            assert!(!figures.orientable || figures.inconsistent_edges == 0);
+            assert_eq!((figures.non_manifold_edges, figures.inconsistent_edges), (0, 0));
+            assert_eq!(result.has_moved, !keep_points);
+            quick_distance(&sphere, &result.mesh, 4000, 0).unwrap().mean
+        });
+        assert!(means[0] < 0.5 * means[1], "{means:?}");
+    }
+
+    #[cfg(feature = "paper")]
+    #[test]
+    fn faces_look_where_the_normals_do() {
+        let sphere = shapes::icosphere(3);
+        for sign in [1.0, -1.0] {
+            let normals: Vec<[f32; 3]> = sphere.positions().iter().map(|p| p.map(|x| sign * x)).collect();
+            let options = PointsOptions { normals: Some(&normals), ..PointsOptions::new(642) };
+            let result = run(sphere.positions(), &options, Weights::shipped_paper_open()).unwrap();
+            assert!(f64::from(sign) * crate::metrics::volume(&result.mesh).unwrap() > 3.0);
         }
+    }
+
+    #[cfg(feature = "paper")]
+    #[test]
+    fn a_large_boundary_of_a_cloud_stays() {
+        let tube = shapes::open_cylinder(60, 30);
+        let result = run(tube.positions(), &PointsOptions::new(9999), Weights::shipped_paper_open()).unwrap();
+        assert_eq!(topology(&result.mesh).boundary_loops, 2);
     }
 
     #[test]
@@ -354,7 +405,9 @@ mod tests {
         let torus = shapes::torus(24, 12, 1.0, 0.4);
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| mesh_points(torus.positions(), 120, &small_weights(1), 3, &mut go_on))
+            pool.install(|| {
+                run(torus.positions(), &PointsOptions { seed: 3, ..PointsOptions::new(120) }, &small_weights(1))
+            })
         };
         assert_eq!(on(1), on(3));
     }
@@ -364,14 +417,15 @@ mod tests {
         let weights = small_weights(1);
         let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [9.0, 9.0, 9.0]];
         for n in 0..3 {
-            let refused = mesh_points(&points[..n], 9, &weights, 0, &mut go_on);
-            assert_eq!(refused, Err(SimplifyError::TooFewPoints(n)));
-            assert_eq!(mesh_points(&points, n, &weights, 0, &mut go_on), Err(SimplifyError::TooFewPoints(n)));
+            assert_eq!(run(&points[..n], &PointsOptions::new(9), &weights), Err(SimplifyError::TooFewPoints(n)));
+            assert_eq!(run(&points, &PointsOptions::new(n), &weights), Err(SimplifyError::TooFewPoints(n)));
         }
         for n in 3..5 {
-            let result = mesh_points(&points[..n], 9, &weights, 0, &mut go_on);
+            let result = run(&points[..n], &PointsOptions::new(9), &weights);
             assert!(result.is_ok() || result == Err(SimplifyError::NothingKept));
         }
+        let line: Vec<[f32; 3]> = (0..40).map(|i| [i as f32, 0.0, 0.0]).collect();
+        assert_eq!(run(&line, &PointsOptions::new(20), &weights), Err(SimplifyError::NothingKept));
     }
 
     #[test]
@@ -379,7 +433,7 @@ mod tests {
         let sphere = shapes::icosphere(1);
         for name in ["scores", "assign", "edges", "faces", "assemble"] {
             let mut stop = |event: Event| if event.stage == name { ControlFlow::Break(()) } else { go_on(event) };
-            let result = mesh_points(sphere.positions(), 40, &small_weights(1), 0, &mut stop);
+            let result = mesh_points(sphere.positions(), &PointsOptions::new(40), &small_weights(1), &mut stop);
             assert_eq!(result, Err(SimplifyError::Interrupted), "{name}");
         }
     }

@@ -35,7 +35,10 @@ fn fill_small_holes(points: &[[f32; 3]], chosen: &mut ManifoldFaces) -> usize {
     let Ok(open) = TriMesh::new(points.to_vec(), faces) else { return 0 };
     let filled = fill_some_holes(&open, Attributes::NONE, usize::MAX, |rim| is_small(points, rim));
     let new = filled.mesh.faces()[n_before..].iter().map(|face| face.map(|v| filled.sources[v as usize]));
-    new.filter(|&face| chosen.add(face)).count()
+    let limit: f64 = std::env::var("NM_LONG").ok().and_then(|v| v.parse().ok()).unwrap_or(1e9);
+    let is_short =
+        |face: &[u32; 3]| (0..3).all(|i| point(points, face[i]).distance(point(points, face[(i + 1) % 3])) < limit);
+    new.filter(is_short).filter(|&face| chosen.add(face)).count()
 }
 
 fn is_small(points: &[[f32; 3]], rim: &[u32]) -> bool {

@@ -62,12 +62,6 @@ impl<'a> ManifoldFaces<'a> {
         true
     }
 
-    /// Counts the edges of a face that have exactly one face.
-    pub fn count_open_edges(&self, face: [u32; 3]) -> usize {
-        let is_open = |[first, second]: &[u32; 2]| *first != NO_FACE && *second == NO_FACE;
-        self.faces_across(face).iter().filter(|faces| is_open(faces)).count()
-    }
-
     /// Lists the faces, neighbours wound alike.
     pub fn to_wound_faces(&mut self) -> Vec<[u32; 3]> {
         let Self { faces, sides, .. } = self;
@@ -207,7 +201,7 @@ mod tests {
                 [a, b, c] if i % 2 == 0 => [a, c, b],
                 face => face,
             };
-            assert!((0..n).all(|i| manifold.count_open_edges(face(i)) < 4 && manifold.add_unfolded(face(i))), "{stride}");
+            assert!((0..n).all(|i| manifold.add_unfolded(face(i))), "{stride}");
             let mesh = TriMesh::new(torus.positions().to_vec(), manifold.to_wound_faces()).unwrap();
             assert!(topology(&mesh).is_closed_manifold() && topology(&mesh).inconsistent_edges == 0);
             assert!(manifold.components().iter().all(|&root| root == manifold.components()[0]));

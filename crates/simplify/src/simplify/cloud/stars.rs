@@ -103,7 +103,10 @@ mod tests {
     fn naive(points: &[DVec2]) -> Vec<[usize; 2]> {
         let centre = |p: DVec2, q: DVec2| {
             let d = 2.0 * p.perp_dot(q);
-            DVec2::new(q.y * p.length_squared() - p.y * q.length_squared(), p.x * q.length_squared() - q.x * p.length_squared()) / d
+            DVec2::new(
+                q.y * p.length_squared() - p.y * q.length_squared(),
+                p.x * q.length_squared() - q.x * p.length_squared(),
+            ) / d
         };
         let is_empty = |&[a, b]: &[usize; 2]| {
             let c = centre(points[a], points[b]);
