@@ -1,6 +1,6 @@
 //! Closing of the holes between chosen faces.
 
-use super::manifold_faces::ManifoldFaces;
+use super::manifold_faces::{ManifoldFaces, edges_of};
 use super::pinches::AtPinch;
 use super::planes::point;
 use crate::mesh::{Attributes, TriMesh};
@@ -10,6 +10,11 @@ use glam::DVec3;
 /// Twice the area of the largest hole that is closed, over its circumference, in mean edges: a disk of three edges'
 /// radius.
 const LARGEST_HOLE: f64 = 3.0;
+
+/// Longest edge of a face that is added, in mean edges.
+// On three validation meshes, 5 leaves 0.68 to 1.15 % of the edges open, 8 0.28 to 0.84 %; without a bound, the largest
+// distance quotient rises from 1.25 to 1.53.
+const LONGEST_EDGE: f64 = 8.0;
 
 /// Most rounds of filling holes and removing faces.
 const ROUNDS: usize = 8;
@@ -35,10 +40,13 @@ fn fill_small_holes(points: &[[f32; 3]], chosen: &mut ManifoldFaces) -> usize {
     let Ok(open) = TriMesh::new(points.to_vec(), faces) else { return 0 };
     let filled = fill_some_holes(&open, Attributes::NONE, usize::MAX, |rim| is_small(points, rim));
     let new = filled.mesh.faces()[n_before..].iter().map(|face| face.map(|v| filled.sources[v as usize]));
-    let limit: f64 = std::env::var("NM_LONG").ok().and_then(|v| v.parse().ok()).unwrap_or(1e9);
-    let is_short =
-        |face: &[u32; 3]| (0..3).all(|i| point(points, face[i]).distance(point(points, face[(i + 1) % 3])) < limit);
-    new.filter(is_short).filter(|&face| chosen.add(face)).count()
+    new.filter(|&face| is_short(points, face) && chosen.add(face)).count()
+}
+
+fn is_short(points: &[[f32; 3]], face: [u32; 3]) -> bool {
+    edges_of(face)
+        .iter()
+        .all(|edge| edge.map(|v| point(points, v)).windows(2).all(|p| p[0].distance(p[1]) < LONGEST_EDGE))
 }
 
 fn is_small(points: &[[f32; 3]], rim: &[u32]) -> bool {
