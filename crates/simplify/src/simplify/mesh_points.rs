@@ -340,7 +340,7 @@ mod tests {
                     assert!(crate::metrics::volume(&result.mesh).unwrap() > 0.0);
                     quick_distance(&shape, &result.mesh, 4000, 0).unwrap().mean
                 });
-                assert!(share == 1.0 || means[0] < means[1], "{share}: {means:?}");
+                assert!(means[0] < 1.01 * means[1], "{share}: {means:?}");
             }
         }
     }
@@ -353,7 +353,7 @@ mod tests {
         use rand_xoshiro::rand_core::{Rng, SeedableRng};
         let sphere = shapes::icosphere(4);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
-        let mut noise = || 0.1 * ((random.next_u64() >> 40) as f32 / (1u64 << 24) as f32 - 0.5);
+        let mut noise = || 0.25 * ((random.next_u64() >> 40) as f32 / (1u64 << 24) as f32 - 0.5);
         let noisy: Vec<[f32; 3]> = sphere.positions().iter().map(|p| p.map(|x| x + noise())).collect();
         let means = [false, true].map(|keep_points| {
             let options = PointsOptions { keep_points, ..PointsOptions::new(noisy.len()) };
