@@ -3,7 +3,7 @@
 use super::manifold_faces::{ManifoldFaces, NO_FACE, edges_of, sorted};
 use rustc_hash::FxHashMap;
 
-/// Open components of fewer faces are removed.
+/// Components of fewer faces are removed, unless they are closed and no other is larger.
 const FEWEST_FACES: usize = 8;
 
 /// Faces that stay at a vertex that the boundary passes more than once.
@@ -16,7 +16,7 @@ pub enum AtPinch {
 }
 
 impl ManifoldFaces<'_> {
-    /// Removes faces at pinched vertices, and small open components; returns how many.
+    /// Removes faces at pinched vertices, and small components; returns how many.
     pub fn remove_pinches(&mut self, kept: AtPinch) -> usize {
         let mut is_removed = self.mark_small_components();
         for (v, faces) in self.faces_at_pinches() {
@@ -43,7 +43,9 @@ impl ManifoldFaces<'_> {
         for faces in self.at_edges.values().filter(|faces| faces[1] == NO_FACE) {
             is_open[components[faces[0] as usize] as usize] = true;
         }
-        components.iter().map(|&root| is_open[root as usize] && sizes[root as usize] < FEWEST_FACES).collect()
+        let largest = sizes.iter().copied().max().unwrap_or(0);
+        let is_small = |root: usize| sizes[root] < FEWEST_FACES && (is_open[root] || sizes[root] < largest);
+        components.iter().map(|&root| is_small(root as usize)).collect()
     }
 
     fn faces_at_pinches(&self) -> FxHashMap<u32, Vec<u32>> {
@@ -106,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_component_goes_if_it_is_open() {
+    fn a_small_component_goes_unless_it_is_closed_and_alone() {
         let sphere = shapes::icosphere(0);
         let mut manifold = ManifoldFaces::new(sphere.positions());
         sphere.faces()[..7].iter().for_each(|&face| assert!(manifold.add(face)));
@@ -114,5 +116,11 @@ mod tests {
         let tetrahedron = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]];
         assert!(tetrahedron.iter().all(|&face| manifold.add(face)));
         assert_eq!(manifold.remove_pinches(AtPinch::LargestFan), 0);
+        let points = [sphere.positions(), shapes::icosphere(1).positions()].concat();
+        let mut manifold = ManifoldFaces::new(&points);
+        let larger = shapes::icosphere(1);
+        tetrahedron.iter().for_each(|&face| assert!(manifold.add(face)));
+        larger.faces().iter().for_each(|face| assert!(manifold.add(face.map(|v| v + 12))));
+        assert_eq!(manifold.remove_pinches(AtPinch::LargestFan), 4);
     }
 }

@@ -39,12 +39,9 @@ fn eigenvector([xx, xy, xz, yy, yz, zz]: [f64; 6], value: f64) -> DVec3 {
     longest.unwrap_or_default().normalize_or_zero()
 }
 
-/// Returns two unit vectors orthogonal to each other and to a unit vector, or to none if that is zero.
+/// Returns two unit vectors orthogonal to each other and to a unit vector.
 pub(super) fn tangents(normal: DVec3) -> [DVec3; 2] {
-    match normal == DVec3::ZERO {
-        true => [DVec3::X, DVec3::Y],
-        false => normal.any_orthonormal_pair().into(),
-    }
+    normal.any_orthonormal_pair().into()
 }
 
 /// Returns the normal of the plane through the `k` nearest points of each point, n unit vectors of either sign.

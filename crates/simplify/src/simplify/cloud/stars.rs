@@ -65,6 +65,10 @@ fn jitter(points: &[[f32; 3]], graph: &Csr) -> Vec<[f32; 3]> {
 }
 
 fn star_of(points: &[[f32; 3]], normal: DVec3, v: u32, neighbours: &[u32]) -> Vec<[u32; 3]> {
+    // Points on a line span no triangles.
+    if normal == DVec3::ZERO {
+        return Vec::new();
+    }
     let [x, y] = tangents(normal);
     let project = |&w: &u32| {
         let d = point(points, w) - point(points, v);
