@@ -221,7 +221,7 @@ fn choose_faces<'a>(points: &'a [[f32; 3]], faces: &PredictedFaces) -> ManifoldF
 
 /// Winds the faces of each component towards the normals of the points, or outward.
 fn orient(points: &[[f32; 3]], mut chosen: ManifoldFaces, normals: Option<Vec<[f32; 3]>>) -> Vec<[u32; 3]> {
-    let mut faces = chosen.to_wound_faces();
+    let mut faces = chosen.list_wound_faces();
     let Some(normals) = normals else { return orient_outward(points, &faces) };
     let components = chosen.components();
     let mut agreement = vec![0.0; faces.len()];

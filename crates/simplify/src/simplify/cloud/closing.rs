@@ -35,7 +35,7 @@ pub fn close_surface(points: &[[f32; 3]], chosen: &mut ManifoldFaces) {
 }
 
 fn fill_small_holes(points: &[[f32; 3]], chosen: &mut ManifoldFaces) -> usize {
-    let faces = chosen.to_wound_faces();
+    let faces = chosen.list_wound_faces();
     let n_before = faces.len();
     let Ok(open) = TriMesh::new(points.to_vec(), faces) else { return 0 };
     let filled = fill_some_holes(&open, Attributes::NONE, usize::MAX, |rim| is_small(points, rim));
@@ -69,7 +69,7 @@ mod tests {
         let kept = mesh.faces().iter().enumerate().filter(|(at, _)| is_kept(*at));
         kept.for_each(|(_, &face)| assert!(chosen.add(face)));
         close_surface(&points, &mut chosen);
-        TriMesh::new(points.clone(), chosen.to_wound_faces()).unwrap()
+        TriMesh::new(points.clone(), chosen.list_wound_faces()).unwrap()
     }
 
     #[test]

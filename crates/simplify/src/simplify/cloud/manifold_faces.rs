@@ -63,7 +63,7 @@ impl<'a> ManifoldFaces<'a> {
     }
 
     /// Lists the faces, neighbours wound alike.
-    pub fn to_wound_faces(&mut self) -> Vec<[u32; 3]> {
+    pub fn list_wound_faces(&mut self) -> Vec<[u32; 3]> {
         let Self { faces, sides, .. } = self;
         let wind = |(at, &[a, b, c]): (u32, &[u32; 3])| if sides.find(at).1 { [a, c, b] } else { [a, b, c] };
         (0..).zip(faces.iter()).map(wind).collect()
@@ -183,7 +183,7 @@ mod tests {
             for face in faces.into_iter().filter(|[a, b, c]| a != b && b != c && c != a) {
                 if is_unfolded { manifold.add_unfolded(face) } else { manifold.add(face) };
             }
-            let figures = topology(&TriMesh::new(points.clone(), manifold.to_wound_faces()).unwrap());
+            let figures = topology(&TriMesh::new(points.clone(), manifold.list_wound_faces()).unwrap());
             prop_assert_eq!((figures.non_manifold_edges, figures.inconsistent_edges), (0, 0));
             let pinched = (0..9).filter(|&v| manifold.is_pinched(v)).count();
             prop_assert!(figures.non_manifold_vertices <= pinched, "{:?}", figures);
@@ -198,11 +198,11 @@ mod tests {
             let n = torus.faces().len();
             // Every second face is turned.
             let face = |i: usize| match torus.faces()[i * stride % n] {
-                [a, b, c] if i % 2 == 0 => [a, c, b],
+                [a, b, c] if i.is_multiple_of(2) => [a, c, b],
                 face => face,
             };
             assert!((0..n).all(|i| manifold.add_unfolded(face(i))), "{stride}");
-            let mesh = TriMesh::new(torus.positions().to_vec(), manifold.to_wound_faces()).unwrap();
+            let mesh = TriMesh::new(torus.positions().to_vec(), manifold.list_wound_faces()).unwrap();
             assert!(topology(&mesh).is_closed_manifold() && topology(&mesh).inconsistent_edges == 0);
             assert!(manifold.components().iter().all(|&root| root == manifold.components()[0]));
         }

@@ -28,7 +28,7 @@ impl ManifoldFaces<'_> {
         let n_removed = is_removed.iter().filter(|removed| **removed).count();
         if n_removed > 0 {
             let mut rest = Self::new(self.points);
-            let wound = self.to_wound_faces();
+            let wound = self.list_wound_faces();
             let stays = wound.into_iter().zip(is_removed).filter(|(_, is_removed)| !is_removed);
             stays.for_each(|(face, _)| _ = rest.add(face));
             *self = rest;
