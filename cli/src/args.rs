@@ -142,6 +142,9 @@ pub struct MeshPointsArgs {
     /// Number of points that become vertices: 5000, 10k, 1.5M or 10% [default: all]
     #[arg(long, value_name = "N", value_parser = vertices, allow_hyphen_values = true)]
     pub vertices: Option<Size>,
+    /// Keep vertices at their points [default: noise is smoothed, and fewer vertices than points are placed]
+    #[arg(long)]
+    pub keep_points: bool,
     /// Weights of a trained network (safetensors) [default: those of the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,

@@ -6,7 +6,9 @@ use neural_mesh::io::{self, FilesRead, Format};
 use neural_mesh::job::{JobStage, Watch};
 use neural_mesh::mesh::{PointCloud, RawMesh, TriMesh, point_cloud, topology};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Assembly, MeshedPoints, PaperOptions, SimplifyError, count_of_share, mesh_points};
+use neural_mesh::simplify::{
+    Assembly, MeshedPoints, PaperOptions, PointsOptions, SimplifyError, count_of_share, mesh_points,
+};
 use serde::Serialize;
 
 use crate::args::MeshPointsArgs;
@@ -39,6 +41,8 @@ struct Report {
     faces: usize,
     /// Points chosen as vertices that got no face.
     unused_points: usize,
+    /// Neighbours over which noise was smoothed, 0 if it was not.
+    smoothed_over: usize,
     closed: bool,
     holes: usize,
     boundary_edges: usize,
@@ -139,7 +143,7 @@ pub struct MeshPointsOutput {
 
 struct MeshedCloud {
     cloud: PointCloud,
-    /// Points in double precision; meshing does not move points.
+    /// Points in double precision.
     exact: Option<Vec<[f64; 3]>>,
     result: MeshedPoints,
 }
@@ -156,6 +160,9 @@ impl MeshedCloud {
 
     fn exact_positions(&self) -> Option<Vec<[f64; 3]>> {
         let exact = self.exact.as_deref()?;
+        if self.result.has_moved {
+            return Some(self.result.mesh.positions().iter().map(|&p| self.cloud.frame.to_file(p)).collect());
+        }
         let as_read = |at: &u32| exact.get(*self.cloud.source.get(*at as usize)? as usize).copied();
         self.result.source_points.iter().map(as_read).collect()
     }
@@ -170,7 +177,9 @@ fn mesh_cloud(
     let n_points = cloud.points.len();
     let n_of_ratio = args.ratio.map(|ratio| count_of_share(n_points, ratio));
     let n_vertices = args.vertices.map(|size| size.count(n_points)).or(n_of_ratio).unwrap_or(n_points);
-    let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| progress.event(event));
+    let normals = cloud.normals.as_deref();
+    let options = PointsOptions { n_vertices, keep_points: args.keep_points, normals, seed: args.seed };
+    let result = mesh_points(&cloud.points, &options, weights, &mut |event| progress.event(event));
     result.map_err(|error| match error {
         SimplifyError::Interrupted => Failure::Interrupted,
         error => Failure::in_file(&args.input, error),
@@ -199,6 +208,7 @@ fn create_report(args: &MeshPointsArgs, MeshedCloud { cloud, result, .. }: &Mesh
         vertices: topology.vertices,
         faces: topology.faces,
         unused_points: result.unused_points,
+        smoothed_over: result.smoothed_over.unwrap_or(0),
         closed: topology.closed,
         holes: topology.boundary_loops,
         boundary_edges: topology.boundary_edges,
@@ -223,6 +233,9 @@ fn print_report(args: &MeshPointsArgs, report: &Report) {
     if report.repeated_points + report.non_finite_points > 0 {
         let [repeated, non_finite] = [report.repeated_points, report.non_finite_points].map(group_digits);
         voice.print_line(&format!("left out  {repeated} repeated points, {non_finite} non-finite points"));
+    }
+    if report.smoothed_over > 0 {
+        voice.print_line(&format!("smoothed  noise over {} neighbours", report.smoothed_over));
     }
     if report.unused_points > 0 {
         voice.print_line(&format!("unused    {} points are not used by any face", group_digits(report.unused_points)));

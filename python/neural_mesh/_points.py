@@ -19,6 +19,7 @@ def mesh_points(
     *,
     ratio: Number | str | None = None,
     vertices: Whole | str | None = None,
+    keep_points: bool = False,
     out: Path | None = None,
     weights: Path | None = None,
     seed: Whole = 0,
@@ -27,10 +28,11 @@ def mesh_points(
     format: str | None = None,
     force: bool = False,
 ) -> Light[Any]:
-    """Meshes a point cloud with the paper's network; every vertex is one of the points, and the result may have holes.
+    """Meshes a point cloud with the paper's network; the result is a manifold, with holes only where points are missing.
 
     - `cloud`: the path of a file, an array of points (n x 3), or an object with `points` or `vertices`
     - `ratio`, `vertices`: share or number of the points that become vertices; all by default
+    - `keep_points`: keeps vertices at their points; otherwise noise is smoothed, and fewer vertices than points are placed
     - `out`, `format`, `force`: path and format of the file to write; `force` replaces an existing one
     - `weights`: file of a network; the shipped one by default
     - `seed`, `threads`, `progress`: as in `simplify`
@@ -45,6 +47,7 @@ def mesh_points(
         points,
         ratio=plain(ratio),
         vertices=plain(vertices),
+        keep_points=keep_points,
         out=None if out is None else os.fspath(out),
         format=format,
         weights=None if weights is None else os.fspath(weights),

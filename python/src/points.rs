@@ -37,7 +37,7 @@ impl NumberOrText {
 
 /// Meshes the given point cloud, or that in the file `input`.
 #[pyfunction]
-#[pyo3(signature = (input, points, *, ratio, vertices, out, format, weights, seed, force, threads, progress))]
+#[pyo3(signature = (input, points, *, ratio, vertices, keep_points, out, format, weights, seed, force, threads, progress))]
 #[allow(clippy::too_many_arguments, reason = "they are keywords")]
 pub fn mesh_points(
     py: Python,
@@ -45,6 +45,7 @@ pub fn mesh_points(
     points: Option<Positions>,
     ratio: Option<NumberOrText>,
     vertices: Option<NumberOrText>,
+    keep_points: bool,
     out: Option<PathBuf>,
     format: Option<String>,
     weights: Option<PathBuf>,
@@ -59,6 +60,7 @@ pub fn mesh_points(
         vertices: vertices.map(|vertices| vertices.read("vertices", job::vertices)).transpose()?,
         format: format.or(out.is_none().then(|| "ply".into())),
         output: out.unwrap_or("-".into()),
+        keep_points,
         weights,
         seed,
         threads: None,

@@ -180,9 +180,11 @@ def test_forked_children_simplify() -> None:
 
 def test_point_cloud() -> None:
     vertices, _ = torus(50, 30, np.float64)
-    light = nm.mesh_points(vertices, ratio=0.5)
-    assert len(light.faces) > 500 and light.sources is not None
+    light = nm.mesh_points(vertices, ratio=0.5, keep_points=True)
+    assert light.report["closed"] and len(light.faces) == 1500 and light.sources is not None
     np.testing.assert_array_equal(vertices[light.sources], light.vertices)
+    placed = nm.mesh_points(vertices, ratio=0.5)
+    assert placed.report["closed"] and not np.array_equal(vertices[placed.sources], placed.vertices)
     assert light.report["points"] == 1500
 
 

@@ -2,7 +2,7 @@
 
 use super::cleanup::{CleanError, local_origin, to_local};
 use super::first_equal::join_positions;
-use super::{Frame, RawMesh};
+use super::{Channel, Frame, RawMesh, Role};
 
 /// Distinct finite points.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,6 +13,8 @@ pub struct PointCloud {
     pub frame: Frame,
     /// Index in the file of each point, n.
     pub source: Vec<u32>,
+    /// Normal of each point, n x 3, if the file has normals.
+    pub normals: Option<Vec<[f32; 3]>>,
     /// Number of repeated points dropped.
     pub repeated: usize,
     /// Number of points dropped because they are not finite.
@@ -32,7 +34,7 @@ pub struct PointCloud {
 /// assert_eq!((cloud.source, cloud.repeated, cloud.non_finite), (vec![0, 1], 1, 1));
 /// ```
 pub fn point_cloud(raw: RawMesh) -> Result<PointCloud, CleanError> {
-    let RawMesh { positions, double, .. } = raw;
+    let RawMesh { positions, double, attributes, .. } = raw;
     if positions.len() > (u32::MAX / 4) as usize {
         return Err(CleanError::TooLarge);
     }
@@ -43,7 +45,11 @@ pub fn point_cloud(raw: RawMesh) -> Result<PointCloud, CleanError> {
     let n_finite = is_finite.iter().filter(|finite| **finite).count();
     let is_kept = |&at: &u32| is_finite[at as usize] && first[at as usize] == at;
     let source: Vec<u32> = (0..local.len() as u32).filter(is_kept).collect();
+    // Only a file with a normal per vertex has as many.
+    let is_normal = |channel: &&Channel| channel.role == Role::Normal && channel.values.len() == 3 * local.len();
+    let normals = attributes.channels.iter().find(is_normal).map(|channel| channel.values.as_chunks().0);
     Ok(PointCloud {
+        normals: normals.map(|normals| source.iter().map(|&at| normals[at as usize]).collect()),
         points: source.iter().map(|&at| local[at as usize]).collect(),
         frame,
         repeated: n_finite - source.len(),
@@ -66,6 +72,17 @@ mod tests {
         let cloud = cloud(&far, true).unwrap();
         let back: Vec<[f64; 3]> = cloud.points.iter().map(|&p| cloud.frame.to_file(p)).collect();
         assert_eq!(back, far);
+    }
+
+    #[test]
+    fn normals_stay_with_their_points() {
+        let values = vec![0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0];
+        let channel = Channel { name: "n".into(), role: Role::Normal, width: 3, values };
+        let mut raw = RawMesh::new(vec![[0.0; 3], [0.0; 3], [1.0, 0.0, 0.0]], Vec::new());
+        raw.attributes.channels.push(channel);
+        assert_eq!(point_cloud(raw.clone()).unwrap().normals, Some(vec![[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]));
+        raw.attributes.channels[0].values.pop();
+        assert_eq!(point_cloud(raw).unwrap().normals, None);
     }
 
     #[test]

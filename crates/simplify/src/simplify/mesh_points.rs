@@ -1,34 +1,68 @@
 //! Surfaces from point clouds by the Edge Predictor and the Face Classifier (Secs. 3.2 and 3.3).
+//!
+//! A cloud has no triangles. Those of local Delaunay triangulations take the place of the mesh's, an addition to the paper.
 
-use std::sync::Arc;
-
-use super::paper::{NO_SAMPLE, assign_to_samples, choose_faces};
+use super::cloud::{ManifoldFaces, StarTriangles, close_surface, noise_neighbours, smooth_points, star_triangles};
+use super::paper::{NO_SAMPLE, Quotient, RegionQuadrics, assign_to_samples, quotient};
 use super::progress::{POINTS, Progress, run_with_listener};
 use super::{Listener, SimplifyError, scattered_samples};
+use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::Csr;
 use crate::mesh::{TriMesh, compact, orient_outward};
-use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
+use crate::model::{
+    PredictedFaces, Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores,
+};
+use glam::DVec3;
+use std::sync::Arc;
 
 /// Neighbours per point: the mean valence of a triangle mesh.
 // Clouds of twelve training meshes: with 5 the result is 29 % farther from the original; with 8 (measured on nine), 37
 // % farther.
 const NEIGHBOURS: usize = 6;
 
+/// Neighbours of a point whose triangulation is looked at; the Edge Predictor's k.
+const AROUND: usize = 15;
+
+/// Options of [`mesh_points`].
+#[derive(Clone, Copy, Debug)]
+pub struct PointsOptions<'a> {
+    /// Points that become vertices; more than there are means all.
+    pub n_vertices: usize,
+    /// Whether vertices stay at their points, and noise with them.
+    pub keep_points: bool,
+    /// Normal of each point, n x 3, towards which the faces look; without, they look outward.
+    pub normals: Option<&'a [[f32; 3]]>,
+    /// Seed of the sampling.
+    pub seed: u64,
+}
+
+impl PointsOptions<'_> {
+    /// Makes the default options for `n_vertices` vertices.
+    pub fn new(n_vertices: usize) -> Self {
+        Self { n_vertices, keep_points: false, normals: None, seed: 0 }
+    }
+}
+
 /// Mesh over points of a cloud.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MeshedPoints {
-    /// Mesh with at most two faces per edge.
+    /// Oriented mesh with at most two faces per edge and one fan or disk of faces per vertex.
     pub mesh: TriMesh,
     /// Point of the cloud at each vertex, ascending.
     pub source_points: Vec<u32>,
     /// Number of sampled points on no face.
     pub unused_points: usize,
+    /// Neighbours over which noise was smoothed, if it was.
+    pub smoothed_over: Option<usize>,
+    /// Whether vertices were moved from their points, by smoothing or placing.
+    pub has_moved: bool,
 }
 
-/// Builds a mesh over `n_vertices` points of a cloud, which stay in place; over all if it has fewer.
+/// Builds a mesh over `options.n_vertices` points of a cloud; over all if it has fewer.
 ///
-/// The Point Sampler's scores choose the points.
+/// The Point Sampler's scores choose the points. Noisy points are smoothed. If not all points are vertices, vertices are
+/// placed as with [`PaperOptions::place`](super::PaperOptions::place). Holes are closed except large ones.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
@@ -36,56 +70,183 @@ pub struct MeshedPoints {
 /// # Errors
 /// [`SimplifyError::TooFewPoints`], [`SimplifyError::NothingKept`] or [`SimplifyError::Interrupted`].
 ///
+/// # Panics
+/// If there are normals, but not one per point.
+///
 /// ```
 /// # use neural_mesh_simplify as neural_mesh;
-/// use neural_mesh::{mesh::shapes, model::Weights, simplify::{SimplifyError, mesh_points}};
+/// use neural_mesh::{mesh::shapes, model::Weights, simplify::{PointsOptions, SimplifyError, mesh_points}};
 /// use std::ops::ControlFlow;
 /// let cloud = shapes::icosphere(2);
-/// match mesh_points(cloud.positions(), 100, &Weights::random(1), 0, &mut |_| ControlFlow::Continue(())) {
+/// let options = PointsOptions::new(100);
+/// match mesh_points(cloud.positions(), &options, &Weights::random(1), &mut |_| ControlFlow::Continue(())) {
 ///     Ok(result) => assert_eq!(result.source_points.len() + result.unused_points, 100),
 ///     Err(error) => assert_eq!(error, SimplifyError::NothingKept),
 /// }
 /// ```
 pub fn mesh_points(
     points: &[[f32; 3]],
-    n_vertices: usize,
+    options: &PointsOptions,
     weights: &Weights,
-    seed: u64,
     progress: &mut Listener,
 ) -> Result<MeshedPoints, SimplifyError> {
-    let n_samples = n_vertices.min(points.len());
+    assert!(options.normals.is_none_or(|normals| normals.len() == points.len()), "one normal per point");
+    let n_samples = options.n_vertices.min(points.len());
     if n_samples < 3 {
         return Err(SimplifyError::TooFewPoints(n_samples));
     }
-    run_with_listener(progress, &POINTS, |progress| mesh_cloud(points, n_samples, weights, seed, progress))
+    run_with_listener(progress, &POINTS, |progress| {
+        mesh_cloud(points, &PointsOptions { n_vertices: n_samples, ..*options }, weights, progress)
+    })
 }
 
 fn mesh_cloud(
     points: &[[f32; 3]],
-    n_samples: usize,
+    options: &PointsOptions,
     weights: &Weights,
-    seed: u64,
     progress: Progress,
 ) -> Result<MeshedPoints, SimplifyError> {
     progress.enter("scores", 1)?;
-    let graph = Arc::new(cloud_graph(points));
-    // The network expects points in units of edge lengths.
-    let cloud = in_edge_lengths(points, &graph);
-    let samples = draw_samples(&cloud, &graph, n_samples, weights, seed);
-    progress.enter("assign", 1)?;
-    let assignment = assign_to_samples(&cloud, &graph, &samples);
-    let original = Arc::new(region_graph(&graph, &assignment, samples.len()));
+    let smoothed_over = if options.keep_points { None } else { noise_neighbours(points) };
+    let smoothed = smoothed_over.map(|k| smooth_points(points, k));
+    let points = smoothed.as_deref().unwrap_or(points);
+    let cloud = TriangulatedCloud::new(points)?;
+    let places = !options.keep_points && options.n_vertices < points.len();
+    let sampled = cloud.draw_samples(options, places, weights, progress)?;
     progress.enter("edges", 1)?;
-    let sampled: Vec<[f32; 3]> = samples.iter().map(|&at| cloud[at as usize]).collect();
     // Edges between samples are longer, so the units change.
-    let sampled = in_edge_lengths(&sampled, &original);
-    let edges = predict_edges(weights, &sampled, &original);
+    let between = quotient(points, cloud.surface.faces(), &sampled.assignment, sampled.samples.len());
+    let scaled = in_edge_lengths(&gather(points, &sampled.samples), &between.edges);
+    let edges = predict_edges(weights, &scaled, &Arc::new(between.edges.clone()));
     progress.enter("faces", 1)?;
-    let faces = predict_faces(weights, &sampled, &edges, &[]);
+    let stars = match options.n_vertices == points.len() {
+        true => cloud.stars,
+        false => star_triangles(&scaled, &edges.graph),
+    };
+    let faces = predict_faces(weights, &scaled, &edges, &unite(&between, stars, &edges.graph));
     progress.enter("assemble", 1)?;
-    let chosen = choose_faces(&faces, edges.graph.n_entries());
-    let chosen: Vec<[u32; 3]> = chosen.into_iter().map(|at| faces.candidates.triangles[at]).collect();
-    assemble_mesh(points, &samples, &orient_outward(&sampled, &chosen))
+    let mut chosen = choose_faces(&scaled, &faces);
+    close_surface(&scaled, &mut chosen);
+    let faces = orient(&scaled, chosen, options.normals.map(|normals| gather(normals, &sampled.samples)));
+    let in_cloud: Vec<[u32; 3]> = faces.iter().map(|face| face.map(|at| sampled.samples[at as usize])).collect();
+    let positions = match places {
+        true => RegionQuadrics::new(&cloud.surface, &sampled.samples, &sampled.assignment).place_samples(&in_cloud),
+        false => gather(points, &sampled.samples),
+    };
+    let meshed = assemble_mesh(&positions, &sampled.samples, faces)?;
+    Ok(MeshedPoints { smoothed_over, has_moved: places || smoothed_over.is_some(), ..meshed })
+}
+
+/// A cloud with the triangles on which its points agree.
+struct TriangulatedCloud {
+    /// Points, and triangles that two of their corners have in their stars.
+    surface: TriMesh,
+    stars: StarTriangles,
+    /// Edges of the triangles, n x n.
+    graph: Arc<Csr>,
+    /// Points in units of these edges, n x 3.
+    scaled: Vec<[f32; 3]>,
+}
+
+struct CloudSamples {
+    /// Sampled points, ascending.
+    samples: Vec<u32>,
+    /// Sample of each point, or [`NO_SAMPLE`].
+    assignment: Vec<u32>,
+}
+
+impl TriangulatedCloud {
+    fn new(points: &[[f32; 3]]) -> Result<Self, SimplifyError> {
+        let near = extended_graph(points, &Csr::from_edges(points.len(), []), AROUND);
+        let stars = star_triangles(points, &near);
+        let surface = TriMesh::new(points.to_vec(), stars.agreed()).map_err(|_| SimplifyError::Overflow)?;
+        let graph = Arc::new(super::edge_graph(&surface));
+        // The network expects points in units of edge lengths.
+        let scaled = in_edge_lengths(points, &graph);
+        Ok(Self { surface, stars, graph, scaled })
+    }
+
+    fn draw_samples(
+        &self,
+        options: &PointsOptions,
+        places: bool,
+        weights: &Weights,
+        progress: Progress,
+    ) -> Result<CloudSamples, SimplifyError> {
+        let Self { surface, graph, scaled, .. } = self;
+        let n = options.n_vertices;
+        // All points are wanted, so no scores are needed.
+        if n == scaled.len() {
+            progress.enter("assign", 1)?;
+            let all: Vec<u32> = (0..n as u32).collect();
+            return Ok(CloudSamples { assignment: all.clone(), samples: all });
+        }
+        let scores = vertex_scores(weights, scaled, None, graph);
+        let mut samples = scattered_samples(scaled, graph, &scores, n, options.seed);
+        progress.enter("assign", 1)?;
+        let mut assignment = assign_to_samples(scaled, graph, &samples);
+        if places {
+            let scores = RegionQuadrics::new(surface, &samples, &assignment).scores(&assignment, &scores);
+            samples = scattered_samples(scaled, graph, &scores, n, options.seed);
+            assignment = assign_to_samples(scaled, graph, &samples);
+        }
+        Ok(CloudSamples { samples, assignment })
+    }
+}
+
+/// Unites the triangles of regions with those of stars whose edges are in `graph`; sorted, without repeats.
+fn unite(between: &Quotient, stars: StarTriangles, graph: &Csr) -> Vec<[u32; 3]> {
+    let has_edges = |[i, j, k]: &[u32; 3]| {
+        [(i, j), (i, k), (j, k)].into_iter().all(|(&from, &to)| graph.position(from as usize, to).is_some())
+    };
+    let mut triangles: Vec<[u32; 3]> = stars.triangles.into_iter().filter(has_edges).collect();
+    triangles.extend(&between.triangles);
+    triangles.sort_unstable();
+    triangles.dedup();
+    triangles
+}
+
+/// Chooses candidates, the likeliest first, as long as they form a manifold.
+fn choose_faces<'a>(points: &'a [[f32; 3]], faces: &PredictedFaces) -> ManifoldFaces<'a> {
+    let PredictedFaces { candidates, probabilities, .. } = faces;
+    let mut ranked: Vec<usize> = (0..probabilities.len()).collect();
+    let triangle = |at: usize| candidates.triangles[at];
+    ranked.sort_unstable_by(|&a, &b| {
+        probabilities[b].total_cmp(&probabilities[a]).then_with(|| triangle(a).cmp(&triangle(b)))
+    });
+    let mut chosen = ManifoldFaces::new(points);
+    ranked.into_iter().filter(|&at| probabilities[at] > 0.5).for_each(|at| _ = chosen.add_unfolded(triangle(at)));
+    chosen
+}
+
+/// Winds the faces of each component towards the normals of the points, or outward.
+fn orient(points: &[[f32; 3]], mut chosen: ManifoldFaces, normals: Option<Vec<[f32; 3]>>) -> Vec<[u32; 3]> {
+    let mut faces = chosen.list_wound_faces();
+    let Some(normals) = normals else { return orient_outward(points, &faces) };
+    let components = chosen.components();
+    let mut agreement = vec![0.0; faces.len()];
+    for (face, &root) in faces.iter().zip(&components) {
+        let double = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+        let normal = area_normal_f64(face.map(|v| double(points[v as usize])));
+        agreement[root as usize] += face.iter().map(|&v| normal.dot(double(normals[v as usize]))).sum::<f64>();
+    }
+    let turned = faces.iter_mut().zip(&components).filter(|(_, root)| agreement[**root as usize] < 0.0);
+    turned.for_each(|(face, _)| face.swap(1, 2));
+    faces
+}
+
+fn gather(rows: &[[f32; 3]], some: &[u32]) -> Vec<[f32; 3]> {
+    some.iter().map(|&at| rows[at as usize]).collect()
+}
+
+fn assemble_mesh(positions: &[[f32; 3]], samples: &[u32], faces: Vec<[u32; 3]>) -> Result<MeshedPoints, SimplifyError> {
+    if faces.is_empty() {
+        return Err(SimplifyError::NothingKept);
+    }
+    let (mesh, used) = compact(positions, faces).map_err(|_| SimplifyError::Overflow)?;
+    let source_points: Vec<u32> = used.iter().map(|&at| samples[at as usize]).collect();
+    let unused_points = samples.len() - source_points.len();
+    Ok(MeshedPoints { mesh, source_points, unused_points, smoothed_over: None, has_moved: false })
 }
 
 /// Builds the graph (n x n) that joins each point of a cloud (n x 3) and its six nearest points, in both directions.
@@ -97,14 +258,6 @@ fn mesh_cloud(
 /// ```
 pub fn cloud_graph(points: &[[f32; 3]]) -> Csr {
     extended_graph(points, &Csr::from_edges(points.len(), []), NEIGHBOURS)
-}
-
-fn draw_samples(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed: u64) -> Vec<u32> {
-    // All points are wanted, so no scores are needed.
-    if n == cloud.len() {
-        return (0..n as u32).collect();
-    }
-    scattered_samples(cloud, graph, &vertex_scores(weights, cloud, None, graph), n, seed)
 }
 
 /// Builds the graph of the samples whose regions an edge of `graph` joins: A of Eq. (3) for a cloud.
@@ -127,16 +280,6 @@ pub fn region_graph(graph: &Csr, assignment: &[u32], n_samples: usize) -> Csr {
     Csr::from_edges(n_samples, regions.filter(|regions| !regions.contains(&NO_SAMPLE)))
 }
 
-fn assemble_mesh(points: &[[f32; 3]], samples: &[u32], faces: &[[u32; 3]]) -> Result<MeshedPoints, SimplifyError> {
-    if faces.is_empty() {
-        return Err(SimplifyError::NothingKept);
-    }
-    let positions: Vec<[f32; 3]> = samples.iter().map(|&at| points[at as usize]).collect();
-    let (mesh, used) = compact(&positions, faces.to_vec()).map_err(|_| SimplifyError::Overflow)?;
-    let source_points: Vec<u32> = used.iter().map(|&at| samples[at as usize]).collect();
-    Ok(MeshedPoints { mesh, unused_points: samples.len() - source_points.len(), source_points })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -153,32 +296,98 @@ mod tests {
         Weights::random_of(Architecture::narrow(), seed)
     }
 
-    fn results(points: &[[f32; 3]], n: usize) -> Vec<MeshedPoints> {
-        let results: Vec<MeshedPoints> =
-            (0..6).filter_map(|seed| mesh_points(points, n, &small_weights(seed), seed, &mut go_on).ok()).collect();
-        assert!(results.len() > 1);
-        results
+    fn run(points: &[[f32; 3]], options: &PointsOptions, weights: &Weights) -> Result<MeshedPoints, SimplifyError> {
+        mesh_points(points, options, weights, &mut go_on)
     }
 
     #[test]
-    fn every_edge_has_at_most_two_faces_and_vertices_are_points_of_the_cloud() {
+    fn any_weights_give_an_oriented_manifold_over_points_of_the_cloud() {
+        let mut n_results = 0;
         for (shape, n) in [(shapes::icosphere(3), 642), (shapes::torus(24, 12, 1.0, 0.4), 150)] {
-            for result in results(shape.positions(), n) {
-                assert_eq!(topology(&result.mesh).non_manifold_edges, 0);
-                assert_eq!(result.source_points.len() + result.unused_points, n.min(shape.positions().len()));
-                assert!(result.source_points.is_sorted_by(|a, b| a < b));
-                let moved = |(p, &at): (&[f32; 3], &u32)| *p != shape.positions()[at as usize];
-                assert!(!result.mesh.positions().iter().zip(&result.source_points).any(moved));
+            for seed in 0..6 {
+                let options = PointsOptions { keep_points: true, seed, ..PointsOptions::new(n) };
+                let Ok(result) = run(shape.positions(), &options, &small_weights(seed)) else { continue };
+                n_results += 1;
+                let figures = topology(&result.mesh);
+                assert_eq!((figures.non_manifold_edges, figures.inconsistent_edges), (0, 0));
+                assert_eq!(result.source_points.len() + result.unused_points, n);
+                assert!(result.source_points.is_sorted_by(|a, b| a < b) && !result.has_moved);
+                assert_eq!(result.mesh.positions(), gather(shape.positions(), &result.source_points));
+            }
+        }
+        assert!(n_results > 2);
+    }
+
+    #[cfg(feature = "paper")]
+    #[test]
+    fn clouds_of_closed_surfaces_become_closed() {
+        let (ball, box_) = (shapes::icosphere(4), shapes::cuboid([1.0, 2.0, 3.0], 12));
+        for shape in [ball, box_, shapes::torus(60, 30, 1.0, 0.4), shapes::wavy_sphere(4, 5.0)] {
+            for (share, keep_points) in [(1.0, true), (0.5, false), (0.5, true), (0.2, false), (0.2, true)] {
+                let n_vertices = (share * shape.positions().len() as f64) as usize;
+                let options = PointsOptions { keep_points, ..PointsOptions::new(n_vertices) };
+                let result = run(shape.positions(), &options, Weights::shipped_paper_open()).unwrap();
+                let figures = topology(&result.mesh);
+                assert!(figures.is_closed_manifold(), "{share}: {figures:?}");
+                assert!(crate::metrics::volume(&result.mesh).unwrap() > 0.0);
             }
         }
     }
 
+    #[cfg(feature = "paper")]
     #[test]
-    fn faces_agree_across_edges_wherever_they_can() {
-        for result in results(shapes::icosphere(3).positions(), 200) {
+    fn placed_vertices_are_nearer_to_a_smooth_surface() {
+        use crate::metrics::quick_distance;
+        let shape = shapes::wavy_sphere(5, 5.0);
+        let means = [false, true].map(|keep_points| {
+            let options = PointsOptions { keep_points, ..PointsOptions::new(400) };
+            let result = run(shape.positions(), &options, Weights::shipped_paper_open()).unwrap();
+            quick_distance(&shape, &result.mesh, 4000, 0).unwrap().mean
+        });
+        assert!(means[0] < 0.8 * means[1], "{means:?}");
+    }
+
+    #[cfg(feature = "paper")]
+    #[test]
+    fn noise_leaves_an_oriented_manifold_nearer_to_the_surface() {
+        use crate::metrics::quick_distance;
+        use rand_xoshiro::Xoshiro256PlusPlus;
+        use rand_xoshiro::rand_core::{Rng, SeedableRng};
+        let sphere = shapes::icosphere(4);
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+        let mut noise = || 0.25 * ((random.next_u64() >> 40) as f32 / (1u64 << 24) as f32 - 0.5);
+        let noisy: Vec<[f32; 3]> = sphere.positions().iter().map(|p| p.map(|x| x + noise())).collect();
+        let means = [false, true].map(|keep_points| {
+            let options = PointsOptions { keep_points, ..PointsOptions::new(noisy.len()) };
+            let result = run(&noisy, &options, Weights::shipped_paper_open()).unwrap();
             let figures = topology(&result.mesh);
-            assert!(!figures.orientable || figures.inconsistent_edges == 0);
+            assert_eq!((figures.non_manifold_edges, figures.inconsistent_edges), (0, 0));
+            assert_eq!(result.has_moved, !keep_points);
+            quick_distance(&sphere, &result.mesh, 4000, 0).unwrap().mean
+        });
+        assert!(means[0] < 0.5 * means[1], "{means:?}");
+    }
+
+    #[cfg(feature = "paper")]
+    #[test]
+    fn faces_look_where_the_normals_do() {
+        let sphere = shapes::icosphere(3);
+        for sign in [1.0, -1.0] {
+            let normals: Vec<[f32; 3]> = sphere.positions().iter().map(|p| p.map(|x| sign * x)).collect();
+            let options = PointsOptions { normals: Some(&normals), ..PointsOptions::new(642) };
+            let result = run(sphere.positions(), &options, Weights::shipped_paper_open()).unwrap();
+            assert!(f64::from(sign) * crate::metrics::volume(&result.mesh).unwrap() > 3.0);
         }
+    }
+
+    #[cfg(feature = "paper")]
+    #[test]
+    fn a_large_boundary_of_a_cloud_stays() {
+        let mut bowl = shapes::icosphere(4).positions().to_vec();
+        bowl.retain(|p| p[2] < 0.5);
+        let result = run(&bowl, &PointsOptions::new(9999), Weights::shipped_paper_open()).unwrap();
+        let figures = topology(&result.mesh);
+        assert_eq!((figures.boundary_loops, figures.components, figures.non_manifold_vertices), (1, 1, 0));
     }
 
     #[test]
@@ -200,7 +409,9 @@ mod tests {
         let torus = shapes::torus(24, 12, 1.0, 0.4);
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| mesh_points(torus.positions(), 120, &small_weights(1), 3, &mut go_on))
+            pool.install(|| {
+                run(torus.positions(), &PointsOptions { seed: 3, ..PointsOptions::new(120) }, &small_weights(1))
+            })
         };
         assert_eq!(on(1), on(3));
     }
@@ -210,14 +421,15 @@ mod tests {
         let weights = small_weights(1);
         let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [9.0, 9.0, 9.0]];
         for n in 0..3 {
-            let refused = mesh_points(&points[..n], 9, &weights, 0, &mut go_on);
-            assert_eq!(refused, Err(SimplifyError::TooFewPoints(n)));
-            assert_eq!(mesh_points(&points, n, &weights, 0, &mut go_on), Err(SimplifyError::TooFewPoints(n)));
+            assert_eq!(run(&points[..n], &PointsOptions::new(9), &weights), Err(SimplifyError::TooFewPoints(n)));
+            assert_eq!(run(&points, &PointsOptions::new(n), &weights), Err(SimplifyError::TooFewPoints(n)));
         }
         for n in 3..5 {
-            let result = mesh_points(&points[..n], 9, &weights, 0, &mut go_on);
+            let result = run(&points[..n], &PointsOptions::new(9), &weights);
             assert!(result.is_ok() || result == Err(SimplifyError::NothingKept));
         }
+        let line: Vec<[f32; 3]> = (0..40).map(|i| [i as f32, 0.0, 0.0]).collect();
+        assert_eq!(run(&line, &PointsOptions::new(20), &weights), Err(SimplifyError::NothingKept));
     }
 
     #[test]
@@ -225,7 +437,7 @@ mod tests {
         let sphere = shapes::icosphere(1);
         for name in ["scores", "assign", "edges", "faces", "assemble"] {
             let mut stop = |event: Event| if event.stage == name { ControlFlow::Break(()) } else { go_on(event) };
-            let result = mesh_points(sphere.positions(), 40, &small_weights(1), 0, &mut stop);
+            let result = mesh_points(sphere.positions(), &PointsOptions::new(40), &small_weights(1), &mut stop);
             assert_eq!(result, Err(SimplifyError::Interrupted), "{name}");
         }
     }

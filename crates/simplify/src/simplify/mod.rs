@@ -5,6 +5,7 @@ mod bending;
 mod block_mesh;
 mod cards;
 mod closed;
+mod cloud;
 mod components;
 mod driver;
 mod groups;
@@ -46,7 +47,7 @@ pub use input::{Input, importance_of_channel, importance_of_groups};
 #[doc(hidden)]
 pub use levels::simplify_forcing_size;
 pub use levels::simplify_levels_of_detail;
-pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
+pub use mesh_points::{MeshedPoints, PointsOptions, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
     Assembly, Axis, ClosedOptions, DroppedComponent, Effort, Event, Hidden, Listener, Map, MirrorPlane, Optimize,

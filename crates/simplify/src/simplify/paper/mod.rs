@@ -11,7 +11,7 @@ pub use assignment::{NO_SAMPLE, assign_to_samples};
 pub use close::close_holes;
 pub use quotient::{Quotient, quotient};
 
-use self::place::RegionQuadrics;
+pub(super) use self::place::RegionQuadrics;
 use super::network_scores::edge_graph;
 use super::progress::{PAPER_STAGES, Progress, run_with_listener};
 use super::{Listener, PaperOptions, SimplifyError, scattered_samples, vertex_normals};

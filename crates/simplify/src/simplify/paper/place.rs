@@ -22,7 +22,7 @@ const LEAST_ERROR: f64 = 0.1;
 const ROUNDS: usize = 4;
 
 /// Quadric of each region, about its sample.
-pub(super) struct RegionQuadrics<'a> {
+pub(in crate::simplify) struct RegionQuadrics<'a> {
     positions: &'a [[f32; 3]],
     samples: &'a [u32],
     quadrics: Vec<Quadric>,
@@ -30,7 +30,7 @@ pub(super) struct RegionQuadrics<'a> {
 
 impl<'a> RegionQuadrics<'a> {
     /// Sums the quadrics of all regions; a face counts a third for the region of each corner.
-    pub(super) fn new(mesh: &'a TriMesh, samples: &'a [u32], assignment: &[u32]) -> Self {
+    pub(in crate::simplify) fn new(mesh: &'a TriMesh, samples: &'a [u32], assignment: &[u32]) -> Self {
         let positions = mesh.positions();
         let mut quadrics = vec![Quadric::default(); samples.len()];
         let mut add = |v: u32, of: &dyn Fn(DVec3) -> Quadric| {
@@ -60,7 +60,7 @@ impl<'a> RegionQuadrics<'a> {
     ///
     /// # Shapes
     /// - `assignment`, `scores` and the result: n_vertices
-    pub(super) fn scores(&self, assignment: &[u32], scores: &[f32]) -> Vec<f32> {
+    pub(in crate::simplify) fn scores(&self, assignment: &[u32], scores: &[f32]) -> Vec<f32> {
         // At curvature c a region of width h leaves an error of about c^2 h^6. So a density changed by the cube root of
         // the error makes errors equal.
         let error = |quadric: &Quadric| quadric.value(minimum(quadric));
@@ -82,7 +82,7 @@ impl<'a> RegionQuadrics<'a> {
     /// # Shapes
     /// - `faces`: n_faces x 3 vertices of the mesh that are samples
     /// - returns the positions of the samples, n_samples x 3
-    pub(super) fn place_samples(&self, faces: &[[u32; 3]]) -> Vec<[f32; 3]> {
+    pub(in crate::simplify) fn place_samples(&self, faces: &[[u32; 3]]) -> Vec<[f32; 3]> {
         let move_of =
             |(quadric, &v): (&Quadric, &u32)| (point(self.positions, v) + minimum(quadric)).as_vec3().to_array();
         let mut positions = self.positions.to_vec();
