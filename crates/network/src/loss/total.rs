@@ -306,6 +306,18 @@ mod tests {
     }
 
     #[test]
+    fn conflicts_are_found_where_faces_share_no_edge() {
+        let cube = cube();
+        let found = face_geometry(&cube.candidates(), &FaceObjective::PRINTED);
+        let n_common = |[t, u]: [u32; 2]| {
+            let [t, u] = [t, u].map(|t| cube.triangles[t as usize]);
+            t.iter().filter(|corner| u.contains(corner)).count()
+        };
+        assert!(!found.collisions.is_empty() && !found.crossings.is_empty() && !found.overlaps.is_empty());
+        assert!(found.collisions.iter().all(|&pair| n_common(pair) < 2));
+    }
+
+    #[test]
     fn gradients_agree_with_differences() {
         let cube = cube();
         let p: Vec<f32> = uniform(56, 1).iter().map(|p| 0.1 + 0.8 * p).collect();
