@@ -64,7 +64,8 @@ def test_values_of_the_library() -> None:
     near = torch.tensor([[1, 0]]), double([[0.0, 2.0]])
     assert check(lambda p: losses.coverage(near, 8.0, p), [0.5, 0.5]) == 0.5 * 0.5 * 2 + 0.25 * 8
     at_boundary, edges = torch.tensor([False, True, True, True, True]), torch.tensor([[0, 1, 2], [0, 3, 4]])
-    assert check(lambda p: losses.closure(edges, at_boundary, p), [0.5, 1.0]) == 0.5 / 5
+    assert check(lambda p: losses.closure(edges, at_boundary, p), [0.5, 1.0]) == 0.5 / 4
+    assert check(lambda p: losses.closure(edges, at_boundary, p), [0.0, 0.0]) == 1.0
     labels = torch.tensor([True, False])
     assert check(lambda p: losses.quotient_agreement(labels, p, 0.0), [0.5, 0.5]) == pytest.approx(np.log(2))
     conflicts = torch.tensor([[0, 0, 1], [1, 2, 0]])
@@ -126,15 +127,16 @@ def test_coverage_and_closure_over_all_subsets() -> None:
     edges = torch.tensor([[0, 1, 2], [0, 3, 4], [0, 5, 1], [5, 3, 6], [0, 2, 6]])
     at_boundary = torch.tensor([False, True, False, False, True, False, True])
     distances = torch.full((7, 5), 0.0, dtype=DOUBLE).scatter(1, near[0], near[1])
-    covered = closed = 0.0
+    covered = wrong = used = 0.0
     for bits in range(32):
         kept = torch.tensor([bool(bits >> i & 1) for i in range(5)])
         chance = torch.where(kept, p, 1 - p).prod()
         covered += chance * (distances[:, kept].amin(1) if bits else torch.full((7,), 9.0, dtype=DOUBLE)).mean()
         counts = torch.bincount(edges[kept].reshape(-1), minlength=7)
-        closed += chance * torch.where(at_boundary, counts > 1, (counts == 1) | (counts > 2)).double().mean()
+        wrong += chance * torch.where(at_boundary, counts > 1, (counts == 1) | (counts > 2)).sum()
+        used += chance * (counts > 0).sum()
     torch.testing.assert_close(losses.coverage(near, 9.0, p), covered)
-    torch.testing.assert_close(losses.closure(edges, at_boundary, p), closed)
+    torch.testing.assert_close(losses.closure(edges, at_boundary, p), wrong / used)
     check(lambda p: losses.closure(edges, at_boundary, p), p.tolist())
 
 

@@ -34,7 +34,6 @@ pub(super) fn face_terms(
     let judged = loss::Candidates {
         points: &drawn.points,
         triangles,
-        neighbours: &candidates.neighbours,
         edges: &candidates.faces.entries,
         at_boundary: &boundary_entries(quotient_triangles, &candidates.extended),
         labels: &labels,
@@ -57,11 +56,11 @@ fn objective(settings: &Settings) -> FaceObjective {
         forward: settings.lambda_forward,
         reverse: literal * settings.lambda_reverse,
         coverage: trained * settings.lambda_coverage,
-        closure: trained * settings.lambda_closure,
+        closure: settings.lambda_closure,
         collision: settings.lambda_collision,
         crossing: settings.lambda_crossings,
         overlap: settings.lambda_overlap,
-        agreement: trained * settings.lambda_agreement,
+        agreement: settings.lambda_agreement,
         by_count: settings.literal,
         ..FaceObjective::TRAINED
     }

@@ -1,6 +1,7 @@
 //! Step of the objective "paper": the network of Secs. 3.1 to 3.3 with the losses of Sec. 3.4.
 //!
-//! The Point Sampler learns from its own terms only. Samples and candidates are constants for the gradient.
+//! Samples and candidates are constants for the gradient. With `end_to_end`, the surface distances reach the Point Sampler
+//! through the inclusion probabilities of the samples; otherwise it learns from its own terms only.
 
 use super::face_terms::{FaceContext, face_terms, has_face_terms};
 use super::patch::cut_patch;
@@ -11,12 +12,16 @@ use super::scored_mesh::{ScoredMesh, score_mesh, score_points};
 use super::{Settings, StepResult, TrainingItem, network_gradients};
 use crate::autodiff::Value;
 use crate::linalg::Matrix;
-use crate::loss::{NamedTerm, total};
+use crate::loss::{DrawnFaces, NamedTerm, gradient_through_draw, inclusion, total};
 use crate::mesh::TriMesh;
 use crate::model::Weights;
 use crate::simplify::{cloud_graph, scattered_samples};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
+
+/// Terms over faces that teach the Point Sampler end to end. The others are least where samples crowd together, in faces
+/// that are easy to join.
+const DISTANCES: [&str; 3] = ["forward", "reverse", "coverage"];
 
 /// Fewest samples of a useful step.
 const LEAST_SAMPLES: usize = 16;
@@ -40,17 +45,28 @@ pub(super) fn paper_step(
     let surface = SamplerInput { points: &points, normals: &normals, rings: &rings };
     let of_scores = sampler_terms(&surface, scores.matrix().data(), n_samples, settings, random);
     let mut results = vec![(scores.clone(), of_scores)];
+    let mut through_draw = None;
     if has_face_terms(settings) {
         let samples = scattered_samples(&points, &rings, scores.matrix().data(), n_samples, random.next_u64());
         let drawn = connect_samples(&mesh, &points, &rings, &samples, as_cloud);
         let (probabilities, candidates) = classify_faces(&mut tape, &net, &drawn, weights);
         let faces = FaceContext { mesh: &mesh, drawn: &drawn, candidates: &candidates };
         let of_faces = face_terms(&faces, probabilities.matrix().data(), settings, random);
+        if settings.end_to_end {
+            let chances = inclusion(scores.matrix().data(), n_samples);
+            let (triangles, p) = (&candidates.faces.triangles, probabilities.matrix().data());
+            let judged = DrawnFaces { samples: &samples, faces: triangles, probabilities: p };
+            let distances: Vec<NamedTerm> =
+                of_faces.iter().filter(|term| DISTANCES.contains(&term.name)).cloned().collect();
+            let to_scores = gradient_through_draw(&judged, &total(&distances, p.len()).gradient, &chances);
+            through_draw = Some(Matrix::new(to_scores.len(), 1, to_scores));
+        }
         results.push((probabilities, of_faces));
     }
     let terms = results.iter().flat_map(|(_, terms)| terms);
     let terms = terms.map(|term| (term.name, term.weight * term.term.value)).collect();
-    let gradients: Vec<_> = results.iter().map(|(values, terms)| (values, gradient(values, terms))).collect();
+    let mut gradients: Vec<_> = results.iter().map(|(values, terms)| (values, gradient(values, terms))).collect();
+    gradients.extend(through_draw.map(|gradient| (&scores, gradient)));
     Ok(StepResult { terms, gradients: network_gradients(&net, &tape.backward(&gradients)) })
 }
 
@@ -70,10 +86,37 @@ mod tests {
     use rand_xoshiro::rand_core::SeedableRng;
 
     fn terms(toml: &str) -> Vec<(&'static str, f64)> {
+        step(toml).terms
+    }
+
+    fn step(toml: &str) -> StepResult {
         let settings = Settings::from_toml(toml).unwrap();
         let item = TrainingItem { name: "sphere".into(), mesh: shapes::wavy_sphere(3, 5.0), ratio: 0.1 };
         let weights = Weights::random(1);
-        paper_step(&weights, &item, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(0)).unwrap().terms
+        paper_step(&weights, &item, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(0)).unwrap()
+    }
+
+    #[test]
+    fn collisions_crossings_and_overlaps_are_found() {
+        for toml in ["", "literal = true"] {
+            let found = terms(toml);
+            for name in ["collision", "crossing", "overlap"] {
+                assert!(found.iter().any(|term| term.0 == name && term.1 > 0.0), "{toml} {name}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_terms_over_faces_reach_the_point_sampler_end_to_end_alone() {
+        let squares = |toml: &str, stage: &str| -> f64 {
+            let named = step(&format!("lambda_sampler = 0.0\nlambda_smoothness = 0.0\n{toml}")).gradients;
+            let of_stage = named.iter().filter(|(name, _)| name.starts_with(stage));
+            of_stage.flat_map(|(_, matrix)| matrix.data()).map(|&g| f64::from(g).powi(2)).sum()
+        };
+        assert_eq!(squares("", "point_sampler"), 0.0);
+        assert!(squares("end_to_end = true", "point_sampler") > 0.0);
+        let others = ["", "end_to_end = true"].map(|toml| squares(toml, "face_classifier"));
+        assert!(others[0] > 0.0 && others[0] == others[1]);
     }
 
     #[test]
@@ -88,6 +131,7 @@ mod tests {
     #[test]
     fn the_printed_losses_have_nothing_of_ours_among_them() {
         let printed = ["chamfer", "forward", "reverse", "collision", "crossing", "overlap"];
-        assert_eq!(terms("literal = true").iter().map(|term| term.0).collect::<Vec<_>>(), printed);
+        let toml = "literal = true\nlambda_closure = 0.0\nlambda_agreement = 0.0";
+        assert_eq!(terms(toml).iter().map(|term| term.0).collect::<Vec<_>>(), printed);
     }
 }

@@ -46,8 +46,6 @@ pub(super) struct CandidateGraph {
     pub faces: CandidateFaces,
     /// G_ext, to whose entries the candidates' edges refer.
     pub extended: Arc<Csr>,
-    /// G_tri, which joins neighbouring candidates.
-    pub neighbours: Arc<Csr>,
 }
 
 pub(super) fn classify_faces(
@@ -67,5 +65,5 @@ pub(super) fn classify_faces(
     let net = &net.face_classifier;
     let points = constant(&drawn.points);
     let probabilities = face_classifier(tape, net, &points, &faces.triangles, &neighbours, &prior);
-    (probabilities, CandidateGraph { faces, extended, neighbours })
+    (probabilities, CandidateGraph { faces, extended })
 }

@@ -53,6 +53,7 @@ pub struct Settings {
     pub lambda_overlap: f64,
     pub lambda_closure: f64,
     pub lambda_agreement: f64,
+    pub end_to_end: bool,
     pub probes: usize,
     pub probe_cell: usize,
     pub probe_step: f64,

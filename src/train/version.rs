@@ -5,7 +5,7 @@
 /// ```
 /// assert!(neural_mesh::train::VERSION >= 1);
 /// ```
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 #[cfg(test)]
 mod tests {

@@ -11,8 +11,9 @@ use super::method::Method;
 use crate::baselines::{Size, simplify_by};
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_learned};
 use neural_mesh::io::{Format, read_path, write, write_path};
-use neural_mesh::mesh::{Frame, TriMesh};
+use neural_mesh::mesh::{Frame, TriMesh, compact};
 use neural_mesh::model::Weights;
+use neural_mesh::simplify::paper::{orient_triangle, paper_stages};
 use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, PaperOptions, ScoreSource, Target, simplify};
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -74,9 +75,22 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
         }
         Method::Tool(tool) => return Err(format!("{} is an external tool and cannot run in the worker", tool.name)),
     };
+    if name == "paper-quotient" {
+        return span_regions(mesh, job, weights.ours.as_ref().unwrap_or(Weights::shipped_paper_open()));
+    }
     let options = options(name, Target::Vertices(job.vertices), job.seed);
     let simplified = simplify(mesh, weights.ours.as_ref(), &options, &mut |_| ControlFlow::Continue(()));
     simplified.map(|simplified| simplified.mesh).map_err(|error| error.to_string())
+}
+
+/// Joins the paper's samples where three of their regions meet, without Edge Predictor and Face Classifier.
+fn span_regions(mesh: &TriMesh, job: &Job, weights: &Weights) -> Result<TriMesh, String> {
+    let options = PaperOptions { seed: job.seed, ..PaperOptions::default() };
+    let stages = paper_stages(mesh, job.vertices, weights, &options, &mut |_| ControlFlow::Continue(()));
+    let stages = stages.map_err(|error| error.to_string())?;
+    let samples: Vec<[f32; 3]> = stages.samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
+    let faces = stages.quotient.triangles.iter().map(|&face| orient_triangle(face, &samples, &stages.quotient));
+    compact(&samples, faces.collect()).map(|(mesh, _)| mesh).map_err(|error| error.to_string())
 }
 
 fn options(name: &str, target: Target, seed: u64) -> Options {

@@ -19,7 +19,7 @@ pub enum Method {
 }
 
 /// Names of our methods; `job` has their options.
-const OURS: [&str; 13] = [
+const OURS: [&str; 14] = [
     "closed",
     "network",
     "geometry",
@@ -33,6 +33,7 @@ const OURS: [&str; 13] = [
     "paper",
     "paper-closed",
     "paper-placed",
+    "paper-quotient",
 ];
 
 impl Method {

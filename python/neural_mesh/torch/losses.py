@@ -224,17 +224,17 @@ def _distance2_to_triangles(x: Any, corners: Any) -> Any:
 def coverage(near: tuple[Any, Any], penalty: Any, probabilities: Any) -> Any:
     """Computes the mean over the surface points of the expected squared distance to the nearest kept face.
 
-    - `near`: from `near_triangles`; `penalty`: squared length, the cost of an uncovered point, at least its last distance
+    - `near`: from `near_triangles`; `penalty`: squared length, the cost of an uncovered point and the most of any
     """
     options, distances = near
-    finite = torch.where(options >= 0, distances, 0)
-    return expected_cost(options, finite, torch.maximum(finite.amax(1), torch.as_tensor(penalty).to(finite)), probabilities)
+    penalty = torch.as_tensor(penalty).to(distances)
+    return expected_cost(options, torch.minimum(distances, penalty), penalty.expand(len(distances)), probabilities)
 
 
 def closure(edges: Any, at_boundary: Any, probabilities: Any) -> Any:
-    """Computes the expected share of edges with a wrong number of faces, each face kept independently.
+    """Computes the expected number of edges with a wrong number of faces over that of edges with a face, each face kept independently.
 
-    `P(one) + P(more than two)` per inner edge, `P(more than one)` per boundary edge.
+    Wrong are one face or more than two on an inner edge, more than one on a boundary edge. The empty mesh is no minimum: 1.
 
     - `edges`: n_faces x 3, edges of each candidate; `at_boundary`: n_edges, true for edges that should have one face
     """
@@ -243,7 +243,6 @@ def closure(edges: Any, at_boundary: Any, probabilities: Any) -> Any:
     p = probabilities[torch.div(order, 3, rounding_mode="floor")]
     first = torch.searchsorted(edge, edge)
     place = torch.arange(len(edge), device=edge.device) - first
-    used = torch.zeros(n, dtype=torch.bool, device=edge.device).index_fill(0, edge, True)
     none, one, two = p.new_ones(n), p.new_zeros(n), p.new_zeros(n)
     # The k-th face of every edge at once: the distribution of the number of kept faces, face by face.
     for k in range(int(place.max()) + 1 if len(place) else 0):
@@ -251,7 +250,8 @@ def closure(edges: Any, at_boundary: Any, probabilities: Any) -> Any:
         q = p.new_zeros(n).index_copy(0, edge[here], p[here])
         none, one, two = none * (1 - q), one * (1 - q) + none * q, two * (1 - q) + one * q
     more = (1 - none - one - two).clamp(min=0)
-    return torch.where(at_boundary, two + more, one + more)[used].mean()
+    wrong, used = torch.where(at_boundary, two + more, one + more).sum(), (1 - none).sum()
+    return torch.where(used > 0, wrong / used.clamp(min=1e-12), 1)
 
 
 def quotient_agreement(labels: Any, probabilities: Any, balance: float = 0.5) -> Any:

@@ -4,9 +4,11 @@ use super::Term;
 use crate::linalg::Csr;
 use rayon::prelude::*;
 
-/// Computes the expected share of edges with a wrong number of faces, if each face is kept independently.
+/// Computes the expected number of edges with a wrong number of faces over that of edges with a face, each face kept
+/// independently: an estimate of the paper's WA.
 ///
-/// `P(one) + P(more than two)` per inner edge, `P(more than one)` per boundary edge, exact (Poisson binomial).
+/// Wrong are one face or more than two on an inner edge, more than one on a boundary edge; exact (Poisson binomial). As
+/// probabilities shrink to 0 the quotient grows to 1, so the empty mesh is no minimum.
 ///
 /// # Shapes
 /// - `edges_of_faces`: three edges of each candidate
@@ -19,28 +21,45 @@ use rayon::prelude::*;
 /// // Two faces over edge 0; the outer edges 1 to 4 are boundaries.
 /// let at_boundary = [false, true, true, true, true];
 /// let term = closure(&[[0, 1, 2], [0, 3, 4]], &at_boundary, &[0.5, 1.0]);
-/// assert_eq!((term.value, term.gradient), (0.5 / 5.0, vec![-0.2, 0.0]));
+/// assert_eq!(term.value, 0.5 / 4.0);
+/// assert_eq!(term.gradient, [-0.3125, -0.03125]);
 /// ```
 pub fn closure(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], probabilities: &[f32]) -> Term {
     let entries = edges_of_faces.iter().zip(0..).flat_map(|(edges, face)| edges.map(|edge| [edge, face]));
     let faces = Csr::from_entries(at_boundary.len(), edges_of_faces.len(), entries);
-    let edge_cost = |edge: usize| {
+    let count_faces = |edge: usize| {
         let kept: Vec<f64> = faces.row(edge).iter().map(|&t| f64::from(probabilities[t as usize])).collect();
-        wrong_number(&kept, at_boundary[edge])
+        edge_chances(&kept, at_boundary[edge])
     };
-    let used: Vec<usize> = (0..faces.n_rows()).filter(|&edge| !faces.row(edge).is_empty()).collect();
-    let each: Vec<(f64, Vec<f64>)> = used.par_iter().map(|&edge| edge_cost(edge)).collect();
-    let mut gradient = vec![0.0f64; probabilities.len()];
-    for (&edge, (_, slopes)) in used.iter().zip(&each) {
-        faces.row(edge).iter().zip(slopes).for_each(|(&t, slope)| gradient[t as usize] += slope);
+    let edges: Vec<EdgeChances> = (0..faces.n_rows()).into_par_iter().map(count_faces).collect();
+    let wrong: f64 = edges.iter().map(|edge| edge.wrong).sum();
+    let used: f64 = edges.iter().map(|edge| edge.used).sum();
+    if used <= 0.0 {
+        return Term { value: if edges_of_faces.is_empty() { 0.0 } else { 1.0 }, ..Term::zero(probabilities.len()) };
     }
-    Term::mean(each.iter().map(|(value, _)| value).sum(), &gradient, used.len())
+    let mut gradient = vec![0.0f64; probabilities.len()];
+    for (row, edge) in edges.iter().enumerate() {
+        for (&t, [wrong_slope, used_slope]) in faces.row(row).iter().zip(&edge.slopes) {
+            gradient[t as usize] += wrong_slope - wrong / used * used_slope;
+        }
+    }
+    let gradient = gradient.into_iter().map(|slope| (slope / used) as f32).collect();
+    Term { value: wrong / used, gradient }
+}
+
+/// Probabilities of an edge.
+struct EdgeChances {
+    /// That it has a wrong number of faces.
+    wrong: f64,
+    /// That it has a face.
+    used: f64,
+    /// Derivatives of both by the probability of each of its faces.
+    slopes: Vec<[f64; 2]>,
 }
 
 type CountProbabilities = [f64; 3];
 
-/// Returns the probability that an edge has a wrong number of faces, and its derivative to each p.
-fn wrong_number(p: &[f64], at_boundary: bool) -> (f64, Vec<f64>) {
+fn edge_chances(p: &[f64], at_boundary: bool) -> EdgeChances {
     // The distributions of the number of kept faces before and after face i give the derivative by its probability
     // without a division.
     let mut before = vec![[1.0, 0.0, 0.0]];
@@ -50,16 +69,16 @@ fn wrong_number(p: &[f64], at_boundary: bool) -> (f64, Vec<f64>) {
     }));
     let [none, one, two] = before[p.len()];
     let more_than_two = (1.0 - none - one - two).max(0.0);
-    let value = if at_boundary { two + more_than_two } else { one + more_than_two };
-    let mut slopes = vec![0.0; p.len()];
+    let wrong = if at_boundary { two + more_than_two } else { one + more_than_two };
+    let mut slopes = vec![[0.0; 2]; p.len()];
     let mut after: CountProbabilities = [1.0, 0.0, 0.0];
     for (i, &p) in p.iter().enumerate().rev() {
         let [none, one, two] = combine_counts(before[i], after);
         // Keeping face i turns zero kept faces into one, and two into too many.
-        slopes[i] = if at_boundary { one } else { none - one + two };
+        slopes[i] = [if at_boundary { one } else { none - one + two }, none];
         after = add_face(after, p);
     }
-    (value, slopes)
+    EdgeChances { wrong, used: 1.0 - none, slopes }
 }
 
 fn add_face([none, one, two]: CountProbabilities, p: f64) -> CountProbabilities {
@@ -87,8 +106,11 @@ mod tests {
         };
         let wrong = |kept: u32| (0..at_boundary.len()).filter(|&edge| is_wrong(kept, edge)).count() as f64;
         let chance = |kept: u32| (0..n).map(move |t| f64::from(if kept >> t & 1 == 1 { p[t] } else { 1.0 - p[t] }));
-        let n_used = (0..at_boundary.len()).filter(|&edge| count(u32::MAX, edge) > 0).count() as f64;
-        (0..1 << n).map(|kept| chance(kept).product::<f64>() * wrong(kept)).sum::<f64>() / n_used
+        let used = |kept: u32| (0..at_boundary.len()).filter(|&edge| count(kept, edge) > 0).count() as f64;
+        let expected = |number: &dyn Fn(u32) -> f64| -> f64 {
+            (0..1 << n).map(|kept| chance(kept).product::<f64>() * number(kept)).sum()
+        };
+        expected(&wrong) / expected(&used)
     }
 
     const FACES: [[u32; 3]; 7] = [[0, 1, 2], [0, 3, 4], [0, 5, 6], [0, 1, 3], [2, 4, 5], [6, 1, 2], [0, 2, 4]];
@@ -103,14 +125,14 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_surface_and_nothing_cost_nothing_and_a_hole_costs_its_edges() {
+    fn a_closed_surface_costs_nothing_a_hole_its_edges_and_a_thin_surface_all() {
         let tetrahedron = [[0, 1, 2], [0, 3, 4], [1, 3, 5], [2, 4, 5]];
         let loss = |p: [f32; 4]| closure(&tetrahedron, &[false; 6], &p);
         assert_eq!(loss([1.0; 4]).value, 0.0);
-        assert_eq!(loss([0.0; 4]).value, 0.0);
+        assert_eq!(loss([0.0; 4]).value, 1.0);
+        assert!(loss([1e-4; 4]).value > 0.999 && loss([1e-4; 4]).gradient.iter().all(|&g| g < 0.0));
         assert_eq!(loss([1.0, 1.0, 1.0, 0.0]).value, 0.5);
         assert!(loss([1.0, 1.0, 1.0, 0.5]).gradient[3] < 0.0, "the hole wants its face");
-        assert!(loss([0.0, 0.0, 0.0, 0.5]).gradient[3] > 0.0, "a lone face has open edges");
     }
 
     #[test]

@@ -3,8 +3,16 @@
 //! A conflict is an ordered pair (t, u): t passes through, crosses or overlaps u.
 
 use super::Term;
+use super::triangles::barycenters;
 use crate::linalg::Csr;
+use crate::spatial::nearest_neighbours;
 use rayon::prelude::*;
+
+/// Joins every triangle with the `k` others of nearest barycenter.
+pub(super) fn near_in_space(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usize) -> Csr {
+    let nearest = nearest_neighbours(&barycenters(points, triangles), k);
+    Csr::from_equal_rows(triangles.len(), triangles.len(), nearest.len() / triangles.len().max(1), nearest)
+}
 
 /// Finds the pairs (t, u) in conflict, sorted, among triangles of which one is a neighbour of the other.
 pub(super) fn near_pairs(neighbours: &Csr, in_conflict: impl Fn(u32, u32) -> bool + Sync) -> Vec<[u32; 2]> {

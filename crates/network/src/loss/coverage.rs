@@ -57,7 +57,7 @@ fn distance2_to(corners: [DVec3; 3], x: DVec3) -> f64 {
 ///
 /// Per point, k and j run over its nearest triangles, nearest first:
 ///
-/// `sum_k d_k^2 p_k prod_{j<k} (1 - p_j) + max(penalty, d_last^2) prod_j (1 - p_j)`
+/// `sum_k min(d_k^2, penalty) p_k prod_{j<k} (1 - p_j) + penalty prod_j (1 - p_j)`
 ///
 /// # Shapes
 /// - `penalty`: squared length, the cost of an uncovered point
@@ -71,12 +71,11 @@ fn distance2_to(corners: [DVec3; 3], x: DVec3) -> f64 {
 /// assert_eq!((term.value, term.gradient), (0.5 * 0.5 * 2.0 + 0.25 * 8.0, vec![-3.0, -5.0]));
 /// ```
 pub fn coverage(near: &NearTriangles, penalty: f64, probabilities: &[f32]) -> Term {
-    let costs_of_none: Vec<f64> = match near.width {
-        0 => Vec::new(),
-        width => near.distances2.chunks_exact(width).map(|row| row[width - 1].max(penalty)).collect(),
-    };
     let NearTriangles { triangles, distances2, width } = near;
-    let rows = OptionRows { options: triangles, costs: distances2, costs_of_none: &costs_of_none, width: *width };
+    // Components without a sample, however far, count as uncovered and no more.
+    let costs: Vec<f64> = distances2.iter().map(|d2| d2.min(penalty)).collect();
+    let costs_of_none = vec![penalty; costs.len() / width.max(&1)];
+    let rows = OptionRows { options: triangles, costs: &costs, costs_of_none: &costs_of_none, width: *width };
     expected_cost(&rows, probabilities)
 }
 

@@ -21,6 +21,7 @@ mod smoothness;
 mod surface_error;
 #[cfg(test)]
 mod test_gradients;
+mod through_draw;
 mod total;
 mod triangles;
 
@@ -39,6 +40,7 @@ pub use quotient_agreement::quotient_agreement;
 pub use reverse_distance::{ReverseDistances, reverse_distance, reverse_distances};
 pub use smoothness::smoothness;
 pub use surface_error::{ErrorSums, PointErrors, error_shares, error_sums, log_errors, point_errors};
+pub use through_draw::{DrawnFaces, gradient_through_draw};
 pub use total::{Candidates, FaceGeometry, FaceObjective, NamedTerm, face_geometry, face_terms, total};
 
 /// A loss and its gradient by probabilities or scores.

@@ -1,11 +1,11 @@
 //! Overall objective, Eq. (10), and its terms over candidate faces.
 
+use super::conflicts::near_in_space;
 use super::{
     NearTriangles, OverlapSettings, ReverseDistances, Term, closure, collisions, conflicts_by_count, conflicts_by_pair,
     coverage, edge_crossings, forward_distance, forward_distances, near_triangles, overlaps, quotient_agreement,
     reverse_distance, reverse_distances,
 };
-use crate::linalg::Csr;
 
 /// A term of the objective with its name and weight.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +60,7 @@ pub struct FaceObjective {
     pub by_count: bool,
     /// Number of test points per candidate, for Eq. (8) and the overlaps.
     pub per_triangle: usize,
-    /// Number of nearest candidates per point, for Eq. (8) and the coverage.
+    /// Number of nearest candidates per point, for Eq. (8) and the coverage, and per candidate, for the conflicts.
     pub n_near: usize,
     /// Largest distance at which edges cross or points overlap, relative to the edge or the root of the area.
     pub flatness: f64,
@@ -101,8 +101,6 @@ pub struct Candidates<'a> {
     pub points: &'a [[f32; 3]],
     /// Corners of the candidates, n_triangles x 3.
     pub triangles: &'a [[u32; 3]],
-    /// Graph of nearby triangles, n_triangles x n_triangles.
-    pub neighbours: &'a Csr,
     /// Edges of each triangle, n_triangles x 3.
     pub edges: &'a [[u32; 3]],
     /// True for edges that should have one face, n_edges.
@@ -136,19 +134,22 @@ pub struct FaceGeometry {
 
 /// Measures the candidates for all terms of non-zero weight.
 pub fn face_geometry(candidates: &Candidates, objective: &FaceObjective) -> FaceGeometry {
-    let Candidates { points, triangles, neighbours, surface, original_barycenters, .. } = *candidates;
+    let Candidates { points, triangles, surface, original_barycenters, .. } = *candidates;
     let FaceObjective { per_triangle, n_near, flatness, .. } = *objective;
     // A term of weight 0 gets no triangles, so nothing is measured for it.
     let triangles_if = |weight: f64| if weight == 0.0 { &[] } else { triangles };
     let pairs_if = |weight: f64, find: &dyn Fn() -> Vec<[u32; 2]>| if weight == 0.0 { Vec::new() } else { find() };
     let settings = OverlapSettings { per_triangle, flatness };
+    // Triangles with a common edge never collide, so conflicts are looked for among those near in space.
+    let near =
+        &near_in_space(points, triangles_if(objective.collision + objective.crossing + objective.overlap), n_near);
     FaceGeometry {
         forward: forward_distances(points, triangles_if(objective.forward), original_barycenters),
         reverse: reverse_distances(points, triangles_if(objective.reverse), surface, per_triangle, n_near),
         near: near_triangles(points, triangles_if(objective.coverage), surface, n_near),
-        collisions: pairs_if(objective.collision, &|| collisions(points, triangles, neighbours)),
-        crossings: pairs_if(objective.crossing, &|| edge_crossings(points, triangles, neighbours, flatness)),
-        overlaps: pairs_if(objective.overlap, &|| overlaps(points, triangles, neighbours, settings)),
+        collisions: pairs_if(objective.collision, &|| collisions(points, triangles, near)),
+        crossings: pairs_if(objective.crossing, &|| edge_crossings(points, triangles, near, flatness)),
+        overlaps: pairs_if(objective.overlap, &|| overlaps(points, triangles, near, settings)),
         length2: mean_squared_edge(points, triangles),
     }
 }
@@ -164,12 +165,10 @@ fn mean_squared_edge(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
 ///
 /// ```
 /// # use neural_mesh_network as neural_mesh;
-/// use neural_mesh::linalg::Csr;
 /// use neural_mesh::loss::{Candidates, FaceObjective, face_geometry, face_terms, total};
 /// let tetrahedron = Candidates {
 ///     points: &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
 ///     triangles: &[[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]],
-///     neighbours: &Csr::from_edges(4, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]),
 ///     edges: &[[0, 1, 3], [0, 2, 4], [1, 2, 5], [3, 4, 5]],
 ///     at_boundary: &[false; 6],
 ///     labels: &[true; 4],
@@ -221,7 +220,6 @@ mod tests {
     struct Cube {
         points: Vec<[f32; 3]>,
         triangles: Vec<[u32; 3]>,
-        neighbours: Csr,
         edges: Vec<[u32; 3]>,
         labels: Vec<bool>,
         centers: Vec<[f32; 3]>,
@@ -252,11 +250,9 @@ mod tests {
             *ids.entry([a, b]).or_insert(next)
         };
         let edges = triangles.iter().map(|&[i, j, k]| [id(i, j), id(i, k), id(j, k)]).collect();
-        let n = triangles.len() as u32;
-        let neighbours = Csr::from_edges(n as usize, (0..n).flat_map(|t| (0..t).map(move |u| [t, u])));
         let labels = triangles.iter().map(|t| SURFACE.contains(t)).collect();
         let centers = super::super::triangles::barycenters(&points, &SURFACE);
-        Cube { points, triangles, neighbours, edges, labels, centers }
+        Cube { points, triangles, edges, labels, centers }
     }
 
     impl Cube {
@@ -264,7 +260,6 @@ mod tests {
             Candidates {
                 points: &self.points,
                 triangles: &self.triangles,
-                neighbours: &self.neighbours,
                 edges: &self.edges,
                 at_boundary: &[false; 28],
                 labels: &self.labels,
@@ -308,6 +303,18 @@ mod tests {
         };
         assert_eq!(descend(FaceObjective::PRINTED), [false; 56]);
         assert_eq!(descend(FaceObjective::TRAINED), cube.labels);
+    }
+
+    #[test]
+    fn conflicts_are_found_where_faces_share_no_edge() {
+        let cube = cube();
+        let found = face_geometry(&cube.candidates(), &FaceObjective::PRINTED);
+        let n_common = |[t, u]: [u32; 2]| {
+            let [t, u] = [t, u].map(|t| cube.triangles[t as usize]);
+            t.iter().filter(|corner| u.contains(corner)).count()
+        };
+        assert!(!found.collisions.is_empty() && !found.crossings.is_empty() && !found.overlaps.is_empty());
+        assert!(found.collisions.iter().all(|&pair| n_common(pair) < 2));
     }
 
     #[test]
