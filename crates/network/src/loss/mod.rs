@@ -25,7 +25,7 @@ mod total;
 mod triangles;
 
 pub use bending::bending_of_samples;
-pub use chamfer::{coverage_of_samples, probabilistic_chamfer};
+pub use chamfer::{coverage_of_samples, deviation_of_samples, probabilistic_chamfer};
 pub use closure::closure;
 pub use collision::collisions;
 pub use conflicts::{conflicts_by_count, conflicts_by_pair};

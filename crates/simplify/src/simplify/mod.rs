@@ -6,6 +6,7 @@ mod block_mesh;
 mod cards;
 mod closed;
 mod components;
+mod draw;
 mod driver;
 mod groups;
 mod hidden;
@@ -40,6 +41,7 @@ pub use block_mesh::simplify_block_mesh;
 pub use closed::importance_of_scores;
 #[doc(hidden)]
 pub use components::prune;
+pub use draw::Draw;
 pub use groups::{GroupRatio, SimplifiedGroups, simplify_groups};
 pub use hidden::hidden_faces;
 pub use input::{Input, importance_of_channel, importance_of_groups};
