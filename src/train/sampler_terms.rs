@@ -5,8 +5,8 @@ use super::random::random_below;
 use crate::autodiff::Tape;
 use crate::linalg::{Csr, Matrix};
 use crate::loss::{
-    NamedTerm, Term, bending_of_samples, coverage_of_samples, curvature_of_draws, deviation_of_samples, inclusion, inclusion_gradient,
-    probabilistic_chamfer, smoothness,
+    NamedTerm, Term, bending_of_samples, coverage_of_samples, curvature_of_draws, deviation_of_samples, inclusion,
+    inclusion_gradient, probabilistic_chamfer, smoothness,
 };
 use crate::model::inclusion_probabilities;
 use crate::simplify::gumbel_top_k;

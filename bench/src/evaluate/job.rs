@@ -81,7 +81,8 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
 
 fn options(name: &str, target: Target, seed: u64) -> Options {
     let default = ClosedOptions::default();
-    let paper = |close, place| Options::with_paper(target, PaperOptions { seed, close, place, ..PaperOptions::default() });
+    let paper =
+        |close, place| Options::with_paper(target, PaperOptions { seed, close, place, ..PaperOptions::default() });
     let closed = match name {
         "paper" => return paper(false, false),
         "paper-closed" => return paper(true, false),

@@ -155,7 +155,10 @@ mod tests {
         let nearest = nearest_to(&points, &originals[..15], 8);
         let loss = |p: &[f32]| deviation_of_samples(&points, &originals, (&originals[..15], &nearest), p);
         assert_gradient(&uniform(40, 9), 1e-4, loss);
-        assert_eq!(deviation_of_samples(&points, &points, (&originals[..15], &nearest), &uniform(40, 9)), Term::zero(40));
+        assert_eq!(
+            deviation_of_samples(&points, &points, (&originals[..15], &nearest), &uniform(40, 9)),
+            Term::zero(40)
+        );
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub fn curvature_of_samples(of_queries: &[f32], of_points: &[f32], nearest: &[u3
     expected_cost(&OptionRows { options: nearest, costs: &costs, costs_of_none: &costs_of_none, width }, inclusion)
 }
 
-pub(super) fn variance(values: &[f32]) -> f64 {
+fn variance(values: &[f32]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().map(|&x| f64::from(x)).sum::<f64>() / n;
     values.iter().map(|&x| (f64::from(x) - mean).powi(2)).sum::<f64>() / n
