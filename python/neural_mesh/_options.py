@@ -56,6 +56,7 @@ class JobOptions(TypedDict, total=False):
     effort: Literal["fast", "standard", "best"] | None
     scores: Literal["bending", "network", "geometry"] | None
     assembly: Literal["closed", "paper"] | None
+    draw: Literal["scattered", "multinomial"] | None
     close: bool
     place: bool
     seed: Whole | None

@@ -11,7 +11,7 @@ use super::option_json;
 use super::parse;
 use super::parse::RatioOf;
 use super::size::{Bound, Size};
-use crate::simplify::{Effort, Hidden, Optimize, Purpose, ScoreSource, Symmetry};
+use crate::simplify::{Draw, Effort, Hidden, Optimize, Purpose, ScoreSource, Symmetry};
 
 /// Headings of the option groups in the program's help.
 #[cfg(feature = "clap")]
@@ -242,6 +242,10 @@ pub struct Arguments {
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t, help_heading = headings::QUALITY,
         hide_short_help = true))]
     pub assembly: AssemblyName,
+    /// With --assembly paper: way of drawing the vertices by their scores
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t, help_heading = headings::QUALITY,
+        hide_short_help = true))]
+    pub draw: Draw,
     /// With --assembly paper: close the holes of the result
     #[cfg_attr(feature = "clap", arg(long, help_heading = headings::QUALITY, hide_short_help = true))]
     pub close: bool,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 
 use crate::io::{Format, PackOptions};
-use crate::simplify::{Assembly, ClosedOptions, Optimize, Options, PaperOptions, ScoreSource, Symmetry, Target};
+use crate::simplify::{Assembly, ClosedOptions, Draw, Optimize, Options, PaperOptions, ScoreSource, Symmetry, Target};
 
 use super::arguments::Arguments;
 use super::choices::{AssemblyName, Compression};
@@ -94,11 +94,14 @@ impl Arguments {
     fn set_assembly(&self, is_paper: bool, job: &mut Job) -> Result<(), JobError> {
         if is_paper {
             job.check_paper()?;
-            let (seed, close, place) = (self.seed, self.close, self.place);
-            job.options.assembly = Assembly::Paper(PaperOptions { seed, close, place });
+            let (seed, draw, close, place) = (self.seed, self.draw, self.close, self.place);
+            job.options.assembly = Assembly::Paper(PaperOptions { seed, draw, close, place });
             return Ok(());
         }
         let what = match (self.close, self.place) {
+            _ if self.draw != Draw::default() => {
+                "--draw is for --assembly paper: leave it out, the closed assembly draws no samples"
+            }
             (true, _) => {
                 "--close is for --assembly paper: leave it out, the closed assembly makes no holes (--fill-holes closes those of the input)"
             }
@@ -264,6 +267,7 @@ mod tests {
             (r#"{"ratio": 0.1, "fill_holes": "few"}"#, "--fill-holes few: give a whole number"),
             (r#"{"ratio": 0.1, "scores": "geometry", "assembly": "paper"}"#, "--scores geometry: the paper's assembly"),
             (r#"{"ratio": 0.1, "close": true}"#, "--close is for --assembly paper"),
+            (r#"{"ratio": 0.1, "draw": "multinomial"}"#, "--draw is for --assembly paper"),
             (r#"{"ratio": 0.1, "place": true}"#, "--place is for --assembly paper"),
             (
                 r#"{"ratio": 0.1, "assembly": "paper", "map": true}"#,

@@ -1,4 +1,4 @@
-//! Random changes of a mesh before a step: rotation, stretching, noise.
+//! Random changes of a mesh before a step: rotation and stretching.
 
 use super::Settings;
 use super::random::{normal_pair, uniform};
@@ -7,7 +7,7 @@ use crate::model::normalize_points;
 use glam::{DMat3, DQuat, DVec3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Rotates, stretches and roughens a mesh as the settings say; the result has mean 0 and bounding box diagonal 1.
+/// Rotates and stretches a mesh as the settings say; the result has mean 0 and bounding box diagonal 1.
 pub(super) fn augment_mesh(
     mesh: &TriMesh,
     settings: &Settings,
@@ -18,7 +18,6 @@ pub(super) fn augment_mesh(
     let change = DMat3::from_diagonal(stretch) * turn;
     let moved = mesh.positions().iter().map(|&p| change * DVec3::from_array(p.map(f64::from)));
     let positions: Vec<[f32; 3]> = moved.map(|p| p.to_array().map(|x| x as f32)).collect();
-    let positions = add_noise(positions, mesh.faces(), settings.noise, random);
     TriMesh::new(normalize_points(&positions), mesh.faces().to_vec())
 }
 
@@ -29,30 +28,9 @@ fn random_rotation(random: &mut Xoshiro256PlusPlus) -> DQuat {
     if length > 0.0 { DQuat::from_xyzw(x / length, y / length, z / length, w / length) } else { DQuat::IDENTITY }
 }
 
-fn add_noise(
-    mut positions: Vec<[f32; 3]>,
-    faces: &[[u32; 3]],
-    noise: f64,
-    random: &mut Xoshiro256PlusPlus,
-) -> Vec<[f32; 3]> {
-    if noise > 0.0 {
-        let deviation = noise * uniform(random) * mean_edge_length(&positions, faces);
-        for pair in positions.as_flattened_mut().chunks_mut(2) {
-            let normals = normal_pair(random);
-            pair.iter_mut().zip(normals).for_each(|(x, normal)| *x += (deviation * normal) as f32);
-        }
-    }
-    positions
-}
-
-fn mean_edge_length(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> f64 {
-    let point = |v: u32| DVec3::from_array(positions[v as usize].map(f64::from));
-    let edges = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    edges.map(|[a, b]| point(a).distance(point(b))).sum::<f64>() / (3 * faces.len()).max(1) as f64
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::roughen::mean_edge_length;
     use super::*;
     use crate::mesh::shapes;
     use rand_xoshiro::rand_core::SeedableRng;
@@ -75,25 +53,24 @@ mod tests {
     #[test]
     fn without_changes_only_the_frame_changes() {
         let mesh = shapes::torus(12, 8, 2.0, 0.5);
-        let same = change_mesh(&mesh, "rotation = false\nscale = 0\nnoise = 0", 1);
+        let same = change_mesh(&mesh, "rotation = false\nscale = 0", 1);
         assert_eq!(same.positions(), normalize_points(mesh.positions()));
         assert_eq!(same.faces(), mesh.faces());
     }
 
     #[test]
-    fn rotation_keeps_lengths_scale_and_noise_do_not() {
+    fn rotation_keeps_lengths_and_scale_does_not() {
         let mesh = shapes::torus(12, 8, 2.0, 0.5);
-        let turned = change_mesh(&mesh, "rotation = true\nscale = 0\nnoise = 0", 2);
+        let turned = change_mesh(&mesh, "rotation = true\nscale = 0", 2);
         assert!(largest_change(&mesh, &turned) < 1e-4);
         assert!((normalize_points(mesh.positions())[0][2] - turned.positions()[0][2]).abs() > 1e-3);
         assert!(largest_change(&mesh, &change_mesh(&mesh, "rotation = false\nscale = 0.3", 3)) > 0.02);
-        assert!(largest_change(&mesh, &change_mesh(&mesh, "rotation = false\nscale = 0\nnoise = 0.3", 3)) > 0.02);
     }
 
     #[test]
     fn the_same_state_gives_the_same_mesh() {
         let mesh = shapes::icosphere(1);
-        let text = "scale = 0.2\nnoise = 0.1";
+        let text = "scale = 0.2";
         assert_eq!(change_mesh(&mesh, text, 4), change_mesh(&mesh, text, 4));
         assert_ne!(change_mesh(&mesh, text, 4), change_mesh(&mesh, text, 5));
     }

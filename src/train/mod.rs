@@ -19,6 +19,7 @@ mod objectives;
 mod paper_step;
 mod patch;
 pub mod random;
+mod roughen;
 mod run;
 mod sampled_mesh;
 mod sampler_terms;

@@ -6,6 +6,7 @@
 use super::face_terms::{FaceContext, face_terms, has_face_terms};
 use super::patch::cut_patch;
 use super::random::uniform;
+use super::roughen::roughen;
 use super::sampled_mesh::{classify_faces, connect_samples};
 use super::sampler_terms::{SamplerInput, sampler_terms};
 use super::scored_mesh::{ScoredMesh, score_mesh, score_points};
@@ -14,7 +15,7 @@ use crate::autodiff::Value;
 use crate::linalg::Matrix;
 use crate::loss::{DrawnFaces, NamedTerm, gradient_through_draw, inclusion, total};
 use crate::mesh::TriMesh;
-use crate::model::Weights;
+use crate::model::{EdgeFrame, Weights};
 use crate::simplify::{cloud_graph, scattered_samples};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
@@ -32,7 +33,11 @@ pub(super) fn paper_step(
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
 ) -> Result<StepResult, String> {
-    let mesh = cut_patch(item, settings, random)?;
+    let original = cut_patch(item, settings, random)?;
+    let mesh = match settings.noise > 0.0 {
+        true => roughen(&original, settings.noise, random).map_err(|error| error.to_string())?,
+        false => original.clone(),
+    };
     let n_samples = (mesh.positions().len() as f64 * item.ratio) as usize;
     if n_samples < LEAST_SAMPLES {
         return Err(format!("would keep fewer than {LEAST_SAMPLES} samples at the ratio of this step"));
@@ -42,7 +47,8 @@ pub(super) fn paper_step(
         false => score_mesh(weights, &mesh),
         true => score_points(weights, mesh.positions(), unknown_normals(&mesh), cloud_graph(mesh.positions())),
     };
-    let surface = SamplerInput { points: &points, normals: &normals, rings: &rings };
+    let originals = EdgeFrame::new(mesh.positions(), &rings).apply(original.positions());
+    let surface = SamplerInput { points: &points, originals: &originals, normals: &normals, rings: &rings };
     let of_scores = sampler_terms(&surface, scores.matrix().data(), n_samples, settings, random);
     let mut results = vec![(scores.clone(), of_scores)];
     let mut through_draw = None;
@@ -50,7 +56,7 @@ pub(super) fn paper_step(
         let samples = scattered_samples(&points, &rings, scores.matrix().data(), n_samples, random.next_u64());
         let drawn = connect_samples(&mesh, &points, &rings, &samples, as_cloud);
         let (probabilities, candidates) = classify_faces(&mut tape, &net, &drawn, weights);
-        let faces = FaceContext { mesh: &mesh, drawn: &drawn, candidates: &candidates };
+        let faces = FaceContext { mesh: &original, drawn: &drawn, candidates: &candidates };
         let of_faces = face_terms(&faces, probabilities.matrix().data(), settings, random);
         if settings.end_to_end {
             let chances = inclusion(scores.matrix().data(), n_samples);
@@ -126,6 +132,14 @@ mod tests {
         assert_eq!(names(&mesh), names(&cloud));
         assert_ne!(mesh, cloud);
         assert!(cloud.iter().all(|term| term.1.is_finite()) && cloud.iter().any(|term| term.0 == "agreement"));
+    }
+
+    #[test]
+    fn samples_of_a_noisy_mesh_are_measured_by_the_mesh_without_noise() {
+        let value = |toml: &str, name: &str| terms(toml).iter().find(|term| term.0 == name).map(|term| term.1);
+        assert_eq!(value("noise = 0", "deviation"), None);
+        let [little, much] = ["noise = 0.01", "noise = 1.0"].map(|toml| value(toml, "deviation").unwrap());
+        assert!(little < 1e-4 && much > 1e-2, "{little} {much}");
     }
 
     #[test]

@@ -5,12 +5,12 @@ use super::random::random_below;
 use crate::autodiff::Tape;
 use crate::linalg::{Csr, Matrix};
 use crate::loss::{
-    NamedTerm, Term, bending_of_samples, coverage_of_samples, curvature_of_samples, inclusion, inclusion_gradient,
-    probabilistic_chamfer, smoothness,
+    NamedTerm, Term, bending_of_samples, coverage_of_samples, curvature_of_draws, deviation_of_samples, inclusion,
+    inclusion_gradient, probabilistic_chamfer, smoothness,
 };
 use crate::model::inclusion_probabilities;
 use crate::simplify::gumbel_top_k;
-use crate::spatial::{nearest_to, point_curvature};
+use crate::spatial::nearest_to;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
@@ -22,6 +22,8 @@ const NEIGHBOURS: (f64, f64, f64) = (5.0, 8.0, 128.0);
 pub(super) struct SamplerInput<'a> {
     /// Vertex positions, n x 3, in mean edge lengths.
     pub points: &'a [[f32; 3]],
+    /// Positions without noise, n x 3, in the same frame.
+    pub originals: &'a [[f32; 3]],
     /// Unit normals, n x 3.
     pub normals: &'a [[f32; 3]],
     pub rings: &'a Csr,
@@ -43,20 +45,23 @@ pub(super) fn sampler_terms(
     let queries: Vec<u32> = (0..QUERIES.min(points.len())).map(|_| random_below(random, points.len()) as u32).collect();
     let (share, least, most) = NEIGHBOURS;
     let k = (share * points.len() as f64 / n_samples as f64).clamp(least, most) as usize;
-    let places: Vec<[f32; 3]> = queries.iter().map(|&v| points[v as usize]).collect();
+    let places: Vec<[f32; 3]> = queries.iter().map(|&v| surface.originals[v as usize]).collect();
     let nearest = nearest_to(points, &places, k);
     let included = inclusion(scores, n_samples);
     let pi = &included.probabilities;
     let to_scores = |term: Term| Term { value: term.value, gradient: inclusion_gradient(&included, &term.gradient) };
     let coverage = || to_scores(coverage_of_samples(points, &places, &nearest, pi));
+    let deviation = || to_scores(deviation_of_samples(points, surface.originals, (&places, &nearest), pi));
+    // Without noise all vertices are on the original.
+    let lambda_deviation = if settings.noise > 0.0 { settings.lambda_sampler } else { 0.0 };
     let bending = || to_scores(bending_of_samples(points, surface.normals, &queries, &nearest, pi));
     let curvature = || {
-        let of_points = point_curvature(points);
-        let of_queries: Vec<f32> = queries.iter().map(|&v| of_points[v as usize]).collect();
-        to_scores(curvature_of_samples(&of_queries, &of_points, &nearest, pi))
+        let [first, second] = [seed, !seed].map(|seed| gumbel_top_k(scores, n_samples, seed));
+        curvature_of_draws(points, surface.originals, [&first, &second])
     };
     compute_weighted([
         ("sampler", settings.lambda_sampler, &coverage),
+        ("deviation", lambda_deviation, &deviation),
         ("bending", settings.lambda_bending, &bending),
         ("curvature", settings.lambda_curvature, &curvature),
         ("smoothness", settings.lambda_smoothness, &|| smoothness(scores, surface.rings)),

@@ -95,7 +95,8 @@ fn span_regions(mesh: &TriMesh, job: &Job, weights: &Weights) -> Result<TriMesh,
 
 fn options(name: &str, target: Target, seed: u64) -> Options {
     let default = ClosedOptions::default();
-    let paper = |close, place| Options::with_paper(target, PaperOptions { seed, close, place });
+    let paper =
+        |close, place| Options::with_paper(target, PaperOptions { seed, close, place, ..PaperOptions::default() });
     let closed = match name {
         "paper" => return paper(false, false),
         "paper-closed" => return paper(true, false),

@@ -25,10 +25,11 @@ const RATIOS: [f64; 3] = [0.05, 0.2, 0.8];
 const NOISE: [f64; 3] = [0.0, 0.5, 1.0];
 const FIGURES: [&str; 3] = ["chamfer in 1e-6", "curvature in 1e-4", "ms"];
 const UNIFORM: &str = "uniform, with replacement";
-const SAMPLERS: [&str; 7] = [
+const SAMPLERS: [&str; 8] = [
     UNIFORM,
     "uniform, without replacement",
     "farthest points",
+    "farthest points, all distances",
     "potamias",
     "evenly apart",
     "network",
@@ -87,6 +88,7 @@ fn draw(sampler: &str, mesh: &TriMesh, n: usize, weights: &Weights) -> Vec<[f32;
         "uniform, without replacement" => gumbel_top_k(&even(), n, 0),
         "evenly apart" => draw_scattered(mesh, &even(), n),
         "farthest points" => farthest_points(mesh.positions(), n, 0),
+        "farthest points, all distances" => farthest_by_all_distances(mesh.positions(), n),
         "potamias" => {
             let weights = LearnedWeights::load_shipped(LearnedBaseline::Potamias);
             return simplify_points(mesh.positions(), n, 0, weights.tensors());
@@ -101,6 +103,22 @@ fn draw(sampler: &str, mesh: &TriMesh, n: usize, weights: &Weights) -> Vec<[f32;
 fn draw_scattered(mesh: &TriMesh, scores: &[f32], n: usize) -> Vec<u32> {
     let rings = edge_graph(mesh);
     scattered_samples(&in_edge_lengths(mesh.positions(), &rings), &rings, scores, n, 0)
+}
+
+/// Draws the points of [`farthest_points`] as Sec. 3.1 has it, with a distance from each sample to each point.
+fn farthest_by_all_distances(points: &[[f32; 3]], n: usize) -> Vec<u32> {
+    let (mut drawn, mut next) = (Vec::with_capacity(n), 0);
+    let mut nearest = vec![f32::INFINITY; points.len()];
+    while drawn.len() < n.min(points.len()) {
+        drawn.push(next as u32);
+        let [x, y, z] = points[next];
+        for (nearest, p) in nearest.iter_mut().zip(points) {
+            *nearest = nearest.min((p[0] - x).powi(2) + (p[1] - y).powi(2) + (p[2] - z).powi(2));
+        }
+        let farthest = nearest.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+        next = farthest.map_or(0, |(at, _)| at);
+    }
+    drawn
 }
 
 fn with_replacement(n_vertices: usize, n: usize) -> Vec<u32> {
@@ -202,6 +220,17 @@ mod tests {
     }
 
     #[test]
+    fn farthest_points_are_as_far_apart_by_all_distances_as_by_a_tree() {
+        let points = shapes::wavy_sphere(4, 5.0).positions().to_vec();
+        let spread = |drawn: Vec<u32>| {
+            let drawn: Vec<[f32; 3]> = drawn.iter().map(|&v| points[v as usize]).collect();
+            chamfer(&double(&points), &double(&drawn)).unwrap().sum()
+        };
+        let [naive, tree] = [farthest_by_all_distances(&points, 100), farthest_points(&points, 100, 0)].map(spread);
+        assert!((naive / tree - 1.0).abs() < 0.02, "{naive} {tree}");
+    }
+
+    #[test]
     fn noise_has_its_deviation() {
         let mesh = shapes::icosphere(5);
         let noisy = with_noise(&mesh, 0.01);
@@ -218,7 +247,7 @@ mod tests {
         let line = "| network | - / 0.76 | - / 0.92 | 0.50 / 0.66 | 1.00 / 0.92 | - / 0.21 |";
         assert!(text.contains(line), "{text}");
         let csv = csv_table(&table, 0.0);
-        assert_eq!(csv.lines[16], ["0", "network", "0.2", "2.00", "0.50", "0.66", "1.00", "1.00", "0.92", "2.00"]);
+        assert_eq!(csv.lines[19], ["0", "network", "0.2", "2.00", "0.50", "0.66", "1.00", "1.00", "0.92", "2.00"]);
         assert_eq!(csv.lines.len(), SAMPLERS.len() * RATIOS.len());
     }
 }

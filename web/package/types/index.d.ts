@@ -135,6 +135,8 @@ export interface SimplifyOptions {
   scores?: 'bending' | 'network' | 'geometry';
   /** Method that builds the surface [default: closed]. */
   assembly?: 'closed' | 'paper';
+  /** With assembly paper: way of drawing the vertices by their scores [default: scattered]. */
+  draw?: 'scattered' | 'multinomial';
   /** With assembly paper: close the holes of the result. */
   close?: boolean;
   /** With assembly paper: sample again, denser where the error is large, and move vertices to reduce the error. */

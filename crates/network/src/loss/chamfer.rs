@@ -1,7 +1,7 @@
 //! The probabilistic Chamfer distance of Eq. (6), and the form used in training.
 
 use super::Term;
-use super::expected_cost::relative_cost;
+use super::expected_cost::{last_costs, relative_cost};
 use super::triangles::distance2;
 use crate::spatial::nearest_to;
 
@@ -59,10 +59,47 @@ pub fn coverage_of_samples(points: &[[f32; 3]], queries: &[[f32; 3]], nearest: &
     if width == 0 {
         return Term::zero(inclusion.len());
     }
-    let of_query =
-        |(row, &q): (&[u32], &[f32; 3])| row.iter().map(move |&x| distance2(points[x as usize], q)).collect();
-    let costs: Vec<f64> = nearest.chunks_exact(width).zip(queries).flat_map::<Vec<f64>, _>(of_query).collect();
-    relative_cost(nearest, costs, width, inclusion)
+    relative_cost(nearest, squared_distances(points, queries, nearest), width, inclusion)
+}
+
+fn squared_distances(points: &[[f32; 3]], queries: &[[f32; 3]], nearest: &[u32]) -> Vec<f64> {
+    let width = nearest.len() / queries.len().max(1);
+    let row = |(row, &q): (&[u32], &[f32; 3])| row.iter().map(move |&x| distance2(points[x as usize], q)).collect();
+    nearest.chunks_exact(width.max(1)).zip(queries).flat_map::<Vec<f64>, _>(row).collect()
+}
+
+/// Computes the expected squared distance from a sample to the nearest original point: the other half of the Chamfer distance.
+///
+/// It is 0 unless noise has moved the points. `sum pi_y d_y^2 / sum pi_y`, in the unit of [`coverage_of_samples`].
+///
+/// # Shapes
+/// - `points`: n x 3; `originals`: m x 3
+/// - `queries`, `nearest`, `inclusion`: those of [`coverage_of_samples`]
+///
+/// ```
+/// # use neural_mesh_network as neural_mesh;
+/// use neural_mesh::loss::deviation_of_samples;
+/// let (points, originals) = ([[0.0, 0.0, 1.0], [2.0, 0.0, 0.0]], [[0.0; 3], [2.0, 0.0, 0.0]]);
+/// let term = deviation_of_samples(&points, &originals, (&originals[..1], &[0, 1]), &[0.5; 2]);
+/// assert_eq!((term.value, term.gradient), (0.5 / 4.0, vec![0.125, -0.125]));
+/// ```
+pub fn deviation_of_samples(
+    points: &[[f32; 3]],
+    originals: &[[f32; 3]],
+    (queries, nearest): (&[[f32; 3]], &[u32]),
+    inclusion: &[f32],
+) -> Term {
+    let expected: f64 = inclusion.iter().map(|&pi| f64::from(pi)).sum();
+    if originals.is_empty() || nearest.is_empty() || expected == 0.0 {
+        return Term::zero(inclusion.len());
+    }
+    let lasts = last_costs(&squared_distances(points, queries, nearest), nearest.len() / queries.len().max(1));
+    let unit = lasts.iter().sum::<f64>() / lasts.len().max(1) as f64;
+    let scale = if unit > 0.0 { 1.0 / (unit * expected) } else { 0.0 };
+    let partners = nearest_to(originals, points, 1);
+    let squares: Vec<f64> = points.iter().zip(partners).map(|(&y, x)| distance2(originals[x as usize], y)).collect();
+    let mean = squares.iter().zip(inclusion).map(|(d2, &pi)| d2 * f64::from(pi)).sum::<f64>() / expected;
+    Term { value: mean * scale * expected, gradient: squares.iter().map(|d2| ((d2 - mean) * scale) as f32).collect() }
 }
 
 #[cfg(test)]
@@ -110,6 +147,18 @@ mod tests {
         assert_gradient(&uniform(40, 5), 1e-4, loss);
         assert_eq!(loss(&[1.0; 40]).value, 0.0);
         assert!((loss(&[0.0; 40]).value - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn deviation_agrees_with_differences_and_is_least_for_points_of_the_original() {
+        let (points, originals) = (points(40, 7), points(40, 8));
+        let nearest = nearest_to(&points, &originals[..15], 8);
+        let loss = |p: &[f32]| deviation_of_samples(&points, &originals, (&originals[..15], &nearest), p);
+        assert_gradient(&uniform(40, 9), 1e-4, loss);
+        assert_eq!(
+            deviation_of_samples(&points, &points, (&originals[..15], &nearest), &uniform(40, 9)),
+            Term::zero(40)
+        );
     }
 
     #[test]

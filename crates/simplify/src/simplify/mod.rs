@@ -7,6 +7,7 @@ mod cards;
 mod closed;
 mod cloud;
 mod components;
+mod draw;
 mod driver;
 mod groups;
 mod hidden;
@@ -41,6 +42,7 @@ pub use block_mesh::simplify_block_mesh;
 pub use closed::importance_of_scores;
 #[doc(hidden)]
 pub use components::prune;
+pub use draw::Draw;
 pub use groups::{GroupRatio, SimplifiedGroups, simplify_groups};
 pub use hidden::hidden_faces;
 pub use input::{Input, importance_of_channel, importance_of_groups};

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use super::Draw;
 use crate::mesh::{Attributes, Frame, TriMesh};
 
 /// Size of the result.
@@ -123,6 +124,8 @@ impl Assembly {
 pub struct PaperOptions {
     /// Seed of the sampling.
     pub seed: u64,
+    /// Way of drawing samples.
+    pub draw: Draw,
     /// Closes the holes that the network leaves.
     pub close: bool,
     /// Samples again, more densely where regions have large errors, and moves vertices to the minimum of their region's

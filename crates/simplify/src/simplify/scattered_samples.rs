@@ -3,8 +3,7 @@
 use super::sample_vertices::gumbel_keys;
 use crate::linalg::Csr;
 use rayon::prelude::*;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::VecDeque;
 
 /// Largest distance of a score from the mean of all scores.
 // This keeps the density below 400 times the mean for networks in training; scores of the shipped weights stay within 3
@@ -127,7 +126,7 @@ struct DistanceField<'a> {
     rings: &'a Csr,
     lengths: Vec<f64>,
     distance: Vec<f64>,
-    front: BinaryHeap<Reverse<(u64, u32)>>,
+    front: VecDeque<u32>,
 }
 
 impl<'a> DistanceField<'a> {
@@ -136,23 +135,23 @@ impl<'a> DistanceField<'a> {
         let length = |v: usize, w: usize| 0.5 * (stretch[v] + stretch[w]) * distance2(points[v], points[w]).sqrt();
         let of_vertex = |v: usize| rings.row(v).iter().map(move |&w| length(v, w as usize));
         let lengths = (0..points.len()).into_par_iter().flat_map_iter(of_vertex).collect();
-        Self { rings, lengths, distance: vec![f64::INFINITY; points.len()], front: BinaryHeap::new() }
+        Self { rings, lengths, distance: vec![f64::INFINITY; points.len()], front: VecDeque::new() }
     }
 
+    /// Lowers the distances around a sample, as far as `reach`.
+    // A queue in place of a heap: within a reach are a few vertices, of which hardly one is visited twice, and the least sum along
+    // a path does not depend on the order of visits.
     fn add_sample(&mut self, sample: u32, reach: f64) {
         let Self { rings, lengths, distance, front } = self;
         distance[sample as usize] = 0.0;
-        front.push(Reverse((0, sample)));
-        while let Some(Reverse((bits, v))) = front.pop() {
-            let (v, here) = (v as usize, f64::from_bits(bits));
-            if here > distance[v] {
-                continue;
-            }
-            for (&w, length) in rings.row(v).iter().zip(&lengths[rings.range(v)]) {
+        front.push_back(sample);
+        while let Some(v) = front.pop_front() {
+            let here = distance[v as usize];
+            for (&w, length) in rings.row(v as usize).iter().zip(&lengths[rings.range(v as usize)]) {
                 let there = here + length;
                 if there < reach && there < distance[w as usize] {
                     distance[w as usize] = there;
-                    front.push(Reverse((there.to_bits(), w)));
+                    front.push_back(w);
                 }
             }
         }

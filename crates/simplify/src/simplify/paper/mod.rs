@@ -14,7 +14,7 @@ pub use quotient::{Quotient, quotient};
 pub(super) use self::place::RegionQuadrics;
 use super::network_scores::edge_graph;
 use super::progress::{PAPER_STAGES, Progress, run_with_listener};
-use super::{Listener, PaperOptions, SimplifyError, scattered_samples, vertex_normals};
+use super::{Listener, PaperOptions, SimplifyError, vertex_normals};
 use crate::mesh::TriMesh;
 use crate::model::{
     PredictedEdges, PredictedFaces, Weights, in_edge_lengths, predict_edges, predict_faces, vertex_scores,
@@ -144,12 +144,14 @@ fn run_stages(
     let normals = (weights.architecture().point_sampler_inputs == 6).then(|| vertex_normals(mesh));
     let mut scores = vertex_scores(weights, &points, normals.as_deref(), &rings);
     progress.enter("sample", 1)?;
-    let mut samples = scattered_samples(&points, &rings, &scores, n_target_vertices, options.seed);
+    let draw_samples =
+        |scores: &[f32]| options.draw.draw_samples(&points, &rings, scores, n_target_vertices, options.seed);
+    let mut samples = draw_samples(&scores);
     progress.enter("assign", 1)?;
     let mut assignment = assign_to_samples(&points, &rings, &samples);
     if options.place {
         scores = RegionQuadrics::new(mesh, &samples, &assignment).scores(&assignment, &scores);
-        samples = scattered_samples(&points, &rings, &scores, n_target_vertices, options.seed);
+        samples = draw_samples(&scores);
         assignment = assign_to_samples(&points, &rings, &samples);
     }
     let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
