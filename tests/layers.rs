@@ -231,7 +231,8 @@ fn unsafe_code_stands_in_kernels_the_allocator_and_names_for_javascript_alone() 
     let n_of = |word: &str| door.iter().map(|source| source.code.matches(word).count()).sum::<usize>();
     let declared = ["#[unsafe(no_mangle)]", "unsafe extern \"C\" {", "allow(unsafe_code"].map(n_of);
     assert_eq!((declared, n_of("unsafe ")), ([4, 2, 3], 5));
-    let is_kernel = |source: &Source| module(source) == Some("linalg") || source.path.ends_with("collapse/lanes/avx2.rs");
+    let is_kernel =
+        |source: &Source| module(source) == Some("linalg") || source.path.ends_with("collapse/lanes/avx2.rs");
     let elsewhere: Vec<Source> = others.into_iter().filter(|source| !is_kernel(source)).collect();
     assert_eq!(find_words(&elsewhere, &["unsafe ", "allow(unsafe_code)"]), Vec::<String>::new());
     // The allocator file must justify its use of `unsafe` and stay small.
