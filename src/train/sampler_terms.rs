@@ -5,12 +5,12 @@ use super::random::random_below;
 use crate::autodiff::Tape;
 use crate::linalg::{Csr, Matrix};
 use crate::loss::{
-    NamedTerm, Term, bending_of_samples, coverage_of_samples, curvature_of_draws, deviation_of_samples, inclusion,
+    NamedTerm, Term, bending_of_samples, coverage_of_samples, curvature_of_samples, deviation_of_samples, inclusion,
     inclusion_gradient, probabilistic_chamfer, smoothness,
 };
 use crate::model::inclusion_probabilities;
 use crate::simplify::gumbel_top_k;
-use crate::spatial::nearest_to;
+use crate::spatial::{nearest_to, point_curvature};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
@@ -56,8 +56,9 @@ pub(super) fn sampler_terms(
     let lambda_deviation = if settings.noise > 0.0 { settings.lambda_sampler } else { 0.0 };
     let bending = || to_scores(bending_of_samples(points, surface.normals, &queries, &nearest, pi));
     let curvature = || {
-        let [first, second] = [seed, !seed].map(|seed| gumbel_top_k(scores, n_samples, seed));
-        curvature_of_draws(points, surface.originals, [&first, &second])
+        let of_points = point_curvature(points);
+        let of_queries: Vec<f32> = queries.iter().map(|&v| of_points[v as usize]).collect();
+        to_scores(curvature_of_samples(&of_queries, &of_points, &nearest, pi))
     };
     compute_weighted([
         ("sampler", settings.lambda_sampler, &coverage),
