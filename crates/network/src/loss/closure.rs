@@ -4,11 +4,11 @@ use super::Term;
 use crate::linalg::Csr;
 use rayon::prelude::*;
 
-/// Computes the expected number of edges with a wrong number of faces over that of edges with a face, each face kept
-/// independently: an estimate of the paper's WA.
+/// Computes the expected number of edges with a wrong number of faces over that of edges with a face.
 ///
-/// Wrong are one face or more than two on an inner edge, more than one on a boundary edge; exact (Poisson binomial). As
-/// probabilities shrink to 0 the quotient grows to 1, so the empty mesh is no minimum.
+/// Each face is kept independently; the quotient estimates the paper's WA. Wrong are one face or more than two on an
+/// inner edge, more than one on a boundary edge; exact (Poisson binomial). As probabilities shrink to 0 the quotient grows
+/// to 1, so the empty mesh is no minimum.
 ///
 /// # Shapes
 /// - `edges_of_faces`: three edges of each candidate
