@@ -22,7 +22,7 @@ use rayon::prelude::*;
 /// let at_boundary = [false, true, true, true, true];
 /// let term = closure(&[[0, 1, 2], [0, 3, 4]], &at_boundary, &[0.5, 1.0]);
 /// assert_eq!(term.value, 0.5 / 4.0);
-/// assert_eq!(term.gradient, [-0.3125, -0.03125]);
+/// assert_eq!(term.gradient, [-0.3125, -0.078125]);
 /// ```
 pub fn closure(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], probabilities: &[f32]) -> Term {
     let entries = edges_of_faces.iter().zip(0..).flat_map(|(edges, face)| edges.map(|edge| [edge, face]));
