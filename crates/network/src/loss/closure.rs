@@ -4,11 +4,11 @@ use super::Term;
 use crate::linalg::Csr;
 use rayon::prelude::*;
 
-/// Computes the expected number of edges with a wrong number of faces over that of edges with a face, each face kept
-/// independently: an estimate of the paper's WA.
+/// Computes the expected number of edges with a wrong number of faces over that of edges with a face.
 ///
-/// Wrong are one face or more than two on an inner edge, more than one on a boundary edge; exact (Poisson binomial). As
-/// probabilities shrink to 0 the quotient grows to 1, so the empty mesh is no minimum.
+/// Each face is kept independently; the quotient estimates the paper's WA. Wrong are one face or more than two on an
+/// inner edge, more than one on a boundary edge; exact (Poisson binomial). As probabilities shrink to 0 the quotient grows
+/// to 1, so the empty mesh is no minimum.
 ///
 /// # Shapes
 /// - `edges_of_faces`: three edges of each candidate
@@ -22,7 +22,7 @@ use rayon::prelude::*;
 /// let at_boundary = [false, true, true, true, true];
 /// let term = closure(&[[0, 1, 2], [0, 3, 4]], &at_boundary, &[0.5, 1.0]);
 /// assert_eq!(term.value, 0.5 / 4.0);
-/// assert_eq!(term.gradient, [-0.3125, -0.03125]);
+/// assert_eq!(term.gradient, [-0.3125, -0.078125]);
 /// ```
 pub fn closure(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], probabilities: &[f32]) -> Term {
     let entries = edges_of_faces.iter().zip(0..).flat_map(|(edges, face)| edges.map(|edge| [edge, face]));
