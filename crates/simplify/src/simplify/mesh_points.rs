@@ -159,7 +159,7 @@ impl TriangulatedCloud {
     fn new(points: &[[f32; 3]]) -> Result<Self, SimplifyError> {
         let near = extended_graph(points, &Csr::from_edges(points.len(), []), AROUND);
         let stars = star_triangles(points, &near);
-        let surface = TriMesh::new(points.to_vec(), stars.agreed()).map_err(|_| SimplifyError::Overflow)?;
+        let surface = TriMesh::new(points.to_vec(), stars.list_agreed()).map_err(|_| SimplifyError::Overflow)?;
         let graph = Arc::new(super::edge_graph(&surface));
         // The network expects points in units of edge lengths.
         let scaled = in_edge_lengths(points, &graph);

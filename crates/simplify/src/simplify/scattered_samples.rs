@@ -138,7 +138,7 @@ impl<'a> DistanceField<'a> {
         Self { rings, lengths, distance: vec![f64::INFINITY; points.len()], front: VecDeque::new() }
     }
 
-    /// Lowers the distances around a sample, as far as `reach`.
+    /// Lowers the distances around a sample, up to `reach`.
     // A queue in place of a heap: within a reach are a few vertices, of which hardly one is visited twice, and the least sum along
     // a path does not depend on the order of visits.
     fn add_sample(&mut self, sample: u32, reach: f64) {

@@ -19,7 +19,7 @@ const LONGEST_EDGE: f64 = 8.0;
 /// Most rounds of filling holes and removing faces.
 const ROUNDS: usize = 8;
 
-/// Fills small holes; removes faces at vertices that several holes touch, and fills what becomes of them.
+/// Fills small holes; removes faces at vertices that several holes touch, and fills the holes that result.
 ///
 /// The points of `chosen` are in units of edges. Large holes stay, since a surface may have a boundary.
 pub fn close_surface(points: &[[f32; 3]], chosen: &mut ManifoldFaces) {

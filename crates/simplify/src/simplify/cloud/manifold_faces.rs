@@ -55,7 +55,7 @@ impl<'a> ManifoldFaces<'a> {
         let number = self.faces.len() as u32;
         for (edge, faces) in edges.into_iter().zip(across) {
             let place = usize::from(faces[0] != NO_FACE);
-            self.at_edges.entry(sorted(edge)).or_insert([NO_FACE; 2])[place] = number;
+            self.at_edges.entry(edge_key(edge)).or_insert([NO_FACE; 2])[place] = number;
         }
         edges_with_apex(face).into_iter().for_each(|[a, b, apex]| self.links[apex as usize].push([a, b]));
         self.faces.push(face);
@@ -77,11 +77,11 @@ impl<'a> ManifoldFaces<'a> {
     /// Returns whether the boundary passes a vertex more than once.
     pub(super) fn is_pinched(&self, v: u32) -> bool {
         let ends = self.links[v as usize].as_flattened();
-        ends.iter().filter(|&&w| self.at_edges[&sorted([v, w])][1] == NO_FACE).count() > 2
+        ends.iter().filter(|&&w| self.at_edges[&edge_key([v, w])][1] == NO_FACE).count() > 2
     }
 
     fn faces_across(&self, face: [u32; 3]) -> [[u32; 2]; 3] {
-        edges_of(face).map(|edge| self.at_edges.get(&sorted(edge)).copied().unwrap_or([NO_FACE; 2]))
+        edges_of(face).map(|edge| self.at_edges.get(&edge_key(edge)).copied().unwrap_or([NO_FACE; 2]))
     }
 
     fn is_unfolded(&self, [a, b, apex]: [u32; 3], other: u32) -> bool {
@@ -160,7 +160,7 @@ fn edges_with_apex([a, b, c]: [u32; 3]) -> [[u32; 3]; 3] {
     [[a, b, c], [b, c, a], [c, a, b]]
 }
 
-pub(super) fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+pub(super) fn edge_key([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 

@@ -1,6 +1,6 @@
 //! Removal of faces that keep holes from being closed.
 
-use super::manifold_faces::{ManifoldFaces, NO_FACE, edges_of, sorted};
+use super::manifold_faces::{ManifoldFaces, NO_FACE, edge_key, edges_of};
 use rustc_hash::FxHashMap;
 
 /// Components of fewer faces are removed, unless they are closed and no other is larger.
@@ -69,7 +69,7 @@ impl ManifoldFaces<'_> {
             let mut at = 0;
             while let Some(&face) = fan.get(at) {
                 let edges = edges_of(self.faces[face as usize]).into_iter().filter(|edge| edge.contains(&v));
-                for other in edges.flat_map(|edge| self.at_edges[&sorted(edge)]) {
+                for other in edges.flat_map(|edge| self.at_edges[&edge_key(edge)]) {
                     if other != NO_FACE && !fan.contains(&other) {
                         fan.push(other);
                     }

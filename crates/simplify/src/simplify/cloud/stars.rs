@@ -27,7 +27,7 @@ pub struct StarTriangles {
 
 impl StarTriangles {
     /// Lists the triangles that at least two of their corners have.
-    pub fn agreed(&self) -> Vec<[u32; 3]> {
+    pub fn list_agreed(&self) -> Vec<[u32; 3]> {
         let agreed = self.triangles.iter().zip(&self.votes).filter(|(_, votes)| **votes > 1);
         agreed.map(|(triangle, _)| *triangle).collect()
     }
@@ -152,7 +152,7 @@ mod tests {
     fn the_triangles_of_a_sphere_are_its_faces() {
         let sphere = shapes::icosphere(3);
         let graph = extended_graph(sphere.positions(), &Csr::from_edges(642, []), 15);
-        let agreed = star_triangles(sphere.positions(), &graph).agreed();
+        let agreed = star_triangles(sphere.positions(), &graph).list_agreed();
         let mut faces: Vec<[u32; 3]> = sphere.faces().to_vec();
         faces.iter_mut().for_each(|face| face.sort_unstable());
         faces.sort_unstable();
