@@ -38,11 +38,7 @@ const PAGES: [Page; 6] = [
     Page { name: "benchmark", subsystems: &[Subsystem::Closed], measure: benchmark::measure },
     Page { name: "performance", subsystems: &[Subsystem::Closed], measure: performance::measure },
     Page { name: "paper", subsystems: &[Subsystem::Paper], measure: paper::measure },
-    Page {
-        name: "weights",
-        subsystems: &[Subsystem::Closed, Subsystem::Paper, Subsystem::Training],
-        measure: weights::measure,
-    },
+    Page { name: "weights", subsystems: &[Subsystem::Closed, Subsystem::Paper], measure: weights::measure },
     Page { name: "assets", subsystems: &[Subsystem::Closed, Subsystem::Carried], measure: assets::measure },
     Page { name: "pictures", subsystems: &[Subsystem::Closed, Subsystem::Paper], measure: pictures::measure },
 ];

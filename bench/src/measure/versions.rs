@@ -4,7 +4,6 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use neural_mesh::simplify::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
-use neural_mesh::train;
 
 use crate::tables::replace_between;
 
@@ -15,18 +14,16 @@ pub enum Subsystem {
     // Attributes, files and the rest that surrounds the closed assembly.
     Carried,
     Paper,
-    Training,
 }
 
 impl Subsystem {
-    pub const ALL: [Self; 4] = [Self::Closed, Self::Carried, Self::Paper, Self::Training];
+    pub const ALL: [Self; 3] = [Self::Closed, Self::Carried, Self::Paper];
 
     fn name(self) -> &'static str {
         match self {
             Self::Closed => "closed",
             Self::Carried => "carried",
             Self::Paper => "paper",
-            Self::Training => "training",
         }
     }
 
@@ -35,7 +32,6 @@ impl Subsystem {
             Self::Closed => "the closed assembly",
             Self::Carried => "attributes and files",
             Self::Paper => "the paper's assembly",
-            Self::Training => "the training",
         }
     }
 
@@ -44,7 +40,6 @@ impl Subsystem {
             Self::Closed => CLOSED_VERSION,
             Self::Carried => CARRIED_VERSION,
             Self::Paper => PAPER_VERSION,
-            Self::Training => train::VERSION,
         }
     }
 }
