@@ -155,6 +155,7 @@ fn names_of_files_are_spelled_out() {
 fn a_full_standard_output_is_a_failure() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let cloud = test_mesh_path("suzanne.ply");
     for arguments in [
         &["info", "a.obj"][..],
         &["info", "a.obj", "--json"],
@@ -162,7 +163,7 @@ fn a_full_standard_output_is_a_failure() {
         &["simplify", "a.obj", "-o", "b.obj", "--ratio", "1"],
         &["simplify", ".", "-o", "out", "--ratio", "1"],
         &["compare", "a.obj", "a.obj"],
-        &["mesh-points", "a.obj", "-o", "c.obj"],
+        &["mesh-points", cloud.to_str().unwrap(), "-o", "c.obj"],
         &["--help"],
         &["--version"],
     ] {

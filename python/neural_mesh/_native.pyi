@@ -157,6 +157,7 @@ def mesh_points(
     *,
     ratio: float | str | None,
     vertices: int | str | None,
+    keep_points: bool,
     out: str | None,
     format: str | None,
     weights: str | None,
