@@ -13,23 +13,18 @@ use crate::collapse::rings::state;
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
 use crate::collapse::vector::{Point, cross, dot, squared_distance_to_segment, subtract};
 
-/// Merges v into u, which is on the boundary; returns how many faces go. If v is inside, u keeps its position.
+/// Merges v into u, which is on the boundary; returns how many faces go. An edge between two boundary vertices is a
+/// boundary edge.
 #[inline(never)]
 pub(crate) fn merge_at_boundary(
     pass: &PassView,
     stretch: &mut VertexStretch,
     edge: EdgeToMerge,
 ) -> Result<usize, Refusal> {
-    let (ring_u, ring_v) = (pass.ring(edge.u), pass.ring(edge.v));
+    let (ring_u, ring_v) = (pass.rings.ring(edge.u), pass.rings.ring(edge.v));
     let (u, v) = (edge.u - stretch.first, edge.v - stretch.first);
-    let [state_u, state_v] = [u, v].map(|w| stretch.states[w as usize]);
-    let is_along = state_v & state::BOUNDARY != 0;
+    let is_along = stretch.states[v as usize] & state::BOUNDARY != 0;
     let at_v = ring_u.iter().position(|&w| w == edge.v).ok_or(Refusal::Topology)?;
-    let is_boundary_edge = at_v == 0 || at_v + 1 == ring_u.len();
-    let are_held = state_u & state_v & state::LOCKED != 0;
-    if are_held || state_u & state::BOUNDARY == 0 || is_along && !is_boundary_edge {
-        return Err(Refusal::Topology);
-    }
     let border = trace_border(stretch, ring_u, ring_v, edge.u, at_v)?;
     // The vertices next to both: one, or two if v is inside.
     let mut sides = Vec::with_capacity(2);
@@ -44,11 +39,7 @@ pub(crate) fn merge_at_boundary(
     let [pu, pv] = [u, v].map(|w| stretch.vertices[w as usize].position);
     let d = subtract(pv, pu);
     let (qu, qv) = (&pass.quadrics[edge.u as usize], &pass.quadrics[edge.v as usize]);
-    let x = match (is_along, state_u & state::LOCKED != 0, state_v & state::LOCKED != 0) {
-        (false, ..) | (_, true, _) => [0.0; 3],
-        (_, _, true) => d,
-        _ => place_pair(qu, qv, d, None),
-    };
+    let x = if edge.is_fixed { [0.0; 3] } else { place_pair(qu, qv, d, None) };
     let x = [pu[0] + x[0], pu[1] + x[1], pu[2] + x[2]];
     check_turns(stretch, ring_u, pu, x, edge.v, false)?;
     check_turns(stretch, ring_v, pv, x, edge.u, !is_along)?;
@@ -56,11 +47,10 @@ pub(crate) fn merge_at_boundary(
     // Lines weigh squared lengths in place of areas: around slivers they allow more than the pass's limit.
     let lines = weigh_lines(qu) + weigh_lines(qv);
     let own_limit = (f32::from_bits(pass.threshold) / lines.max(1e-37)).sqrt();
-    if error > pass.guard.max(own_limit) {
+    if error > pass.guard.max(own_limit).min(pass.max_error) {
         return Err(Refusal::Guard);
     }
     stretch.write_merge(u, v, x, border.len(), error);
-    stretch.states[u as usize] |= state_v & state::LOCKED;
     for &w in &sides {
         stretch.degrees[w as usize] -= 1;
     }

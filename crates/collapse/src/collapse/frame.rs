@@ -47,6 +47,11 @@ impl UnitFrame {
         [0, 1, 2].map(|k| (f64::from(p[k]) * self.size + self.center[k]) as f32)
     }
 
+    /// Returns a length of the input in the unit frame.
+    pub(crate) fn to_unit_length(self, length: f32) -> f32 {
+        (f64::from(length) * self.scale) as f32
+    }
+
     /// Returns a length of the unit frame in the input's units.
     pub(crate) fn to_input_length(self, length: f32) -> f32 {
         (f64::from(length) * self.size) as f32

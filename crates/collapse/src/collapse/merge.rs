@@ -45,7 +45,7 @@ pub(crate) struct EdgeToMerge {
     pub v: u32,
     /// The price of the edge.
     pub price: f32,
-    /// Whether u keeps its position.
+    /// Whether the merged vertex is at u.
     pub is_fixed: bool,
 }
 
@@ -78,7 +78,7 @@ pub(crate) fn merge_inside<L: EightLanes>(
         (eu + du.sqrt()).max(ev + dv.sqrt())
     };
     let limit = if is_flat { FLAT_LIMIT * pass.guard } else { pass.guard };
-    if error > limit {
+    if error > limit.min(pass.max_error) {
         return Err(Refusal::Guard);
     }
     let position = [pu[0] + x[0], pu[1] + x[1], pu[2] + x[2]];
@@ -102,7 +102,7 @@ impl Border {
     // Walks around u from behind v, then around v from behind u; survivors of this pass's merges come once.
     #[inline(always)]
     fn trace(&mut self, pass: &PassView, stretch: &VertexStretch, u: u32, v: u32) -> Result<(), Refusal> {
-        let (ring_u, ring_v) = (pass.ring(u), pass.ring(v));
+        let (ring_u, ring_v) = (pass.rings.ring(u), pass.rings.ring(v));
         let (Some(at_v), Some(at_u)) = (find(ring_u, v), find(ring_v, u)) else { return Err(Refusal::Topology) };
         let room = ring_u.len() + ring_v.len() + 16;
         if self.vertices.len() < room {

@@ -14,6 +14,7 @@
 //! Results have the same bits on any number of threads and with any instruction set: no operation is fused, and all
 //! sums have one order.
 
+mod attributes;
 mod boundary;
 mod build;
 mod curve;
@@ -34,6 +35,7 @@ mod record;
 mod rings;
 mod rounds;
 mod samples;
+mod sides;
 mod stretch;
 mod team;
 #[cfg(test)]
@@ -41,6 +43,7 @@ mod tests;
 mod threshold;
 mod vector;
 mod visit;
+mod wedges;
 
 pub use options::{CollapseError, CollapseOptions, CollapseOutcome, CollapseSize};
 pub use record::CollapseRecord;
@@ -48,6 +51,8 @@ pub use record::CollapseRecord;
 use fit::FitInput;
 use passes::{Collapsed, SizeGoal, run_passes};
 use prepare::Prepared;
+use rings::Vertex;
+use sides::Sides;
 use team::Team;
 use visit::Unit;
 
@@ -59,6 +64,8 @@ pub struct CollapseResult {
     pub positions: Vec<[f32; 3]>,
     /// Faces by vertices of the result, with the direction of the input.
     pub faces: Vec<[u32; 3]>,
+    /// For each vertex of the result one of the input's that became it; at its place, if vertices did not move.
+    pub origins: Vec<u32>,
     /// Which input vertices became which vertex of the result.
     pub record: CollapseRecord,
     /// Estimate of the largest distance between result and input, in the input's units: sums of the distances that
@@ -93,23 +100,47 @@ pub fn collapse(
     faces: &[[u32; 3]],
     options: &CollapseOptions,
 ) -> Result<CollapseResult, CollapseError> {
-    let n_threads = if options.n_threads == 0 { rayon::current_num_threads() } else { options.n_threads };
-    let team = Team { n_threads };
+    Ok(collapse_with_sides(positions, faces, options, None)?.0)
+}
+
+/// Wedges and attributes to carry along, of the size of the input.
+#[derive(Clone)]
+pub(crate) struct SidesInput<'a> {
+    /// A wedge per corner, n_faces x 3.
+    pub wedges: &'a [[u32; 3]],
+    pub n_wedges: usize,
+    /// Values, n_wedges x width; a difference of 1 counts as a distance of the extent. Empty: none.
+    pub values: Vec<f32>,
+    pub width: usize,
+}
+
+/// Simplifies as [`collapse`]; with sides also returns the faces that are left, by wedges.
+pub(crate) fn collapse_with_sides(
+    positions: &[[f32; 3]],
+    faces: &[[u32; 3]],
+    options: &CollapseOptions,
+    sides: Option<SidesInput>,
+) -> Result<(CollapseResult, Option<Sides>), CollapseError> {
+    let team = Team::new(options.n_threads);
     let mut prepared = prepare::prepare(positions, faces, options, team)?;
-    let goal = match options.size {
-        CollapseSize::Faces(size) => SizeGoal { unit: Unit::Face, size },
-        CollapseSize::Vertices(size) => SizeGoal { unit: Unit::Vertex, size },
+    let mut sides = sides.map(|sides| prepared.make_sides(faces, sides));
+    let (unit, size) = match options.size {
+        CollapseSize::Faces(size) => (Unit::Face, size),
+        CollapseSize::Vertices(size) => (Unit::Vertex, size),
     };
-    let mut collapsed = run_passes(std::mem::take(&mut prepared.rings), goal, team);
+    let max_error = prepared.frame.to_unit_length(options.max_error);
+    let goal = SizeGoal { unit, size, max_error, moves: options.moves };
+    let mut collapsed = run_passes(std::mem::take(&mut prepared.rings), goal, sides.as_mut(), team);
+    let origins = prepared.find_origins(&collapsed.origins);
     let record = prepared.take_record(std::mem::take(&mut collapsed.numbers), positions.len());
-    if options.n_fit_steps > 0 && record.n_passes() > 0 {
+    if options.moves && options.n_fit_steps > 0 && record.n_passes() > 0 {
         let numbers = record.compose(record.n_passes());
         let faces = prepared.cut_faces().unwrap_or(faces);
         let input = FitInput { faces, numbers: &numbers, farthest: collapsed.farthest };
         let position = |v: u32| prepared.unit_position(v, positions);
         fit::fit(&mut collapsed.rings, input, position, options.n_fit_steps, team);
     }
-    Ok(assemble(positions, &prepared, collapsed, record))
+    Ok((assemble(positions, &prepared, collapsed, (record, origins)), sides))
 }
 
 // Positions in the input's units, faces, and one vertex for copies that are joined again.
@@ -117,17 +148,18 @@ fn assemble(
     positions: &[[f32; 3]],
     prepared: &Prepared,
     collapsed: Collapsed,
-    mut record: CollapseRecord,
+    (mut record, mut origins): (CollapseRecord, Vec<u32>),
 ) -> CollapseResult {
     let Collapsed { rings, is_reached, .. } = collapsed;
     let mut faces = rings.to_faces();
-    let mut out: Vec<[f32; 3]> = rings.vertices.iter().map(|v| prepared.frame.to_input(v.position)).collect();
-    if !prepared.held.is_empty() {
-        let numbers = record.compose(record.n_passes());
-        prepared.restore_held(positions, &numbers, &mut out);
-        prepared.join_copies(&numbers, &mut faces, &mut out, &mut record);
-    }
+    let place = |(v, &origin): (&Vertex, &u32)| {
+        let original = positions[origin as usize];
+        // What has not moved keeps its bits.
+        if prepared.frame.to_unit(original) == v.position { original } else { prepared.frame.to_input(v.position) }
+    };
+    let mut out: Vec<[f32; 3]> = rings.vertices.iter().zip(&origins).map(place).collect();
+    prepared.join_copies(&mut faces, (&mut out, &mut origins), &mut record);
     let error = rings.errors.iter().copied().fold(0.0, f32::max);
     let outcome = if is_reached { CollapseOutcome::Reached } else { CollapseOutcome::Stopped };
-    CollapseResult { positions: out, faces, record, error: prepared.frame.to_input_length(error), outcome }
+    CollapseResult { positions: out, faces, origins, record, error: prepared.frame.to_input_length(error), outcome }
 }

@@ -17,7 +17,13 @@ pub enum CollapseSize {
 pub struct CollapseOptions<'a> {
     /// The size asked for.
     pub size: CollapseSize,
-    /// Steps that move the vertices nearer to the input after the merges: 0 for speed, 2 for nearness.
+    /// Largest estimate of the distance between result and input, in the input's units; infinite: no bound.
+    pub max_error: f32,
+    /// Whether vertices may move; otherwise a merged vertex is at one of the two.
+    pub moves: bool,
+    /// Whether vertices on boundaries are locked, too.
+    pub locks_boundaries: bool,
+    /// Steps that move the vertices nearer to the input after the merges: 0 for speed, 2 for nearness; none without `moves`.
     pub n_fit_steps: usize,
     /// Vertices that keep their position, one flag per input vertex; others may be merged into them. Empty: none.
     pub locked: &'a [bool],
@@ -26,9 +32,17 @@ pub struct CollapseOptions<'a> {
 }
 
 impl CollapseOptions<'_> {
-    /// Returns the settings for speed: no fit, one thread, nothing locked.
+    /// Returns the settings for speed: no fit, one thread, no bound, nothing locked.
     pub fn new(size: CollapseSize) -> CollapseOptions<'static> {
-        CollapseOptions { size, n_fit_steps: 0, locked: &[], n_threads: 1 }
+        CollapseOptions {
+            size,
+            max_error: f32::INFINITY,
+            moves: true,
+            locks_boundaries: false,
+            n_fit_steps: 0,
+            locked: &[],
+            n_threads: 1,
+        }
     }
 }
 
@@ -37,7 +51,7 @@ impl CollapseOptions<'_> {
 pub enum CollapseOutcome {
     /// The result has the size asked for.
     Reached,
-    /// No merge was left that keeps the surface manifold and its faces unturned; the result is larger.
+    /// No merge was left that keeps the surface manifold, its faces unturned and the error; the result is larger.
     Stopped,
 }
 
@@ -56,8 +70,11 @@ pub enum CollapseError {
     },
     /// The mesh has more than 2^31 vertices, or corners than 2^32.
     TooLarge,
-    /// There is not one lock per vertex.
-    WrongNumberOfLocks,
+    /// An array has not the length that the others ask for.
+    WrongLength {
+        /// The name of the array.
+        what: &'static str,
+    },
 }
 
 impl fmt::Display for CollapseError {
@@ -66,7 +83,7 @@ impl fmt::Display for CollapseError {
             Self::IndexOutOfRange { face } => write!(f, "face {face} names a vertex that does not exist"),
             Self::NotFinite { vertex } => write!(f, "vertex {vertex} has a coordinate that is not finite"),
             Self::TooLarge => write!(f, "the mesh has more than 2^31 vertices or 2^32 corners"),
-            Self::WrongNumberOfLocks => write!(f, "the number of locks is not the number of vertices"),
+            Self::WrongLength { what } => write!(f, "{what}: the length does not fit the number of vertices"),
         }
     }
 }

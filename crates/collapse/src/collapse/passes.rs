@@ -4,11 +4,12 @@
 //! merge roughly half of the rest; the last merges from the cheapest edge on, to the exact size.
 
 use crate::collapse::lanes::{VertexQuadric, dispatch};
-use crate::collapse::price::PriceEdges;
+use crate::collapse::price::{PriceEdges, PriceTerms};
 use crate::collapse::quadric::SumQuadrics;
 use crate::collapse::rebuild::rebuild;
 use crate::collapse::rings::{Rings, state};
 use crate::collapse::rounds::{PassMesh, Selection, merge_in_rounds};
+use crate::collapse::sides::Sides;
 use crate::collapse::team::{STRETCH, Team};
 use crate::collapse::threshold::find_threshold;
 use crate::collapse::visit::Unit;
@@ -42,11 +43,15 @@ const VAIN_PASSES: usize = 8;
 
 const MOST_PASSES: usize = 200;
 
-/// A size to come down to.
+/// A size to come down to, and what bounds the merges on the way.
 #[derive(Clone, Copy)]
 pub(crate) struct SizeGoal {
     pub unit: Unit,
     pub size: usize,
+    /// Largest error of a vertex, in the unit frame.
+    pub max_error: f32,
+    /// Whether vertices may move.
+    pub moves: bool,
 }
 
 /// The mesh after all passes.
@@ -54,28 +59,37 @@ pub(crate) struct Collapsed {
     pub rings: Rings,
     /// For each pass the numbers of its vertices in the next mesh.
     pub numbers: Vec<Vec<u32>>,
+    /// For each vertex of the rings one of the first mesh's that became it; where vertices do not move, it is there.
+    pub origins: Vec<u32>,
     /// Squared distance from which on a sample is of another part of the surface.
     pub farthest: f32,
     pub is_reached: bool,
 }
 
 /// What is kept from pass to pass.
+#[derive(Default)]
 struct PassArrays {
     quadrics: Vec<VertexQuadric>,
     best: Vec<u64>,
+    losses: Vec<f32>,
     room: Rings,
 }
 
-/// Merges until the goal is reached, or no merge is left.
-pub(crate) fn run_passes(mut rings: Rings, goal: SizeGoal, team: Team) -> Collapsed {
+/// Merges until the goal is reached, or no merge is left; `sides` go along.
+pub(crate) fn run_passes(mut rings: Rings, goal: SizeGoal, sides: Option<&mut Sides>, team: Team) -> Collapsed {
+    let mut sides = sides;
     let start = measure_size(&rings, goal.unit);
     let mut size = start;
-    let mut arrays = PassArrays { quadrics: Vec::new(), best: Vec::new(), room: Rings::default() };
+    let mut arrays = PassArrays::default();
     let mut numbers = Vec::new();
+    let mut origins: Vec<u32> = (0..rings.vertices.len() as u32).collect();
     let mut last_threshold = f32::MAX.to_bits();
     let (mut n_vain, mut n_slow, mut farthest) = (0, 0, f32::INFINITY);
     while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < MOST_PASSES {
-        price_all(&rings, &mut arrays, team);
+        if let Some(sides) = &mut sides {
+            sides.write_losses(&rings, &mut arrays.losses);
+        }
+        price_all(&rings, &mut arrays, goal.moves, team);
         let (mut selection, n_wanted) = select(&arrays, size - goal.size, start, goal, team);
         farthest = FARTHEST * selection.guard * selection.guard / GUARD;
         // Where most of the cheap edges were refused, these get another chance before dear ones are merged.
@@ -89,19 +103,29 @@ pub(crate) fn run_passes(mut rings: Rings, goal: SizeGoal, team: Team) -> Collap
         // A guard that refuses nearly everything gives way.
         selection.guard *= GIVING_WAY.powi(n_slow);
 
-        let mesh = PassMesh { rings: &mut rings, quadrics: &arrays.quadrics, best: &mut arrays.best, selection, team };
+        let terms = PriceTerms { moves: goal.moves, losses: &arrays.losses };
+        let (quadrics, best) = (&arrays.quadrics, &mut arrays.best);
+        let mesh = PassMesh { rings: &mut rings, quadrics, terms, best, selection, team };
         let tally = merge_in_rounds(mesh, numbers.len());
         size -= tally.count_spent(goal.unit).min(size);
         n_vain = if tally.n_merges == 0 { n_vain + 1 } else { 0 };
         // Where hardly anything moves, those who were refused get another chance.
         let is_slow = tally.n_merges * 100 < n_wanted;
         n_slow += i32::from(is_slow);
+        if is_slow && selection.guard >= goal.max_error {
+            n_vain = VAIN_PASSES;
+        }
         if is_slow || is_jump {
             rings.states.iter_mut().for_each(|state| *state &= !(state::REFUSED | state::RESTS));
         }
         let n_faces = rings.n_faces - tally.n_faces;
         let room = std::mem::take(&mut arrays.room);
         let (next, of_next) = rebuild(&rings, &arrays.best, room, n_faces, team);
+        let mut states = rings.states.iter();
+        origins.retain(|_| states.next().is_some_and(|state| state & state::GONE == 0));
+        if let Some(sides) = &mut sides {
+            sides.follow(&rings, &next, &of_next);
+        }
         // The arrays of the first pass are too large to keep.
         if numbers.is_empty() {
             arrays.quadrics = Vec::new();
@@ -112,7 +136,7 @@ pub(crate) fn run_passes(mut rings: Rings, goal: SizeGoal, team: Team) -> Collap
         rings = next;
         numbers.push(of_next);
     }
-    Collapsed { rings, numbers, farthest, is_reached: size <= goal.size }
+    Collapsed { rings, numbers, origins, farthest, is_reached: size <= goal.size }
 }
 
 fn is_jump(threshold: u32, last: u32) -> bool {
@@ -131,17 +155,18 @@ fn measure_size(rings: &Rings, unit: Unit) -> usize {
     }
 }
 
-fn price_all(rings: &Rings, arrays: &mut PassArrays, team: Team) {
+fn price_all(rings: &Rings, arrays: &mut PassArrays, moves: bool, team: Team) {
     let n = rings.vertices.len();
     arrays.quadrics.resize(n, VertexQuadric::default());
     arrays.best.resize(n, 0);
     let pieces = arrays.quadrics.chunks_mut(STRETCH).enumerate().collect();
     team.run(pieces, |(i, out)| dispatch(SumQuadrics { rings, first: i * STRETCH, out }));
     let quadrics = &arrays.quadrics;
+    let terms = PriceTerms { moves, losses: &arrays.losses };
     let mut elsewhere = vec![Vec::new(); n.div_ceil(STRETCH)];
     let pieces = arrays.best.chunks_mut(STRETCH).zip(&mut elsewhere).enumerate().collect();
     team.run(pieces, |(i, (best, elsewhere))| {
-        dispatch(PriceEdges { rings, quadrics, first: i * STRETCH, best, elsewhere });
+        dispatch(PriceEdges { rings, quadrics, terms, first: i * STRETCH, best, elsewhere });
     });
     for (v, packed) in elsewhere.into_iter().flatten() {
         let best = &mut arrays.best[v as usize];
@@ -164,5 +189,6 @@ fn select(arrays: &PassArrays, n_left: usize, start: usize, goal: SizeGoal, team
     let mean_area = areas / arrays.quadrics.len() as f32;
     // Half of the price per area: a merge's planes are those of two vertices.
     let guard = (GUARD * 0.5 * f32::from_bits(threshold) / mean_area).sqrt();
-    (Selection { threshold, guard, budget: n_left, unit: goal.unit, is_sorted: is_last }, n_wanted)
+    let SizeGoal { unit, max_error, .. } = goal;
+    (Selection { threshold, guard, max_error, budget: n_left, unit, is_sorted: is_last }, n_wanted)
 }

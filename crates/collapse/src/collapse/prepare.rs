@@ -1,5 +1,7 @@
 //! From the input to rings: checks, the unit frame, the order along the curve, and cuts at vertices that are no disk.
 
+use crate::collapse::SidesInput;
+use crate::collapse::attributes::Attributes;
 use crate::collapse::build::{Built, build_rings, is_face};
 use crate::collapse::curve::order_along_curve;
 use crate::collapse::cut::Cuts;
@@ -7,15 +9,15 @@ use crate::collapse::frame::UnitFrame;
 use crate::collapse::options::{CollapseError, CollapseOptions};
 use crate::collapse::record::CollapseRecord;
 use crate::collapse::rings::{NONE, Rings, Vertex, state};
+use crate::collapse::sides::Sides;
 use crate::collapse::team::Team;
 use crate::collapse::vector::Point;
+use crate::collapse::wedges::Wedges;
 
 /// A mesh ready for its first pass.
 pub(crate) struct Prepared {
     pub rings: Rings,
     pub frame: UnitFrame,
-    /// Vertices that keep their position, copies included.
-    pub held: Vec<u32>,
     /// The place along the curve of each vertex, copies last.
     ranks: Vec<u32>,
     cuts: Option<Cuts>,
@@ -49,12 +51,16 @@ pub(crate) fn prepare(
             }
         }
     };
+    if options.locks_boundaries {
+        for state in rings.states.iter_mut().filter(|state| **state & state::BOUNDARY != 0) {
+            *state |= state::LOCKED;
+        }
+    }
     let locked = options.locked.iter().enumerate().filter(|(_, is_locked)| **is_locked).map(|(v, _)| v as u32);
-    let held: Vec<u32> = locked.chain(cuts.iter().flat_map(|cuts| cuts.touched.iter().copied())).collect();
-    for &v in &held {
+    for v in locked.chain(cuts.iter().flat_map(|cuts| cuts.touched.iter().copied())) {
         rings.states[ranks[v as usize] as usize] |= state::LOCKED;
     }
-    Ok(Prepared { rings, frame, held, ranks, cuts })
+    Ok(Prepared { rings, frame, ranks, cuts })
 }
 
 fn check_sizes(n_vertices: usize, faces: &[[u32; 3]], options: &CollapseOptions) -> Result<(), CollapseError> {
@@ -63,7 +69,7 @@ fn check_sizes(n_vertices: usize, faces: &[[u32; 3]], options: &CollapseOptions)
         return Err(CollapseError::TooLarge);
     }
     if !options.locked.is_empty() && options.locked.len() != n_vertices {
-        return Err(CollapseError::WrongNumberOfLocks);
+        return Err(CollapseError::WrongLength { what: "locks" });
     }
     match faces.iter().position(|face| face.iter().any(|&v| v as usize >= n_vertices)) {
         Some(face) => Err(CollapseError::IndexOutOfRange { face }),
@@ -87,6 +93,25 @@ fn cut(cuts: &mut Cuts, no_disks: &[u32], vertices: &mut Vec<Vertex>, ranks: &mu
 }
 
 impl Prepared {
+    /// Returns the wedges of the input's faces, and marks the lines between them in the rings.
+    pub(crate) fn make_sides(&mut self, faces: &[[u32; 3]], sides: SidesInput) -> Sides {
+        let cut_faces = self.cut_faces().unwrap_or(faces).iter();
+        let by_rank = cut_faces.map(|face| face.map(|v| self.ranks[v as usize]));
+        let wedges = Wedges::new(by_rank, sides.wedges, sides.n_wedges);
+        wedges.mark_lines(&mut self.rings);
+        let attributes = (sides.width > 0).then(|| Attributes::new(sides.values, sides.width));
+        Sides { wedges, attributes }
+    }
+
+    /// Returns the input vertices of places along the curve.
+    pub(crate) fn find_origins(&self, ranks: &[u32]) -> Vec<u32> {
+        let mut at_rank = vec![NONE; self.ranks.len()];
+        for (v, &rank) in self.ranks.iter().enumerate() {
+            at_rank[rank as usize] = self.original(v as u32) as u32;
+        }
+        ranks.iter().map(|&rank| at_rank[rank as usize]).collect()
+    }
+
     /// Returns the input's faces by vertices after cutting, if there were cuts.
     pub(crate) fn cut_faces(&self) -> Option<&[[u32; 3]]> {
         self.cuts.as_ref().map(|cuts| &cuts.faces[..])
@@ -106,24 +131,15 @@ impl Prepared {
         CollapseRecord { ranks: std::mem::take(&mut self.ranks), passes, n_input }
     }
 
-    /// Gives vertices that keep their position the bits of it; `numbers` are those of the result.
-    pub(crate) fn restore_held(&self, positions: &[Point], numbers: &[u32], out: &mut [Point]) {
-        for &v in &self.held {
-            if let Some(p) = out.get_mut(numbers[v as usize] as usize) {
-                *p = positions[self.original(v)];
-            }
-        }
-    }
-
     /// Makes one vertex of copies that could not be made disks, as in the input, and adds that as a pass to the record.
     pub(crate) fn join_copies(
         &self,
-        numbers: &[u32],
         faces: &mut Vec<[u32; 3]>,
-        out: &mut Vec<Point>,
+        (out, origins): (&mut Vec<Point>, &mut Vec<u32>),
         record: &mut CollapseRecord,
     ) {
         let Some(cuts) = &self.cuts else { return };
+        let numbers = record.compose(record.n_passes());
         let mut joined: Vec<u32> = (0..out.len() as u32).collect();
         let mut is_used = vec![false; out.len()];
         faces.iter().flatten().for_each(|&v| is_used[v as usize] = true);
@@ -146,10 +162,12 @@ impl Prepared {
             if joined[v] as usize == v {
                 new[v] = n;
                 out[n as usize] = out[v];
+                origins[n as usize] = origins[v];
                 n += 1;
             }
         }
         out.truncate(n as usize);
+        origins.truncate(n as usize);
         let new: Vec<u32> = joined.iter().map(|&v| new[v as usize]).collect();
         for face in faces.iter_mut() {
             *face = face.map(|v| new[v as usize]);

@@ -4,8 +4,8 @@
 //! xᵀ(A + B)x - 2 xᵀBd + dᵀBd. Its least value is dᵀBd - zᵀDz for A + B = L D Lᵀ and L D z = Bd.
 
 use crate::collapse::lanes::{EightIndices, EightLanes, Kernel, Vectors, VertexQuadric, dot, mark, pack, subtract};
-use crate::collapse::rings::{Rings, state};
-use crate::collapse::vector;
+use crate::collapse::rings::{Rings, RingsView, state};
+use crate::collapse::vector::{self, Point};
 
 /// Pivots below this share of the trace count as zero: the planes leave that direction free.
 const LEAST_PIVOT: f32 = 1e-6;
@@ -13,12 +13,47 @@ const LEAST_PIVOT: f32 = 1e-6;
 /// Squared distance of a placement from the middle of its edge, in squared edges, beyond which an end or the middle is taken.
 pub(crate) const REACH: f32 = 4.0;
 
+/// What prices count besides planes and lines.
+#[derive(Clone, Copy)]
+pub(crate) struct PriceTerms<'a> {
+    /// Whether a merged vertex may be anywhere; otherwise it is at one of the two.
+    pub moves: bool,
+    /// What a vertex' attributes lose if it goes into a neighbour, one number per entry of the rings; empty: none.
+    pub losses: &'a [f32],
+}
+
+impl PriceTerms<'_> {
+    fn loss(&self, rings: RingsView, goes: u32, into: u32) -> f32 {
+        if self.losses.is_empty() {
+            return 0.0;
+        }
+        let start = rings.starts[goes as usize] as usize;
+        let place = rings.ring(goes).iter().position(|&w| w == into);
+        place.map_or(f32::INFINITY, |i| self.losses[start + i])
+    }
+
+    /// Returns the price of a merge of `goes` into `stays`, which keeps its place.
+    pub(crate) fn price_at(&self, rings: RingsView, quadrics: &[VertexQuadric], goes: u32, stays: u32, d: Point) -> f32 {
+        let q = &quadrics[goes as usize].0;
+        let rows = [[q[0], q[1], q[2]], [q[1], q[3], q[4]], [q[2], q[4], q[5]]];
+        let qd = rows.map(|row| vector::dot(row, d));
+        vector::dot(qd, d).max(0.0) + self.loss(rings, goes, stays)
+    }
+
+    // Of a vertex between both, where each attribute has its best value.
+    fn loss_between(&self, rings: RingsView, u: u32, v: u32) -> f32 {
+        let (a, b) = (self.loss(rings, u, v), self.loss(rings, v, u));
+        if a + b > 0.0 && (a + b).is_finite() { a * b / (a + b) } else { a.min(b) }
+    }
+}
+
 /// Writes the best edge of each vertex from `first` on into `best`, packed as price and other end.
 ///
 /// Edges are priced from their lower end; what belongs to vertices outside of `best` is added to `elsewhere`.
 pub(crate) struct PriceEdges<'a> {
     pub rings: &'a Rings,
     pub quadrics: &'a [VertexQuadric],
+    pub terms: PriceTerms<'a>,
     pub first: usize,
     pub best: &'a mut [u64],
     pub elsewhere: &'a mut Vec<(u32, u64)>,
@@ -84,7 +119,8 @@ impl PriceEdges<'_> {
         let d = subtract(L::load_points(vertices, vs), L::load_points(vertices, us));
         let (qu, qv) = (L::load_quadrics(self.quadrics, us), L::load_quadrics(self.quadrics, vs));
         let special = qu[7].max(qv[7]).greater(L::splat(mark::FREE)).to_bits();
-        let prices = price_pairs(&qu, &qv, d);
+        let special = if self.terms.losses.is_empty() { special } else { 255 };
+        let prices = if self.terms.moves { price_pairs(&qu, &qv, d) } else { price_either_end(&qu, &qv, d) };
         if special == 0 && L::lower_prices(self.best, self.first as u32, us, vs, prices) {
             return;
         }
@@ -105,42 +141,27 @@ impl PriceEdges<'_> {
         }
     }
 
-    // The price of an edge with a boundary, locked or refused end; `free` is its price otherwise.
+    // The price of an edge with an end that is held or refused, or with attributes; `free` is its price otherwise.
     fn price_special(&self, u: u32, v: u32, free: f32) -> f32 {
-        let rings = self.rings;
+        let (rings, terms) = (self.rings, self.terms);
         let [su, sv] = [u, v].map(|w| rings.states[w as usize]);
         let is_refused =
             |w: u32, state: u8, other: u32| state & state::REFUSED != 0 && rings.refused[w as usize] == other;
         if is_refused(u, su, v) || is_refused(v, sv, u) {
             return f32::INFINITY;
         }
-        let is_fixed = |state: u8| state & (state::BOUNDARY | state::LOCKED) != 0;
-        match (is_fixed(su), is_fixed(sv)) {
-            (false, false) => free,
-            (true, false) => self.price_without_move(u, v),
-            (false, true) => self.price_without_move(v, u),
-            (true, true) => {
-                let ring = rings.ring(u as usize);
-                let is_end = ring.first() == Some(&v) || ring.last() == Some(&v);
-                let is_boundary_edge = su & sv & state::BOUNDARY != 0 && is_end;
-                match (is_boundary_edge, su & state::LOCKED != 0, sv & state::LOCKED != 0) {
-                    (true, false, false) => free,
-                    (true, true, false) => self.price_without_move(u, v),
-                    (true, false, true) => self.price_without_move(v, u),
-                    _ => f32::INFINITY,
-                }
-            }
+        let view = rings.view();
+        let price_at = |goes: u32, stays: u32| {
+            let d = vector::subtract(rings.vertices[stays as usize].position, rings.vertices[goes as usize].position);
+            terms.price_at(view, self.quadrics, goes, stays, d)
+        };
+        match (view.may_go((u, su), (v, sv)), view.may_go((v, sv), (u, su))) {
+            (true, true) if terms.moves => free + terms.loss_between(view, u, v),
+            (true, true) => price_at(u, v).min(price_at(v, u)),
+            (true, false) => price_at(u, v),
+            (false, true) => price_at(v, u),
+            (false, false) => f32::INFINITY,
         }
-    }
-
-    // The price of a merge at the place of `fixed`: what the other's planes say there.
-    fn price_without_move(&self, fixed: u32, goes: u32) -> f32 {
-        let vertices = &self.rings.vertices;
-        let d = vector::subtract(vertices[fixed as usize].position, vertices[goes as usize].position);
-        let q = &self.quadrics[goes as usize].0;
-        let rows = [[q[0], q[1], q[2]], [q[1], q[3], q[4]], [q[2], q[4], q[5]]];
-        let qd = rows.map(|row| vector::dot(row, d));
-        vector::dot(qd, d).max(0.0)
     }
 }
 
@@ -178,6 +199,18 @@ fn price_pairs<L: EightLanes>(qu: &[L; 8], qv: &[L; 8], d: Vectors<L>) -> L {
     is_far.select(price_ends(&a, d, c), price).max(L::splat(0.0))
 }
 
+// The lesser value of v's quadric at u and of u's at v.
+#[inline(always)]
+fn price_either_end<L: EightLanes>(qu: &[L; 8], qv: &[L; 8], d: Vectors<L>) -> L {
+    let [x, y, z] = d;
+    let value = |q: &[L; 8]| {
+        let (qx, qy, qz) =
+            (q[0] * x + (q[1] * y + q[2] * z), q[1] * x + (q[3] * y + q[4] * z), q[2] * x + (q[4] * y + q[5] * z));
+        qx * x + (qy * y + qz * z)
+    };
+    value(qu).min(value(qv)).max(L::splat(0.0))
+}
+
 // The least value at u, at v and in the middle, where `c` is the value at u.
 #[inline(always)]
 fn price_ends<L: EightLanes>(a: &[L; 6], d: Vectors<L>, c: L) -> L {
@@ -213,6 +246,7 @@ mod tests {
         dispatch(PriceEdges {
             rings: &rings,
             quadrics: &quadrics,
+            terms: PriceTerms { moves: true, losses: &[] },
             first: 0,
             best: &mut best,
             elsewhere: &mut elsewhere,
@@ -240,7 +274,9 @@ mod tests {
             let (mut best, mut elsewhere) = (vec![0; n], Vec::new());
             for (i, best) in best.chunks_mut(size).enumerate() {
                 let first = i * size;
-                let kernel = PriceEdges { rings: &rings, quadrics: &quadrics, first, best, elsewhere: &mut elsewhere };
+                let terms = PriceTerms { moves: true, losses: &[] };
+                let kernel =
+                    PriceEdges { rings: &rings, quadrics: &quadrics, terms, first, best, elsewhere: &mut elsewhere };
                 if is_plain { run_plain(kernel) } else { dispatch(kernel) }
             }
             for (v, packed) in elsewhere {

@@ -9,7 +9,7 @@ use crate::collapse::vector;
 /// Share of the area that is added to the diagonal: pulls to the vertex where planes leave a direction free.
 const PULL: f32 = 1e-6;
 
-/// Weight of the lines along boundary edges, over the squared length of the edge.
+/// Weight of the lines along edges of boundaries and lines, over the squared length of the edge.
 pub(crate) const BOUNDARY_WEIGHT: f32 = 1.0;
 
 /// The part of a face's area that one of its vertices has, over the length of the cross product.
@@ -51,14 +51,14 @@ impl Kernel for SumQuadrics<'_> {
             } else {
                 sum_any_ring::<L>(rings, u)
             };
-            if state & state::BOUNDARY != 0 {
-                add_boundary_lines(rings, u, &mut q);
+            if state & (state::BOUNDARY | state::LINE) != 0 {
+                add_lines(rings, u, &mut q);
             }
             let pull = PULL * q[6];
             q[0] += pull;
             q[3] += pull;
             q[5] += pull;
-            let is_special = state & (state::BOUNDARY | state::LOCKED | state::REFUSED) != 0;
+            let is_special = state & (state::HELD | state::REFUSED) != 0;
             q[7] = if is_special { mark::SPECIAL } else { mark::FREE };
             *out = VertexQuadric(q);
         }
@@ -114,14 +114,18 @@ fn weigh_planes<L: EightLanes>(c: Vectors<L>, mask: L) -> [L; 8] {
     [c[0] * d[0], c[0] * d[1], c[0] * d[2], c[1] * d[1], c[1] * d[2], c[2] * d[2], area, L::splat(0.0)]
 }
 
-/// Adds the squared distances from the lines along both boundary edges of `u`: |e|² I - e eᵀ for an edge e.
+/// Adds the squared distances from the lines along both edges of `u` on a boundary or line: |e|² I - e eᵀ for an edge e.
 ///
 /// Planes through the edges would tilt with the faces of rough terrain; a line has no such direction.
 #[inline(never)]
-fn add_boundary_lines(rings: &Rings, u: usize, q: &mut [f32; 8]) {
-    let ring = rings.ring(u);
-    let [first, .., last] = ring else { return };
-    for end in [*first, *last] {
+fn add_lines(rings: &Rings, u: usize, q: &mut [f32; 8]) {
+    let ends = if rings.is_boundary(u) {
+        let [first, .., last] = rings.ring(u) else { return };
+        [*first, *last]
+    } else {
+        rings.lines[u]
+    };
+    for end in ends {
         let e = vector::subtract(rings.vertices[end as usize].position, rings.vertices[u].position);
         let squared = vector::dot(e, e);
         let outer = [e[0] * e[0], e[0] * e[1], e[0] * e[2], e[1] * e[1], e[1] * e[2], e[2] * e[2]];

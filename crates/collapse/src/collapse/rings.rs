@@ -25,6 +25,10 @@ pub(crate) mod state {
     pub const REFUSED: u8 = 16;
     /// So was a second one: the vertex asks for no merge.
     pub const RESTS: u8 = 32;
+    /// The vertex has two edges of a line, and goes only along it.
+    pub const LINE: u8 = 64;
+    /// What limits merges.
+    pub const HELD: u8 = BOUNDARY | LOCKED | LINE;
 }
 
 /// A position, and within a pass the vertex that it belongs to: itself, or the one it was merged into.
@@ -56,7 +60,36 @@ pub(crate) struct Rings {
     pub refused: Vec<u32>,
     /// Largest distance between the vertex' surface and the input's, as the guard has followed it.
     pub errors: Vec<f32>,
+    /// The neighbours along the line of each vertex that is on one; empty without lines.
+    pub lines: Vec<[u32; 2]>,
     pub n_faces: usize,
+}
+
+/// The part of [`Rings`] that does not change within a pass.
+#[derive(Clone, Copy)]
+pub(crate) struct RingsView<'a> {
+    pub starts: &'a [u32],
+    pub neighbors: &'a [u32],
+    pub lines: &'a [[u32; 2]],
+}
+
+impl RingsView<'_> {
+    #[inline(always)]
+    pub(crate) fn ring(&self, vertex: u32) -> &[u32] {
+        &self.neighbors[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
+    }
+
+    /// Returns whether a vertex may be merged into its neighbour, both with their states: along what it lies on.
+    pub(crate) fn may_go(&self, (goes, state): (u32, u8), (stays, other): (u32, u8)) -> bool {
+        if state & state::LOCKED != 0 {
+            false
+        } else if state & state::BOUNDARY != 0 {
+            let ring = self.ring(goes);
+            other & state::BOUNDARY != 0 && (ring.first() == Some(&stays) || ring.last() == Some(&stays))
+        } else {
+            state & state::LINE == 0 || self.lines[goes as usize].contains(&stays)
+        }
+    }
 }
 
 impl Rings {
@@ -68,6 +101,10 @@ impl Rings {
     #[inline(always)]
     pub(crate) fn ring(&self, vertex: usize) -> &[u32] {
         &self.neighbors[self.range(vertex)]
+    }
+
+    pub(crate) fn view(&self) -> RingsView<'_> {
+        RingsView { starts: &self.starts, neighbors: &self.neighbors, lines: &self.lines }
     }
 
     pub(crate) fn is_boundary(&self, vertex: usize) -> bool {

@@ -7,7 +7,8 @@
 use std::ops::Range;
 
 use crate::collapse::lanes::{VertexQuadric, dispatch};
-use crate::collapse::rings::Rings;
+use crate::collapse::price::PriceTerms;
+use crate::collapse::rings::{Rings, RingsView};
 use crate::collapse::stretch::{PassView, VertexStretch};
 use crate::collapse::team::{STRETCH, Team, split};
 use crate::collapse::visit::{Order, Tally, Unit, Visit};
@@ -22,6 +23,8 @@ pub(crate) struct Selection {
     pub threshold: u32,
     /// Largest error of a vertex whose star is not flat.
     pub guard: f32,
+    /// Largest error of any vertex.
+    pub max_error: f32,
     /// Most faces or vertices to remove.
     pub budget: usize,
     pub unit: Unit,
@@ -33,6 +36,7 @@ pub(crate) struct Selection {
 pub(crate) struct PassMesh<'a> {
     pub rings: &'a mut Rings,
     pub quadrics: &'a [VertexQuadric],
+    pub terms: PriceTerms<'a>,
     /// The best edge of each vertex; after a merge, the other end.
     pub best: &'a mut [u64],
     pub selection: Selection,
@@ -72,10 +76,11 @@ pub(crate) fn merge_in_rounds(mut mesh: PassMesh, pass: usize) -> Tally {
 impl PassMesh<'_> {
     // Merges in each stretch what is in its order, within its budget.
     fn merge_round(&mut self, pieces: &[Range<usize>], orders: &[Order], budgets: &[usize]) -> Tally {
-        let Selection { threshold, guard, unit, .. } = self.selection;
+        let Selection { threshold, guard, max_error, unit, .. } = self.selection;
         let rings = &mut *self.rings;
-        let (starts, neighbors, quadrics) = (&rings.starts[..], &rings.neighbors[..], self.quadrics);
-        let view = PassView { starts, neighbors, quadrics, threshold, guard };
+        let kept = RingsView { starts: &rings.starts, neighbors: &rings.neighbors, lines: &rings.lines };
+        let pass =
+            PassView { rings: kept, quadrics: self.quadrics, terms: self.terms, threshold, guard, max_error };
         let lengths = || pieces.iter().map(|piece| piece.len());
         let mut vertices = split(&mut rings.vertices, lengths()).into_iter();
         let mut degrees = split(&mut rings.degrees, lengths()).into_iter();
@@ -95,7 +100,7 @@ impl PassMesh<'_> {
                 refused: refused.next().unwrap_or_default(),
                 errors: errors.next().unwrap_or_default(),
             };
-            (Visit { pass: view, stretch, order, budget, unit }, tally)
+            (Visit { pass, stretch, order, budget, unit }, tally)
         });
         self.team.run(work.collect(), |(visit, tally)| *tally = dispatch(visit));
         let mut total = Tally::default();

@@ -1,25 +1,21 @@
 //! What merges read and write: the rings of a pass, and the part of the vertices that one piece of work may change.
 
 use crate::collapse::lanes::VertexQuadric;
-use crate::collapse::rings::{Vertex, state};
+use crate::collapse::price::PriceTerms;
+use crate::collapse::rings::{RingsView, Vertex, state};
 
 /// What all merges of a pass read.
 #[derive(Clone, Copy)]
 pub(crate) struct PassView<'a> {
-    pub starts: &'a [u32],
-    pub neighbors: &'a [u32],
+    pub rings: RingsView<'a>,
     pub quadrics: &'a [VertexQuadric],
+    pub terms: PriceTerms<'a>,
     /// Bits of the price up to which vertices are visited.
     pub threshold: u32,
     /// Largest error of a vertex whose star is not flat.
     pub guard: f32,
-}
-
-impl PassView<'_> {
-    #[inline(always)]
-    pub(crate) fn ring(&self, vertex: u32) -> &[u32] {
-        &self.neighbors[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
-    }
+    /// Largest error of any vertex.
+    pub max_error: f32,
 }
 
 /// The vertices from `first` on, which one thread merges. Inside, they are counted from there.

@@ -14,6 +14,11 @@ pub(crate) struct Team {
 }
 
 impl Team {
+    /// Returns a team of so many threads; 0 is all of the current pool.
+    pub(crate) fn new(n_threads: usize) -> Team {
+        Team { n_threads: if n_threads == 0 { rayon::current_num_threads() } else { n_threads } }
+    }
+
     /// Calls `work` once for each piece, on several threads if there are several pieces.
     pub(crate) fn run<T: Send>(self, pieces: Vec<T>, work: impl Fn(T) + Sync) {
         let n_threads = self.n_threads.min(pieces.len());

@@ -5,6 +5,7 @@ use crate::collapse::lanes::{EightLanes, Kernel};
 use crate::collapse::merge::{Border, EdgeToMerge, merge_inside};
 use crate::collapse::rings::state;
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
+use crate::collapse::vector::subtract;
 
 /// Which vertices are visited; all of them only if their price is within the threshold.
 #[derive(Clone, Copy)]
@@ -83,7 +84,7 @@ impl Visit<'_> {
     // None if one end was in a merge of this pass; else how many faces went.
     #[inline(always)]
     fn try_merge<L: EightLanes>(&mut self, border: &mut Border, u: u32, best: u64) -> Option<Result<usize, Refusal>> {
-        let stretch = &mut self.stretch;
+        let stretch = &self.stretch;
         let v = best as u32;
         let Some(&state_v) = stretch.states.get(v.wrapping_sub(stretch.first) as usize) else {
             return Some(Err(Refusal::Outside));
@@ -93,22 +94,35 @@ impl Visit<'_> {
         if either & (state::MERGED | state::GONE) != 0 {
             return None;
         }
-        // The end that is held stays.
+        let Some((edge, is_free)) = self.direct(u, v, [state_u, state_v]) else { return Some(Err(Refusal::Topology)) };
         let price = f32::from_bits((best >> 32) as u32);
-        let swaps = if either & state::BOUNDARY == 0 {
-            state_v & state::LOCKED != 0
-        } else {
-            state_u & state::BOUNDARY == 0 || state_v & state::BOUNDARY != 0 && state_v & state::LOCKED != 0
-        };
-        let (u, v) = if swaps { (v, u) } else { (u, v) };
-        let edge = EdgeToMerge { u, v, price, is_fixed: either & state::LOCKED != 0 };
+        let edge = EdgeToMerge { u: edge[0], v: edge[1], price, is_fixed: !(is_free && self.pass.terms.moves) };
         if either & state::BOUNDARY != 0 {
-            return Some(merge_at_boundary(&self.pass, stretch, edge));
+            return Some(merge_at_boundary(&self.pass, &mut self.stretch, edge));
         }
-        if state_u & state_v & state::LOCKED != 0 {
-            return Some(Err(Refusal::Topology));
+        Some(merge_inside::<L>(&self.pass, &mut self.stretch, border, edge).map(|()| 2))
+    }
+
+    // The end that stays, then the one that goes, and whether both could go; none if neither may.
+    #[inline(always)]
+    fn direct(&self, u: u32, v: u32, [state_u, state_v]: [u8; 2]) -> Option<([u32; 2], bool)> {
+        let PassView { rings, terms, quadrics, .. } = self.pass;
+        if (state_u | state_v) & state::HELD != 0 {
+            match (rings.may_go((u, state_u), (v, state_v)), rings.may_go((v, state_v), (u, state_u))) {
+                (false, false) => return None,
+                (true, false) => return Some(([v, u], false)),
+                (false, true) => return Some(([u, v], false)),
+                (true, true) => {}
+            }
         }
-        Some(merge_inside::<L>(&self.pass, stretch, border, edge).map(|()| 2))
+        if terms.moves {
+            return Some(([u, v], true));
+        }
+        let position = |w: u32| self.stretch.vertices[(w - self.stretch.first) as usize].position;
+        let d = subtract(position(v), position(u));
+        let is_reversed =
+            terms.price_at(rings, quadrics, u, v, d) < terms.price_at(rings, quadrics, v, u, d.map(|x| -x));
+        Some((if is_reversed { [v, u] } else { [u, v] }, true))
     }
 
     fn remember_refusal(&mut self, u: u32, v: u32) {

@@ -215,5 +215,5 @@ fn bad_input_is_refused_with_its_place() {
     broken.faces[7][2] = 99;
     assert_eq!(refuse(&broken, &to_faces(10, 0)), CollapseError::IndexOutOfRange { face: 7 });
     let options = CollapseOptions { locked: &[true], ..to_faces(10, 0) };
-    assert_eq!(refuse(&mesh, &options), CollapseError::WrongNumberOfLocks);
+    assert_eq!(refuse(&mesh, &options), CollapseError::WrongLength { what: "locks" });
 }

@@ -1,0 +1,29 @@
+//! What goes along with the passes: wedges, and attributes with their prices.
+
+use crate::collapse::attributes::Attributes;
+use crate::collapse::rings::Rings;
+use crate::collapse::wedges::Wedges;
+
+/// Wedges of the input's faces, and the attributes of the wedges.
+pub(crate) struct Sides {
+    pub wedges: Wedges,
+    pub attributes: Option<Attributes>,
+}
+
+impl Sides {
+    /// Writes what attributes lose into `losses`, one number per entry of the rings; leaves it empty without attributes.
+    pub(crate) fn write_losses(&mut self, rings: &Rings, losses: &mut Vec<f32>) {
+        if let Some(attributes) = &mut self.attributes {
+            attributes.write_losses(rings, &self.wedges.faces, losses);
+        }
+    }
+
+    /// Follows the merges of a pass, from `rings` to `next`.
+    pub(crate) fn follow(&mut self, rings: &Rings, next: &Rings, numbers: &[u32]) {
+        let pairs = self.wedges.find_pairs(rings, numbers);
+        if let Some(attributes) = &mut self.attributes {
+            attributes.follow(&pairs, next, numbers);
+        }
+        self.wedges.follow(&pairs, numbers);
+    }
+}
