@@ -1,7 +1,14 @@
-//! Edge collapse of plain triangle meshes. Flat arrays go in and come out.
+//! Edge collapse of triangle meshes: flat arrays go in and come out.
+//!
+//! [`collapse`](collapse()) is the kernel; [`simplify_indices`] is the door for callers with index buffers.
 
 mod collapse;
+mod indices;
 
 pub use collapse::{
     CollapseError, CollapseOptions, CollapseOutcome, CollapseRecord, CollapseResult, CollapseSize, collapse,
+};
+pub use indices::{
+    IndexBuffers, IndexOptions, IndexResult, measure_extent, prune_components, select_points, simplify_indices,
+    simplify_sloppily,
 };

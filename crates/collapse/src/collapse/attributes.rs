@@ -114,8 +114,7 @@ impl Attributes {
         pairs.dedup_by_key(|pair| (pair.stays, pair.goes));
         for WedgePair { goes, stays, vertices } in pairs {
             let position = next.vertices[numbers[vertices[1] as usize] as usize].position;
-            let [from_gone, from_stayed] =
-                vertices.map(|v| subtract(position, self.before[v as usize].position));
+            let [from_gone, from_stayed] = vertices.map(|v| subtract(position, self.before[v as usize].position));
             if from_stayed == [0.0; 3] {
                 continue;
             }
@@ -144,9 +143,7 @@ fn find_gradient([e1, e2]: [Point; 2], changes: [f32; 2], squared_normal: f32) -
         return [0.0; 3];
     }
     let (aa, ab, bb) = (dot(e1, e1), dot(e1, e2), dot(e2, e2));
-    let (s, t) = (
-        (bb * changes[0] - ab * changes[1]) / squared_normal,
-        (aa * changes[1] - ab * changes[0]) / squared_normal,
-    );
+    let (s, t) =
+        ((bb * changes[0] - ab * changes[1]) / squared_normal, (aa * changes[1] - ab * changes[0]) / squared_normal);
     [0, 1, 2].map(|i| s * e1[i] + t * e2[i])
 }

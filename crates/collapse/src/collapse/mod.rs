@@ -39,7 +39,7 @@ mod sides;
 mod stretch;
 mod team;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod threshold;
 mod vector;
 mod visit;
@@ -52,7 +52,7 @@ use fit::FitInput;
 use passes::{Collapsed, SizeGoal, run_passes};
 use prepare::Prepared;
 use rings::Vertex;
-use sides::Sides;
+pub(crate) use sides::Sides;
 use team::Team;
 use visit::Unit;
 
@@ -109,6 +109,8 @@ pub(crate) struct SidesInput<'a> {
     /// A wedge per corner, n_faces x 3.
     pub wedges: &'a [[u32; 3]],
     pub n_wedges: usize,
+    /// Whether a vertex may have several wedges.
+    pub has_copies: bool,
     /// Values, n_wedges x width; a difference of 1 counts as a distance of the extent. Empty: none.
     pub values: Vec<f32>,
     pub width: usize,

@@ -87,7 +87,7 @@ pub(crate) fn run_passes(mut rings: Rings, goal: SizeGoal, sides: Option<&mut Si
     let (mut n_vain, mut n_slow, mut farthest) = (0, 0, f32::INFINITY);
     while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < MOST_PASSES {
         if let Some(sides) = &mut sides {
-            sides.write_losses(&rings, &mut arrays.losses);
+            sides.prepare_pass(&mut rings, &mut arrays.losses);
         }
         price_all(&rings, &mut arrays, goal.moves, team);
         let (mut selection, n_wanted) = select(&arrays, size - goal.size, start, goal, team);

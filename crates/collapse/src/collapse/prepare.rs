@@ -93,12 +93,11 @@ fn cut(cuts: &mut Cuts, no_disks: &[u32], vertices: &mut Vec<Vertex>, ranks: &mu
 }
 
 impl Prepared {
-    /// Returns the wedges of the input's faces, and marks the lines between them in the rings.
-    pub(crate) fn make_sides(&mut self, faces: &[[u32; 3]], sides: SidesInput) -> Sides {
+    /// Returns the wedges of the input's faces, and their attributes.
+    pub(crate) fn make_sides(&self, faces: &[[u32; 3]], sides: SidesInput) -> Sides {
         let cut_faces = self.cut_faces().unwrap_or(faces).iter();
         let by_rank = cut_faces.map(|face| face.map(|v| self.ranks[v as usize]));
-        let wedges = Wedges::new(by_rank, sides.wedges, sides.n_wedges);
-        wedges.mark_lines(&mut self.rings);
+        let wedges = Wedges::new(by_rank, &sides);
         let attributes = (sides.width > 0).then(|| Attributes::new(sides.values, sides.width));
         Sides { wedges, attributes }
     }

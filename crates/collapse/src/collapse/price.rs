@@ -33,7 +33,14 @@ impl PriceTerms<'_> {
     }
 
     /// Returns the price of a merge of `goes` into `stays`, which keeps its place.
-    pub(crate) fn price_at(&self, rings: RingsView, quadrics: &[VertexQuadric], goes: u32, stays: u32, d: Point) -> f32 {
+    pub(crate) fn price_at(
+        &self,
+        rings: RingsView,
+        quadrics: &[VertexQuadric],
+        goes: u32,
+        stays: u32,
+        d: Point,
+    ) -> f32 {
         let q = &quadrics[goes as usize].0;
         let rows = [[q[0], q[1], q[2]], [q[1], q[3], q[4]], [q[2], q[4], q[5]]];
         let qd = rows.map(|row| vector::dot(row, d));
@@ -202,13 +209,15 @@ fn price_pairs<L: EightLanes>(qu: &[L; 8], qv: &[L; 8], d: Vectors<L>) -> L {
 // The lesser value of v's quadric at u and of u's at v.
 #[inline(always)]
 fn price_either_end<L: EightLanes>(qu: &[L; 8], qv: &[L; 8], d: Vectors<L>) -> L {
-    let [x, y, z] = d;
-    let value = |q: &[L; 8]| {
-        let (qx, qy, qz) =
-            (q[0] * x + (q[1] * y + q[2] * z), q[1] * x + (q[3] * y + q[4] * z), q[2] * x + (q[4] * y + q[5] * z));
-        qx * x + (qy * y + qz * z)
-    };
-    value(qu).min(value(qv)).max(L::splat(0.0))
+    apply_form(qu, d).min(apply_form(qv, d)).max(L::splat(0.0))
+}
+
+#[inline(always)]
+fn apply_form<L: EightLanes>(q: &[L; 8], [x, y, z]: Vectors<L>) -> L {
+    let qx = q[0] * x + (q[1] * y + q[2] * z);
+    let qy = q[1] * x + (q[3] * y + q[4] * z);
+    let qz = q[2] * x + (q[4] * y + q[5] * z);
+    qx * x + (qy * y + qz * z)
 }
 
 // The least value at u, at v and in the middle, where `c` is the value at u.

@@ -9,8 +9,11 @@ use crate::collapse::vector;
 /// Share of the area that is added to the diagonal: pulls to the vertex where planes leave a direction free.
 const PULL: f32 = 1e-6;
 
-/// Weight of the lines along edges of boundaries and lines, over the squared length of the edge.
+/// Weight of the lines along boundary edges, over the squared length of the edge.
 pub(crate) const BOUNDARY_WEIGHT: f32 = 1.0;
+
+/// The same along lines inside the surface.
+const LINE_WEIGHT: f32 = 0.3;
 
 /// The part of a face's area that one of its vertices has, over the length of the cross product.
 const SHARE: f32 = 1.0 / 6.0;
@@ -51,7 +54,7 @@ impl Kernel for SumQuadrics<'_> {
             } else {
                 sum_any_ring::<L>(rings, u)
             };
-            if state & (state::BOUNDARY | state::LINE) != 0 {
+            if state & state::BOUNDARY != 0 || state & state::FORK == state::LINE {
                 add_lines(rings, u, &mut q);
             }
             let pull = PULL * q[6];
@@ -119,11 +122,11 @@ fn weigh_planes<L: EightLanes>(c: Vectors<L>, mask: L) -> [L; 8] {
 /// Planes through the edges would tilt with the faces of rough terrain; a line has no such direction.
 #[inline(never)]
 fn add_lines(rings: &Rings, u: usize, q: &mut [f32; 8]) {
-    let ends = if rings.is_boundary(u) {
+    let (ends, weight) = if rings.is_boundary(u) {
         let [first, .., last] = rings.ring(u) else { return };
-        [*first, *last]
+        ([*first, *last], BOUNDARY_WEIGHT)
     } else {
-        rings.lines[u]
+        (rings.lines[u], LINE_WEIGHT)
     };
     for end in ends {
         let e = vector::subtract(rings.vertices[end as usize].position, rings.vertices[u].position);
@@ -131,7 +134,7 @@ fn add_lines(rings: &Rings, u: usize, q: &mut [f32; 8]) {
         let outer = [e[0] * e[0], e[0] * e[1], e[0] * e[2], e[1] * e[1], e[1] * e[2], e[2] * e[2]];
         for (i, x) in outer.into_iter().enumerate() {
             let diagonal = if i == 0 || i == 3 || i == 5 { squared } else { 0.0 };
-            q[i] += BOUNDARY_WEIGHT * (diagonal - x);
+            q[i] += weight * (diagonal - x);
         }
     }
 }

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use crate::collapse::lanes::{EightIndices, EightLanes, Kernel, dispatch};
 use crate::collapse::rings::{NONE, PADDING, Rings, Vertex, state};
-use crate::collapse::wedges::follow_lines;
 use crate::collapse::team::{STRETCH, Team, split};
 
 /// How many vertices and neighbours a piece keeps, and how many come before it.
@@ -36,7 +35,6 @@ pub(crate) fn rebuild(rings: &Rings, best: &[u64], room: Rings, n_faces: usize, 
     number_merged(rings, &mut numbers);
     let mut new = make_room(room, n_vertices, n_neighbors);
     new.n_faces = n_faces;
-    new.lines = follow_lines(rings, &numbers);
     write_pieces(rings, best, &numbers, &kept, &mut new, team);
     (new, numbers)
 }

@@ -27,8 +27,12 @@ pub(crate) mod state {
     pub const RESTS: u8 = 32;
     /// The vertex has two edges of a line, and goes only along it.
     pub const LINE: u8 = 64;
+    /// A line ends at the vertex, which has one wedge: it goes along the line, or into vertices that are not held.
+    pub const END: u8 = 128;
+    /// Lines branch at the vertex or meet a boundary: it stays.
+    pub const FORK: u8 = LINE | END;
     /// What limits merges.
-    pub const HELD: u8 = BOUNDARY | LOCKED | LINE;
+    pub const HELD: u8 = BOUNDARY | LOCKED | LINE | END;
 }
 
 /// A position, and within a pass the vertex that it belongs to: itself, or the one it was merged into.
@@ -60,7 +64,7 @@ pub(crate) struct Rings {
     pub refused: Vec<u32>,
     /// Largest distance between the vertex' surface and the input's, as the guard has followed it.
     pub errors: Vec<f32>,
-    /// The neighbours along the line of each vertex that is on one; empty without lines.
+    /// The neighbours along the line of each vertex that is on one, of which an end has one; empty without lines.
     pub lines: Vec<[u32; 2]>,
     pub n_faces: usize,
 }
@@ -81,13 +85,17 @@ impl RingsView<'_> {
 
     /// Returns whether a vertex may be merged into its neighbour, both with their states: along what it lies on.
     pub(crate) fn may_go(&self, (goes, state): (u32, u8), (stays, other): (u32, u8)) -> bool {
-        if state & state::LOCKED != 0 {
-            false
-        } else if state & state::BOUNDARY != 0 {
-            let ring = self.ring(goes);
-            other & state::BOUNDARY != 0 && (ring.first() == Some(&stays) || ring.last() == Some(&stays))
-        } else {
-            state & state::LINE == 0 || self.lines[goes as usize].contains(&stays)
+        let is_along = || self.lines[goes as usize].contains(&stays);
+        match state & state::FORK {
+            _ if state & state::LOCKED != 0 => false,
+            state::FORK => false,
+            _ if state & state::BOUNDARY != 0 => {
+                let ring = self.ring(goes);
+                other & state::BOUNDARY != 0 && (ring.first() == Some(&stays) || ring.last() == Some(&stays))
+            }
+            state::LINE => is_along(),
+            state::END => other & state::HELD == 0 || is_along(),
+            _ => true,
         }
     }
 }

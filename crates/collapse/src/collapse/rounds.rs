@@ -79,8 +79,7 @@ impl PassMesh<'_> {
         let Selection { threshold, guard, max_error, unit, .. } = self.selection;
         let rings = &mut *self.rings;
         let kept = RingsView { starts: &rings.starts, neighbors: &rings.neighbors, lines: &rings.lines };
-        let pass =
-            PassView { rings: kept, quadrics: self.quadrics, terms: self.terms, threshold, guard, max_error };
+        let pass = PassView { rings: kept, quadrics: self.quadrics, terms: self.terms, threshold, guard, max_error };
         let lengths = || pieces.iter().map(|piece| piece.len());
         let mut vertices = split(&mut rings.vertices, lengths()).into_iter();
         let mut degrees = split(&mut rings.degrees, lengths()).into_iter();

@@ -11,8 +11,9 @@ pub(crate) struct Sides {
 }
 
 impl Sides {
-    /// Writes what attributes lose into `losses`, one number per entry of the rings; leaves it empty without attributes.
-    pub(crate) fn write_losses(&mut self, rings: &Rings, losses: &mut Vec<f32>) {
+    /// Marks the lines of a pass, and writes what attributes lose into `losses`, one number per entry of the rings; leaves it empty without attributes.
+    pub(crate) fn prepare_pass(&mut self, rings: &mut Rings, losses: &mut Vec<f32>) {
+        self.wedges.mark_lines(rings);
         if let Some(attributes) = &mut self.attributes {
             attributes.write_losses(rings, &self.wedges.faces, losses);
         }

@@ -9,6 +9,7 @@
 //!     u0 | u1     --+--
 //! ```
 
+use crate::collapse::SidesInput;
 use crate::collapse::build::is_face;
 use crate::collapse::rings::{NONE, Rings, state};
 
@@ -37,43 +38,27 @@ pub(crate) struct Wedges {
     pub faces: Vec<WedgeFace>,
     /// What each wedge became in the pass; itself if nothing.
     targets: Vec<u32>,
+    /// Whether a vertex may have several.
+    has_copies: bool,
 }
 
 impl Wedges {
-    /// `faces` by vertices of the rings, `wedges` by those of the input; faces that use a vertex twice are left out.
-    pub(crate) fn new(faces: impl Iterator<Item = [u32; 3]>, wedges: &[[u32; 3]], n_wedges: usize) -> Wedges {
-        let all = faces.zip(wedges).zip(0..);
+    /// `faces` by vertices of the rings, with their wedges; faces that use a vertex twice are left out.
+    pub(crate) fn new(faces: impl Iterator<Item = [u32; 3]>, sides: &SidesInput) -> Wedges {
+        let all = faces.zip(sides.wedges).zip(0..);
         let faces = all.map(|((vertices, &wedges), source)| WedgeFace { vertices, wedges, source });
-        Wedges { faces: faces.filter(|face| is_face(&face.vertices)).collect(), targets: (0..n_wedges as u32).collect() }
+        let faces = faces.filter(|face| is_face(&face.vertices)).collect();
+        Wedges { faces, targets: (0..sides.n_wedges as u32).collect(), has_copies: sides.has_copies }
     }
 
-    /// Marks vertices on lines, where wedges of neighbouring faces differ; where lines end, branch or meet a boundary, a
-    /// vertex is locked.
+    /// Marks vertices on lines, where wedges of neighbouring faces differ, and the ends and forks of lines.
     pub(crate) fn mark_lines(&self, rings: &mut Rings) {
-        let mut wedge_of = vec![NONE; rings.vertices.len()];
-        let mut has_many = vec![false; rings.vertices.len()];
-        for (&v, &wedge) in self.faces.iter().flat_map(|face| face.vertices.iter().zip(&face.wedges)) {
-            let first = &mut wedge_of[v as usize];
-            has_many[v as usize] |= *first != NONE && *first != wedge;
-            *first = wedge;
-        }
-        if !has_many.contains(&true) {
-            return;
-        }
-        // Both wedges of each directed edge that may be on a line, from its lower vertex.
-        let mut edges = Vec::new();
-        for face in &self.faces {
-            for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-                let (a, b) = (face.vertices[i], face.vertices[j]);
-                if has_many[a as usize] || has_many[b as usize] {
-                    let (i, j) = if a < b { (i, j) } else { (j, i) };
-                    edges.push(([face.vertices[i], face.vertices[j]], [face.wedges[i], face.wedges[j]]));
-                }
-            }
-        }
-        edges.sort_unstable();
-        rings.lines = vec![[NONE; 2]; rings.vertices.len()];
+        let Some(has_many) = self.find_many(rings) else { return };
+        rings.lines.clear();
+        rings.lines.resize(rings.vertices.len(), [NONE; 2]);
         let mut n_lines = vec![0u8; rings.vertices.len()];
+        // Both wedges of each edge that may be on a line, from its lower vertex, once per face.
+        let edges = self.list_edges(&has_many);
         for pair in edges.windows(2).filter(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1) {
             let [a, b] = pair[0].0;
             for (v, other) in [(a, b), (b, a)] {
@@ -86,14 +71,45 @@ impl Wedges {
         }
         for (v, n) in n_lines.into_iter().enumerate() {
             let state = &mut rings.states[v];
-            if n == 2 && *state & (state::BOUNDARY | state::LOCKED) == 0 {
-                *state |= state::LINE;
-            } else {
-                rings.lines[v] = [NONE; 2];
-                // A boundary vertex may have two wedges of chains that were joined at it.
-                *state |= if n > 0 || has_many[v] { state::LOCKED } else { 0 };
+            *state = *state & !state::FORK
+                | match n {
+                    // A boundary vertex may have wedges without a line where chains were joined at it.
+                    0 if !has_many[v] => 0,
+                    1 if !has_many[v] && *state & state::BOUNDARY == 0 => state::END,
+                    2 if *state & state::BOUNDARY == 0 => state::LINE,
+                    _ => state::FORK,
+                };
+        }
+    }
+
+    // Whether each vertex has several wedges; none if no vertex has.
+    fn find_many(&self, rings: &Rings) -> Option<Vec<bool>> {
+        if !self.has_copies {
+            return None;
+        }
+        let mut wedge_of = vec![NONE; rings.vertices.len()];
+        let mut has_many = vec![false; rings.vertices.len()];
+        for (&v, &wedge) in self.faces.iter().flat_map(|face| face.vertices.iter().zip(&face.wedges)) {
+            let first = &mut wedge_of[v as usize];
+            has_many[v as usize] |= *first != NONE && *first != wedge;
+            *first = wedge;
+        }
+        Some(has_many)
+    }
+
+    fn list_edges(&self, has_many: &[bool]) -> Vec<([u32; 2], [u32; 2])> {
+        let mut edges = Vec::new();
+        for face in &self.faces {
+            for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+                let (a, b) = (face.vertices[i], face.vertices[j]);
+                if has_many[a as usize] || has_many[b as usize] {
+                    let (i, j) = if a < b { (i, j) } else { (j, i) };
+                    edges.push(([face.vertices[i], face.vertices[j]], [face.wedges[i], face.wedges[j]]));
+                }
             }
         }
+        edges.sort_unstable();
+        edges
     }
 
     /// Returns the pairs of wedges that the merges of a pass made one; those of one merge may come twice.
@@ -124,7 +140,12 @@ impl Wedges {
     /// Drops the faces that vanished, and gives the others the vertices of the next pass.
     pub(crate) fn follow(&mut self, pairs: &[WedgePair], numbers: &[u32]) {
         for pair in pairs {
-            self.targets[pair.goes as usize] = pair.stays;
+            let target = &mut self.targets[pair.goes as usize];
+            let first = std::mem::replace(target, pair.stays);
+            // Where the end of a line went along it, both wedges there become one.
+            if first != pair.goes && first != pair.stays {
+                self.targets[first as usize] = pair.stays;
+            }
         }
         self.faces.retain_mut(|face| {
             face.vertices = face.vertices.map(|v| numbers[v as usize]);
@@ -132,38 +153,9 @@ impl Wedges {
             is_face(&face.vertices)
         });
         for pair in pairs {
-            self.targets[pair.goes as usize] = pair.goes;
-        }
-    }
-}
-
-/// Returns the neighbours along lines after a pass, by the numbers of the next.
-pub(crate) fn follow_lines(rings: &Rings, numbers: &[u32]) -> Vec<[u32; 2]> {
-    let mut lines = Vec::new();
-    if rings.lines.is_empty() {
-        return lines;
-    }
-    for (u, &ends) in rings.lines.iter().enumerate() {
-        if rings.states[u] & state::GONE != 0 {
-            continue;
-        }
-        lines.push(ends.map(|end| {
-            if end == NONE {
-                return NONE;
+            for wedge in [pair.goes, pair.stays] {
+                self.targets[wedge as usize] = wedge;
             }
-            // What was merged into u has its own other end there.
-            let is_merged = rings.states[end as usize] & state::GONE != 0
-                && rings.vertices[end as usize].survivor as usize == u;
-            let [one, other] = rings.lines[end as usize];
-            let end = if !is_merged {
-                end
-            } else if one as usize == u {
-                other
-            } else {
-                one
-            };
-            numbers[end as usize]
-        }));
+        }
     }
-    lines
 }

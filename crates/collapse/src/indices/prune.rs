@@ -1,0 +1,109 @@
+//! Components whose loss is smaller than what it would cost to keep them.
+
+use super::weld::weld;
+use super::{CollapseError, IndexBuffers, IndexResult, measure_extent};
+
+/// Drops components with a radius of at most a share of the extent; returns the faces that are left.
+///
+/// A radius is the largest distance of a component's vertices from their mean.
+///
+/// # Errors
+/// Refuses indices out of range and coordinates that are not finite.
+pub fn prune_components(buffers: &IndexBuffers, max_error: f32) -> Result<Vec<[u32; 3]>, CollapseError> {
+    buffers.check()?;
+    let components = Components::new(buffers);
+    let most = max_error * measure_extent(buffers.positions);
+    let stays = |face: &&[u32; 3]| components.radii[components.find(face[0])] > most;
+    Ok(buffers.indices.iter().filter(stays).copied().collect())
+}
+
+/// The faces of components that stay, and the largest radius of those that go.
+pub(super) struct Kept {
+    pub faces: Vec<u32>,
+    pub radius: f32,
+}
+
+/// Drops components within the error of a result, and those within `max_radius` until `n_faces` of its faces are gone, from
+/// the smallest on; none if all stay. Components with locked vertices stay, and without a bound the largest one.
+pub(super) fn drop_smallest(
+    buffers: &IndexBuffers,
+    result: &IndexResult,
+    n_faces: usize,
+    max_radius: f32,
+) -> Option<Kept> {
+    let components = Components::new(buffers);
+    let n = components.radii.len();
+    let mut counts = vec![0; n];
+    for face in &result.indices {
+        counts[components.find(face[0])] += 1;
+    }
+    let mut may_go: Vec<bool> = components.radii.iter().map(|&radius| radius <= max_radius).collect();
+    for (v, _) in buffers.locks.iter().enumerate().filter(|(_, is_locked)| **is_locked) {
+        may_go[components.find(v as u32)] = false;
+    }
+    let mut order: Vec<usize> = (0..n).filter(|&c| counts[c] > 0).collect();
+    order.sort_by(|&a, &b| components.radii[a].total_cmp(&components.radii[b]).then(a.cmp(&b)));
+    if max_radius.is_infinite() {
+        order.pop();
+    }
+    let mut is_dropped = vec![false; n];
+    let (mut n_gone, mut radius) = (0, None);
+    for component in order {
+        let is_wanted = n_gone < n_faces || components.radii[component] <= result.error;
+        if !is_wanted || !may_go[component] {
+            continue;
+        }
+        n_gone += counts[component];
+        is_dropped[component] = true;
+        radius = Some(components.radii[component]);
+    }
+    let stays = |face: &u32| !is_dropped[components.find(buffers.indices[*face as usize][0])];
+    radius.map(|radius| Kept { faces: (0..buffers.indices.len() as u32).filter(stays).collect(), radius })
+}
+
+struct Components {
+    /// The component of each vertex.
+    numbers: Vec<u32>,
+    radii: Vec<f32>,
+}
+
+impl Components {
+    // Vertices at one position are in one component.
+    fn new(buffers: &IndexBuffers) -> Components {
+        let mut parents = weld(buffers.positions);
+        for face in buffers.indices {
+            let [a, b, c] = face.map(|v| find_root(&mut parents, v));
+            let least = a.min(b).min(c);
+            for root in [a, b, c] {
+                parents[root as usize] = least;
+            }
+        }
+        let n = parents.len();
+        let numbers: Vec<u32> = (0..n as u32).map(|v| find_root(&mut parents, v)).collect();
+        let (mut sums, mut counts) = (vec![[0.0f64; 3]; n], vec![0.0f64; n]);
+        for (&c, p) in numbers.iter().zip(buffers.positions) {
+            counts[c as usize] += 1.0;
+            (0..3).for_each(|k| sums[c as usize][k] += f64::from(p[k]));
+        }
+        let mut radii = vec![0.0f32; n];
+        for (&c, p) in numbers.iter().zip(buffers.positions) {
+            let c = c as usize;
+            let squared: f64 = (0..3).map(|k| (f64::from(p[k]) - sums[c][k] / counts[c]).powi(2)).sum();
+            radii[c] = radii[c].max(squared.sqrt() as f32);
+        }
+        Components { numbers, radii }
+    }
+
+    fn find(&self, vertex: u32) -> usize {
+        self.numbers[vertex as usize] as usize
+    }
+}
+
+fn find_root(parents: &mut [u32], mut v: u32) -> u32 {
+    while parents[v as usize] != v {
+        let above = parents[parents[v as usize] as usize];
+        parents[v as usize] = above;
+        v = above;
+    }
+    v
+}
