@@ -46,4 +46,6 @@ for (const name of ['runtime', 'index', 'simplifier', 'gltf-transform', 'three']
   });
   console.log(`dist/${name}.js: ${Math.round(statSync(outfile).size / 1024)} KiB`);
 }
+// For bundlers and pages that load WebAssembly by itself.
+copyFileSync(join(folder, 'simplifier.wasm'), join(here, 'dist', 'simplifier.wasm'));
 for (const licence of ['LICENSE-APACHE', 'LICENSE-MIT']) copyFileSync(join(here, '../..', licence), join(here, 'dist', licence));

@@ -31,9 +31,7 @@ fn answer_request(request: &[u8], answer: &mut Answer, listener: ProgressListene
     let json: Value = serde_json::from_slice(request.part(0)?)?;
     let call = json.get("call").and_then(Value::as_str).unwrap_or_default().to_string();
     match call.as_str() {
-        "indices" => indices::simplify_indices(&request, json, answer, listener),
-        "prune" => indices::prune_components(&request, json, answer),
-        "points" => indices::select_points(&request, json, answer),
+        "indices" | "sloppy" | "prune" | "points" => indices::answer_call(&call, &request, json, answer),
         _ => documents::answer_call(&call, &request, json, answer, listener),
     }
 }

@@ -2,7 +2,9 @@
 
 use std::fmt::Display;
 
+#[cfg(feature = "documents")]
 use neural_mesh::simplify::SimplifyError;
+use neural_mesh_collapse::CollapseError;
 
 /// One-line error message for the caller.
 #[derive(Debug)]
@@ -20,6 +22,13 @@ impl Refusal {
     }
 }
 
+impl From<CollapseError> for Refusal {
+    fn from(error: CollapseError) -> Self {
+        Self::new(error)
+    }
+}
+
+#[cfg(feature = "documents")]
 impl From<SimplifyError> for Refusal {
     fn from(error: SimplifyError) -> Self {
         Self { is_interrupted: matches!(error, SimplifyError::Interrupted), ..Self::new(error) }

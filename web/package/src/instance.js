@@ -5,7 +5,7 @@ import { NeuralMeshError } from './error.js';
 /**
  * Creates the imports of an instance and a function that runs requests in it, one after the other.
  *
- * @returns {{imports: object, run: (instance: WebAssembly.Instance, request: Uint8Array, listener: Function) => Uint8Array}} `run` returns
+ * @returns {{imports: object, run: (instance: WebAssembly.Instance, request: Uint8Array | object, listener: Function) => Uint8Array}} `run` returns
  *   the answer; it stops the program where `listener(share, part)` returns true, and throws what the listener throws
  */
 export function makeRunner() {
@@ -29,12 +29,13 @@ export function makeRunner() {
   return { imports: { env: { progress, now: () => performance.now() } }, run };
 }
 
-/** Copies the request in and the answer out. Addresses arrive as signed numbers, and views are renewed after each call, as memory grows. */
+/** Copies the request, packed or planned, in and the answer out. Addresses arrive as signed numbers, and views are renewed after each call, as memory grows. */
 function answerTo({ memory, allocate_request, answer, answer_length, free_messages }, request) {
-  const from = allocate_request(request.length) >>> 0;
-  if (from === 0) throw new NeuralMeshError(`no memory for a request of ${request.length} bytes`);
-  new Uint8Array(memory.buffer, from, request.length).set(request);
-  const to = answer(request.length) >>> 0;
+  const { nBytes, write } = request instanceof Uint8Array ? { nBytes: request.length, write: (to) => to.set(request) } : request;
+  const from = allocate_request(nBytes) >>> 0;
+  if (from === 0) throw new NeuralMeshError(`no memory for a request of ${nBytes} bytes`);
+  write(new Uint8Array(memory.buffer, from, nBytes));
+  const to = answer(nBytes) >>> 0;
   const bytes = new Uint8Array(memory.buffer, to, answer_length() >>> 0).slice();
   free_messages();
   return bytes;

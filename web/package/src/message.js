@@ -11,22 +11,32 @@ const headerBytes = (nParts) => padded(4 + 4 * nParts);
 
 /** Packs a value into a message; its typed arrays and array buffers become parts. */
 export function packMessage(value) {
+  const { nBytes, write } = planMessage(value);
+  const message = new Uint8Array(nBytes);
+  write(message);
+  return message;
+}
+
+/** Returns the length of the message of a value, and a function that writes it into so many zeros. */
+export function planMessage(value) {
   const parts = [null];
   const named = (_, field) => {
     const bytes = bytesOf(field);
     return bytes ? parts.push(bytes) - 1 : field;
   };
   parts[0] = new TextEncoder().encode(JSON.stringify(value, named));
-  const message = new Uint8Array(headerBytes(parts.length) + parts.reduce((sum, part) => sum + padded(part.length), 0));
-  const header = new DataView(message.buffer);
-  header.setUint32(0, parts.length, true);
-  let at = headerBytes(parts.length);
-  parts.forEach((part, i) => {
-    header.setUint32(4 + 4 * i, part.length, true);
-    message.set(part, at);
-    at += padded(part.length);
-  });
-  return message;
+  const nBytes = headerBytes(parts.length) + parts.reduce((sum, part) => sum + padded(part.length), 0);
+  const write = (message) => {
+    const header = new DataView(message.buffer, message.byteOffset);
+    header.setUint32(0, parts.length, true);
+    let at = headerBytes(parts.length);
+    parts.forEach((part, i) => {
+      header.setUint32(4 + 4 * i, part.length, true);
+      message.set(part, at);
+      at += padded(part.length);
+    });
+  };
+  return { nBytes, write };
 }
 
 /**

@@ -2,7 +2,7 @@
 
 import { NeuralMeshError } from './error.js';
 import { makeRunner, trapLine } from './instance.js';
-import { packMessage, unpackMessage } from './message.js';
+import { packMessage, planMessage, unpackMessage } from './message.js';
 import { makePool } from './pool.js';
 import { compilePacked } from './unpack.js';
 
@@ -49,7 +49,7 @@ async function callProgram(pool, getModule, request, { progress, signal, worker 
 function makeDirectCall(module) {
   const { imports, run } = makeRunner();
   const instance = new WebAssembly.Instance(module, imports);
-  return (request) => readAnswer(run(instance, packMessage(request), () => false));
+  return (request) => readAnswer(run(instance, planMessage(request), () => false));
 }
 
 /** Waits for a thread until the signal aborts; a thread that comes later goes back to the pool. */

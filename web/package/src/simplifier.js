@@ -92,19 +92,33 @@ export const NeuralSimplifier = {
     const request = { call: 'points', positions: packRows(vertex_positions, vertex_positions_stride, 3), target: target_vertex_count };
     if (vertex_colors) {
       checkColors(vertex_colors, vertex_colors_stride, nVertices);
-      request.colors = packRows(vertex_colors, vertex_colors_stride, 3);
-      request.color_weight = color_weight ?? 0;
+      request.attributes = packRows(vertex_colors, vertex_colors_stride, 3);
+      request.weights = [color_weight ?? 0];
     }
     const { json, array } = runNow(request);
     return array(json.indices, Uint32Array);
   },
 
-  simplifyPrune(indices, vertex_positions, vertex_positions_stride, target_error) {
+  simplifySloppy(indices, vertex_positions, vertex_positions_stride, vertex_lock, target_index_count, target_error) {
     checkIndices(indices);
     const nVertices = checkPositions(vertex_positions, vertex_positions_stride);
+    checkLocks(vertex_lock, nVertices);
+    checkTarget(target_index_count, indices.length);
     checkError(target_error);
     const positions = packRows(vertex_positions, vertex_positions_stride, 3);
-    const request = { call: 'prune', indices: wideIndices(indices, nVertices), positions, error: Math.min(target_error, LARGEST_ERROR) };
+    const request = { call: 'sloppy', indices: wideIndices(indices), positions, target: target_index_count };
+    if (vertex_lock) request.locks = vertex_lock;
+    const [chosen, error] = chosenIndices(indices, runNow(request));
+    // Cells of a grid know sizes alone; a result that is too far off is the mesh itself.
+    return error <= target_error ? [chosen, error] : [indices.slice(), 0];
+  },
+
+  simplifyPrune(indices, vertex_positions, vertex_positions_stride, target_error) {
+    checkIndices(indices);
+    checkPositions(vertex_positions, vertex_positions_stride);
+    checkError(target_error);
+    const positions = packRows(vertex_positions, vertex_positions_stride, 3);
+    const request = { call: 'prune', indices: wideIndices(indices), positions, error: Math.min(target_error, LARGEST_ERROR) };
     return chosenIndices(indices, runNow(request))[0];
   },
 };
@@ -132,7 +146,7 @@ function indicesRequest(
   checkError(error);
   checkFlags(flags);
   const request = {
-    call: 'indices', indices: wideIndices(indices, nVertices), positions: packRows(positions, stride, 3),
+    call: 'indices', indices: wideIndices(indices), positions: packRows(positions, stride, 3),
     target, error: Math.min(error, LARGEST_ERROR), move, flags: flags ?? [],
   };
   if (attributes !== undefined || weights !== undefined) {
@@ -146,11 +160,8 @@ function indicesRequest(
   return request;
 }
 
-/** Converts indices for the program. */
-function wideIndices(indices, nVertices) {
-  for (let i = 0; i < indices.length; i++) {
-    check(indices[i] >= 0 && indices[i] < nVertices, 'indices', `index ${i} names vertex ${indices[i]}, but there are only ${nVertices} vertices`);
-  }
+/** Converts indices for the program, which checks that they name vertices; negative ones name none. */
+function wideIndices(indices) {
   return indices instanceof Uint32Array ? indices : Uint32Array.from(indices);
 }
 

@@ -14,7 +14,8 @@ export type Indices = Uint32Array | Int32Array | Uint16Array | Int16Array;
 /**
  * A simplifier with the members of `MeshoptSimplifier`. All are synchronous and throw before `ready`. Strides count numbers, not bytes.
  *
- * Errors are shares of the mesh's extent, the longest side of its bounding box, or in its unit with the flag `ErrorAbsolute`.
+ * Errors are shares of the mesh's extent, the longest side of its bounding box, or in its unit with the flag `ErrorAbsolute`. They are
+ * estimates of the largest distance, made on the way; nothing is measured.
  *
  * Members throw a `TypeError` that names an invalid argument, and a `NeuralMeshError` if the program fails.
  */
@@ -114,6 +115,21 @@ export const NeuralSimplifier: {
     vertex_colors_stride?: number,
     color_weight?: number,
   ) => Uint32Array;
+
+  /**
+   * Simplifies a mesh to a size that topology does not limit: vertices of one cell of a grid become one, and components join.
+   *
+   * @param vertex_lock 1 for each vertex that must stay, else 0; or null
+   * @returns the indices and the longest way of a vertex; the mesh itself, if that is above `target_error`
+   */
+  simplifySloppy: <T extends Indices>(
+    indices: T,
+    vertex_positions: Float32Array,
+    vertex_positions_stride: number,
+    vertex_lock: Uint8Array | null,
+    target_index_count: number,
+    target_error: number,
+  ) => [T, number];
 
   /** Drops components smaller than `target_error`, and returns the indices of the others. */
   simplifyPrune: <T extends Indices>(

@@ -55,6 +55,7 @@ use rings::Vertex;
 pub(crate) use sides::Sides;
 use team::Team;
 use visit::Unit;
+pub(crate) use wedges::WedgeFace;
 
 /// A simplified mesh.
 #[derive(Clone, Debug)]
@@ -100,7 +101,16 @@ pub fn collapse(
     faces: &[[u32; 3]],
     options: &CollapseOptions,
 ) -> Result<CollapseResult, CollapseError> {
-    Ok(collapse_with_sides(positions, faces, options, None)?.0)
+    let team = Team::new(options.n_threads);
+    let mut run = Run::new(positions, faces, options, None, team)?;
+    if options.moves && options.n_fit_steps > 0 && run.record.n_passes() > 0 {
+        let numbers = run.record.compose(run.record.n_passes());
+        let faces = run.prepared.cut_faces().unwrap_or(faces);
+        let input = FitInput { faces, numbers: &numbers, farthest: run.collapsed.farthest };
+        let position = |v: u32| run.prepared.unit_position(v, positions);
+        fit::fit(&mut run.collapsed.rings, input, position, options.n_fit_steps, team);
+    }
+    Ok(run.assemble(positions).0)
 }
 
 /// Wedges and attributes to carry along, of the size of the input.
@@ -116,52 +126,62 @@ pub(crate) struct SidesInput<'a> {
     pub width: usize,
 }
 
-/// Simplifies as [`collapse`]; with sides also returns the faces that are left, by wedges.
+/// Simplifies as [`collapse`] without a fit; also returns the faces that are left, by wedges.
 pub(crate) fn collapse_with_sides(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
     options: &CollapseOptions,
-    sides: Option<SidesInput>,
+    sides: SidesInput,
 ) -> Result<(CollapseResult, Option<Sides>), CollapseError> {
-    let team = Team::new(options.n_threads);
-    let mut prepared = prepare::prepare(positions, faces, options, team)?;
-    let mut sides = sides.map(|sides| prepared.make_sides(faces, sides));
-    let (unit, size) = match options.size {
-        CollapseSize::Faces(size) => (Unit::Face, size),
-        CollapseSize::Vertices(size) => (Unit::Vertex, size),
-    };
-    let max_error = prepared.frame.to_unit_length(options.max_error);
-    let goal = SizeGoal { unit, size, max_error, moves: options.moves };
-    let mut collapsed = run_passes(std::mem::take(&mut prepared.rings), goal, sides.as_mut(), team);
-    let origins = prepared.find_origins(&collapsed.origins);
-    let record = prepared.take_record(std::mem::take(&mut collapsed.numbers), positions.len());
-    if options.moves && options.n_fit_steps > 0 && record.n_passes() > 0 {
-        let numbers = record.compose(record.n_passes());
-        let faces = prepared.cut_faces().unwrap_or(faces);
-        let input = FitInput { faces, numbers: &numbers, farthest: collapsed.farthest };
-        let position = |v: u32| prepared.unit_position(v, positions);
-        fit::fit(&mut collapsed.rings, input, position, options.n_fit_steps, team);
-    }
-    Ok((assemble(positions, &prepared, collapsed, (record, origins)), sides))
+    let run = Run::new(positions, faces, options, Some(sides), Team::new(options.n_threads))?;
+    Ok(run.assemble(positions))
 }
 
-// Positions in the input's units, faces, and one vertex for copies that are joined again.
-fn assemble(
-    positions: &[[f32; 3]],
-    prepared: &Prepared,
+/// A mesh after all merges, and how it came to be.
+struct Run {
+    prepared: Prepared,
     collapsed: Collapsed,
-    (mut record, mut origins): (CollapseRecord, Vec<u32>),
-) -> CollapseResult {
-    let Collapsed { rings, is_reached, .. } = collapsed;
-    let mut faces = rings.to_faces();
-    let place = |(v, &origin): (&Vertex, &u32)| {
-        let original = positions[origin as usize];
-        // What has not moved keeps its bits.
-        if prepared.frame.to_unit(original) == v.position { original } else { prepared.frame.to_input(v.position) }
-    };
-    let mut out: Vec<[f32; 3]> = rings.vertices.iter().zip(&origins).map(place).collect();
-    prepared.join_copies(&mut faces, (&mut out, &mut origins), &mut record);
-    let error = rings.errors.iter().copied().fold(0.0, f32::max);
-    let outcome = if is_reached { CollapseOutcome::Reached } else { CollapseOutcome::Stopped };
-    CollapseResult { positions: out, faces, origins, record, error: prepared.frame.to_input_length(error), outcome }
+    record: CollapseRecord,
+    sides: Option<Sides>,
+}
+
+impl Run {
+    fn new(
+        positions: &[[f32; 3]],
+        faces: &[[u32; 3]],
+        options: &CollapseOptions,
+        sides: Option<SidesInput>,
+        team: Team,
+    ) -> Result<Run, CollapseError> {
+        let mut prepared = prepare::prepare(positions, faces, options, team)?;
+        let mut sides = sides.map(|sides| prepared.make_sides(faces, sides));
+        let (unit, size) = match options.size {
+            CollapseSize::Faces(size) => (Unit::Face, size),
+            CollapseSize::Vertices(size) => (Unit::Vertex, size),
+        };
+        let max_error = prepared.frame.to_unit_length(options.max_error);
+        let goal = SizeGoal { unit, size, max_error, moves: options.moves };
+        let mut collapsed = run_passes(std::mem::take(&mut prepared.rings), goal, sides.as_mut(), team);
+        prepared.name_origins(&mut collapsed.origins);
+        let record = prepared.take_record(std::mem::take(&mut collapsed.numbers), positions.len());
+        Ok(Run { prepared, collapsed, record, sides })
+    }
+
+    // Positions in the input's units, faces, and one vertex for copies that are joined again.
+    fn assemble(self, positions: &[[f32; 3]]) -> (CollapseResult, Option<Sides>) {
+        let Run { prepared, collapsed, mut record, sides } = self;
+        let Collapsed { rings, mut origins, is_reached, .. } = collapsed;
+        let frame = prepared.frame;
+        let mut faces = rings.to_faces();
+        let place = |(v, &origin): (&Vertex, &u32)| {
+            let original = positions[origin as usize];
+            // What has not moved keeps its bits.
+            if frame.to_unit(original) == v.position { original } else { frame.to_input(v.position) }
+        };
+        let mut out: Vec<[f32; 3]> = rings.vertices.iter().zip(&origins).map(place).collect();
+        prepared.join_copies(&mut faces, (&mut out, &mut origins), &mut record);
+        let error = frame.to_input_length(rings.errors.iter().copied().fold(0.0, f32::max));
+        let outcome = if is_reached { CollapseOutcome::Reached } else { CollapseOutcome::Stopped };
+        (CollapseResult { positions: out, faces, origins, record, error, outcome }, sides)
+    }
 }

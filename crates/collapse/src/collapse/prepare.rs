@@ -102,13 +102,13 @@ impl Prepared {
         Sides { wedges, attributes }
     }
 
-    /// Returns the input vertices of places along the curve.
-    pub(crate) fn find_origins(&self, ranks: &[u32]) -> Vec<u32> {
+    /// Turns places along the curve into input vertices.
+    pub(crate) fn name_origins(&self, origins: &mut [u32]) {
         let mut at_rank = vec![NONE; self.ranks.len()];
         for (v, &rank) in self.ranks.iter().enumerate() {
             at_rank[rank as usize] = self.original(v as u32) as u32;
         }
-        ranks.iter().map(|&rank| at_rank[rank as usize]).collect()
+        origins.iter_mut().for_each(|rank| *rank = at_rank[*rank as usize]);
     }
 
     /// Returns the input's faces by vertices after cutting, if there were cuts.

@@ -2,6 +2,7 @@
 //!
 //! Pieces depend on the size of the mesh alone, never on the number of threads, so results do not either.
 
+#[cfg(feature = "threads")]
 use std::sync::{Mutex, PoisonError};
 
 /// Vertices per piece.
@@ -15,16 +16,29 @@ pub(crate) struct Team {
 
 impl Team {
     /// Returns a team of so many threads; 0 is all of the current pool.
+    #[cfg(feature = "threads")]
     pub(crate) fn new(n_threads: usize) -> Team {
         Team { n_threads: if n_threads == 0 { rayon::current_num_threads() } else { n_threads } }
     }
 
+    /// Returns a team of one.
+    #[cfg(not(feature = "threads"))]
+    pub(crate) fn new(_: usize) -> Team {
+        Team { n_threads: 1 }
+    }
+
     /// Calls `work` once for each piece, on several threads if there are several pieces.
     pub(crate) fn run<T: Send>(self, pieces: Vec<T>, work: impl Fn(T) + Sync) {
-        let n_threads = self.n_threads.min(pieces.len());
-        if n_threads < 2 {
-            return pieces.into_iter().for_each(work);
+        #[cfg(feature = "threads")]
+        if self.n_threads.min(pieces.len()) > 1 {
+            return self.share(pieces, work);
         }
+        pieces.into_iter().for_each(work);
+    }
+
+    #[cfg(feature = "threads")]
+    fn share<T: Send>(self, pieces: Vec<T>, work: impl Fn(T) + Sync) {
+        let n_threads = self.n_threads.min(pieces.len());
         let waiting = Mutex::new(pieces.into_iter());
         let take_pieces = || {
             loop {

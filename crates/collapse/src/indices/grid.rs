@@ -56,7 +56,7 @@ pub fn select_points(
 ) -> Result<Vec<u32>, CollapseError> {
     let weights: &[f32] = if colors.is_empty() { &[] } else { &[1.0; 3] };
     let (indices, attributes) = (&[][..], colors.as_flattened());
-    IndexBuffers { indices, positions, attributes, weights, locks: &[] }.check()?;
+    IndexBuffers { indices, positions, attributes, weights, ..IndexBuffers::default() }.check()?;
     if n_points >= positions.len() {
         return Ok((0..positions.len() as u32).collect());
     }

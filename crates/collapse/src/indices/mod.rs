@@ -4,6 +4,7 @@
 //! collapse's own estimates; nothing is measured.
 
 mod grid;
+mod groups;
 mod prune;
 #[cfg(test)]
 mod tests;
@@ -16,6 +17,7 @@ use crate::collapse::{
 pub use grid::{select_points, simplify_sloppily};
 pub use prune::prune_components;
 
+use groups::Named;
 use weld::{Compact, weld};
 
 /// Triangles of the caller, with what holds and weighs.
@@ -29,6 +31,8 @@ pub struct IndexBuffers<'a> {
     pub attributes: &'a [f32],
     /// Weight of each attribute: a difference of 1 counts as a distance of this share of the extent.
     pub weights: &'a [f32],
+    /// Group of each triangle, such as its material; n_faces, or empty. Between groups the course of edges is kept.
+    pub groups: &'a [u32],
     /// Whether a vertex, and all others at its position, stays; n_vertices, or empty.
     pub locks: &'a [bool],
 }
@@ -78,7 +82,7 @@ impl IndexOptions {
 pub struct IndexResult {
     /// Vertices of the caller at the corners of the faces, n_faces x 3.
     pub indices: Vec<[u32; 3]>,
-    /// For each face one of the input's that it came from, as of a material; empty unless asked for.
+    /// For each face the one of the input that it was, n_faces.
     pub sources: Vec<u32>,
     /// The estimated error, in the unit of [`IndexOptions::max_error`].
     pub error: f32,
@@ -125,8 +129,11 @@ pub fn simplify_indices(buffers: &IndexBuffers, options: &IndexOptions) -> Resul
         let n_above = result.indices.len().saturating_sub(options.n_faces);
         if let Some(kept) = prune::drop_smallest(buffers, &result, n_above, max_error) {
             // The others get the faces that the dropped ones had.
-            let faces: Vec<[u32; 3]> = kept.faces.iter().map(|&face| buffers.indices[face as usize]).collect();
-            result = simplify_within(&IndexBuffers { indices: &faces, ..*buffers }, options, max_error)?;
+            let indices: Vec<[u32; 3]> = kept.faces.iter().map(|&face| buffers.indices[face as usize]).collect();
+            let groups: Vec<u32> =
+                kept.faces.iter().filter_map(|&face| buffers.groups.get(face as usize).copied()).collect();
+            let left = IndexBuffers { indices: &indices, groups: &groups, ..*buffers };
+            result = simplify_within(&left, options, max_error)?;
             result.sources.iter_mut().for_each(|face| *face = kept.faces[*face as usize]);
             result.error = result.error.max(kept.radius);
         }
@@ -162,6 +169,9 @@ impl IndexBuffers<'_> {
         if let Some(i) = self.attributes.iter().position(|x| !x.is_finite()) {
             return Err(CollapseError::NotFinite { vertex: i / self.weights.len().max(1) });
         }
+        if !self.groups.is_empty() && self.groups.len() != self.indices.len() {
+            return Err(CollapseError::WrongLength { what: "groups" });
+        }
         if !self.locks.is_empty() && self.locks.len() != n {
             return Err(CollapseError::WrongLength { what: "locks" });
         }
@@ -182,6 +192,7 @@ fn simplify_within(
     options: &IndexOptions,
     max_error: f32,
 ) -> Result<IndexResult, CollapseError> {
+    let mut out = IndexResult::default();
     let first = weld(buffers.positions);
     let has_copies = first.iter().zip(0..).any(|(&first, v)| first != v);
     let welded: Vec<[u32; 3]>;
@@ -203,18 +214,29 @@ fn simplify_within(
         n_threads: options.n_threads,
         ..CollapseOptions::new(CollapseSize::Faces(options.n_faces))
     };
-    let (values, columns) = buffers.weigh_attributes();
+    let (mut values, columns) = buffers.weigh_attributes();
     let width = columns.len();
-    let sides = SidesInput { wedges: buffers.indices, n_wedges: first.len(), has_copies, values, width };
-    let (result, sides) = collapse_with_sides(buffers.positions, faces, &inner, Some(sides))?;
-    let sides = sides.expect("sides were given");
-    let mut out = IndexResult { error: result.error, ..IndexResult::default() };
+    let named = Named::new(buffers);
+    for &v in &named.others {
+        values.extend_from_within(v as usize * width..(v as usize + 1) * width);
+    }
+    let sides = SidesInput {
+        wedges: named.wedges.as_deref().unwrap_or(buffers.indices),
+        n_wedges: first.len() + named.others.len(),
+        has_copies: has_copies || !named.others.is_empty(),
+        values,
+        width,
+    };
+    let (result, sides) = collapse_with_sides(buffers.positions, faces, &inner, sides)?;
+    let mut sides = sides.expect("sides were given");
+    if options.moves {
+        write_moved(buffers, (&result, &sides, &named), &columns, &mut out);
+    }
+    out.error = result.error;
+    named.name_caller(&mut sides.wedges.faces);
     for face in &sides.wedges.faces {
         out.indices.push(face.wedges);
         out.sources.push(face.source);
-    }
-    if options.moves {
-        write_moved(buffers, (&result, &sides), &columns, &mut out);
     }
     Ok(out)
 }
@@ -222,19 +244,20 @@ fn simplify_within(
 // Each wedge of the result with its position and attributes, if one of them is new.
 fn write_moved(
     buffers: &IndexBuffers,
-    (result, sides): (&CollapseResult, &Sides),
+    (result, sides, named): (&CollapseResult, &Sides, &Named),
     columns: &[usize],
     out: &mut IndexResult,
 ) {
     let mut is_written = vec![false; buffers.positions.len()];
     for face in &sides.wedges.faces {
         for (&v, &wedge) in face.vertices.iter().zip(&face.wedges) {
-            if std::mem::replace(&mut is_written[wedge as usize], true) {
+            let slot = named.caller(wedge);
+            if std::mem::replace(&mut is_written[slot as usize], true) {
                 continue;
             }
-            out.moved.push((wedge, result.positions[v as usize]));
+            out.moved.push((slot, result.positions[v as usize]));
             let width = buffers.weights.len();
-            let mut row = buffers.attributes[wedge as usize * width..][..width].to_vec();
+            let mut row = buffers.attributes[slot as usize * width..][..width].to_vec();
             if let Some(attributes) = &sides.attributes {
                 for (&k, value) in columns.iter().zip(&attributes.values[wedge as usize * columns.len()..]) {
                     row[k] = value / buffers.weights[k];

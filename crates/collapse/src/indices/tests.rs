@@ -74,6 +74,26 @@ fn sides_of_a_seam_stay_apart_and_the_surface_closed() {
 }
 
 #[test]
+fn the_course_between_groups_is_kept() {
+    let mesh = bumpy_torus(60, 30);
+    let group = |face: &[u32; 3]| u32::from(face.iter().map(|&v| mesh.positions[v as usize][0]).sum::<f32>() > 0.0);
+    let groups: Vec<u32> = mesh.faces.iter().map(group).collect();
+    let find_shared = |faces: &[[u32; 3]], groups: &[u32]| {
+        let mut used = vec![[false; 2]; mesh.positions.len()];
+        for (face, &group) in faces.iter().zip(groups) {
+            face.iter().for_each(|&v| used[v as usize][group as usize] = true);
+        }
+        used.into_iter().map(|used| used == [true; 2]).collect::<Vec<bool>>()
+    };
+    let grouped = IndexBuffers { groups: &groups, ..buffers(&mesh) };
+    let (small, result) = run(&grouped, &IndexOptions::new(720, 1.0));
+    assert_eq!((small.faces.len(), count_boundary_edges(&small)), (720, 0));
+    let groups_left: Vec<u32> = result.sources.iter().map(|&face| groups[face as usize]).collect();
+    let (before, after) = (find_shared(&mesh.faces, &groups), find_shared(&small.faces, &groups_left));
+    assert!(after.contains(&true) && after.iter().zip(before).all(|(after, before)| before || !after));
+}
+
+#[test]
 fn the_ends_of_a_cut_inside_the_surface_go_along_it() {
     // One edge apart in two: both ends have one wedge, the middle two.
     let mesh = terrain(20);

@@ -64,7 +64,7 @@ impl Compact {
 
     pub(super) fn buffers<'a>(&'a self, of: &IndexBuffers<'a>) -> IndexBuffers<'a> {
         let Compact { indices, positions, attributes, locks, .. } = self;
-        IndexBuffers { indices, positions, attributes, weights: of.weights, locks }
+        IndexBuffers { indices, positions, attributes, weights: of.weights, groups: of.groups, locks }
     }
 
     pub(super) fn name_caller(&self, result: &mut IndexResult) {

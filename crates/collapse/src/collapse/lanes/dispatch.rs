@@ -10,6 +10,9 @@ pub(crate) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
         Ok(output) => return output,
         Err(kernel) => kernel,
     };
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    return kernel.run::<super::simd128::Simd128Lanes>();
+    #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
     run_plain(kernel)
 }
 
