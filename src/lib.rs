@@ -98,7 +98,6 @@ pub use neural_mesh_simplify::simplify;
 
 pub mod blocks;
 pub mod clusters;
-pub mod indices;
 #[cfg(feature = "job")]
 pub mod job;
 pub mod search;

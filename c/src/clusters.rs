@@ -6,7 +6,6 @@ use std::ptr::null_mut;
 use std::sync::OnceLock;
 
 use neural_mesh::clusters::{Cluster, ClusterGroup, ClusterOptions, Clusters, Sphere, build_clusters};
-use neural_mesh::indices::Buffers;
 use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh};
 use neural_mesh::simplify::Input;
 
@@ -118,28 +117,25 @@ pub unsafe extern "C" fn nm_clusters_build(
         if !index_count.is_multiple_of(3) {
             return Err(CallError::new("index_count", format!("{index_count}: give a multiple of 3")));
         }
-        let triangles = read_numbers("indices", indices, index_count)?.as_chunks().0.to_vec();
-        let buffers = Buffers::new(triangles, positions.as_chunks().0.to_vec());
-        buffers.check()?;
+        let mut triangles: Vec<[u32; 3]> = read_numbers("indices", indices, index_count)?.as_chunks().0.to_vec();
+        triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
+        let mesh = TriMesh::new(positions.as_chunks().0.to_vec(), triangles)?;
         let options = ClusterOptions { max_vertices, max_faces: max_triangles, ..ClusterOptions::default() };
-        Ok(into_handle(NmClusters::new(build(buffers, (attributes, n_attributes), &options)?)))
+        Ok(into_handle(NmClusters::new(build(&mesh, (attributes, n_attributes), &options)?)))
     })
 }
 
 fn build(
-    buffers: Buffers,
+    mesh: &TriMesh,
     (values, width): (Vec<f32>, usize),
     options: &ClusterOptions,
 ) -> Result<Clusters, CallError> {
-    let is_triangle = |&[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
-    let triangles: Vec<[u32; 3]> = buffers.indices.into_iter().filter(is_triangle).collect();
     let mut attributes = Attributes::default();
     if width > 0 {
-        attributes.wedges.clone_from(&triangles);
+        attributes.wedges = mesh.faces().to_vec();
         attributes.channels = vec![Channel { name: "attributes".into(), role: Role::Other, width, values }];
     }
-    let mesh = TriMesh::new(buffers.positions, triangles)?;
-    let mut input = Input::bare(&mesh);
+    let mut input = Input::bare(mesh);
     input.attributes = &attributes;
     Ok(build_clusters(&input, options, &mut |_| ControlFlow::Continue(()))?)
 }

@@ -1,14 +1,15 @@
 //! neural-mesh for C: cbindgen makes `include/neural_mesh.h` from this package.
 //!
-//! [`indices`] has the functions of meshoptimizer, [`job`] whole jobs and [`clusters`] hierarchies of clusters by handle.
+//! [`job`] has whole jobs and [`clusters`] hierarchies of clusters by handle; functions for index buffers, errors and
+//! memory are those of `neural-mesh-core`, whose header this one includes.
 #![allow(unsafe_code, reason = "exported names, and functions that take pointers, are unsafe to declare")]
 
 pub mod clusters;
-pub mod errors;
-pub mod indices;
 pub mod job;
 mod options;
-mod pointers;
+
+use neural_mesh_core::pointers;
+pub use neural_mesh_core::{errors, indices, pool};
 
 /// Number of this interface; it grows when functions change or go.
 pub const NM_ABI_VERSION: u32 = 1;

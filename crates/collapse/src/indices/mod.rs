@@ -95,7 +95,8 @@ pub struct IndexResult {
 /// Simplifies index buffers to a number of faces, or as far as the error allows.
 ///
 /// The error is an estimate: the largest sum of the distances by which merges moved the surface. Without `moves` the
-/// result names vertices of the caller, and nothing else is to be read; with it, `moved` says where they are.
+/// result names vertices of the caller, and nothing else is to be read; with it, `moved` says where they are. Without a
+/// bound and with nothing held, no faces asked for is an empty result.
 ///
 /// # Errors
 /// As [`collapse`](crate::collapse()); lengths that do not fit.
@@ -120,10 +121,18 @@ pub fn simplify_indices(buffers: &IndexBuffers, options: &IndexOptions) -> Resul
         compact.name_caller(&mut result);
         return Ok(result);
     }
+    if options.n_faces >= buffers.indices.len() && !options.prunes {
+        let sources = (0..buffers.indices.len() as u32).collect();
+        return Ok(IndexResult { indices: buffers.indices.to_vec(), sources, ..IndexResult::default() });
+    }
     let extent = measure_extent(buffers.positions);
     let unit = if options.is_absolute || extent == 0.0 { 1.0 } else { extent };
     let max_error =
         if !options.is_absolute && options.max_error >= 1.0 { f32::INFINITY } else { options.max_error * unit };
+    let is_held = options.locks_boundaries || buffers.locks.contains(&true);
+    if options.n_faces == 0 && max_error >= extent && !is_held {
+        return Ok(IndexResult { error: extent / unit, ..IndexResult::default() });
+    }
     let mut result = simplify_within(buffers, options, max_error)?;
     if options.prunes {
         let n_above = result.indices.len().saturating_sub(options.n_faces);

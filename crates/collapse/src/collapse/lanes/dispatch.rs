@@ -1,7 +1,10 @@
 //! The choice of lanes at run time.
 
 use super::eight::Kernel;
-use super::plain::PlainLanes;
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+use super::plain::PlainLanes as StaticLanes;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+use super::simd128::Simd128Lanes as StaticLanes;
 
 /// Runs a kernel with the widest lanes that this processor has.
 pub(crate) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
@@ -10,15 +13,13 @@ pub(crate) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
         Ok(output) => return output,
         Err(kernel) => kernel,
     };
-    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-    return kernel.run::<super::simd128::Simd128Lanes>();
-    #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
-    run_plain(kernel)
+    kernel.run::<StaticLanes>()
 }
 
 /// Runs a kernel with plain arrays, as on processors without AVX2.
+#[cfg(test)]
 pub(crate) fn run_plain<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<PlainLanes>()
+    kernel.run::<super::plain::PlainLanes>()
 }
 
 #[cfg(test)]

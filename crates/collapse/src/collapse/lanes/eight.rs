@@ -3,6 +3,7 @@
 //! Kernels are generic over [`EightLanes`]. No operation is fused and all sums have one order,
 //! so every implementation gives the same bits.
 
+use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
 use crate::collapse::rings::Vertex;
@@ -24,7 +25,7 @@ pub(crate) mod mark {
     pub const SPECIAL: f32 = 1.0;
 }
 
-/// Eight floats, or a mask of eight lanes whose bits are all set or all clear.
+/// Eight floats, or a mask of eight lanes whose bits are all set or all clear. What has a body is for vectors that gather nothing.
 pub(crate) trait EightLanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
@@ -51,23 +52,64 @@ pub(crate) trait EightLanes:
     /// Returns the sums of four rows, in the order of [`EightLanes::sum_rows`].
     fn sum_four_rows(rows: [Self; 4]) -> [f32; 4];
     /// Returns the least lane and the first place of it.
-    fn find_least(self) -> (f32, usize);
+    #[inline(always)]
+    fn find_least(self) -> (f32, usize) {
+        let x = self.to_array();
+        let mut least = 0;
+        for i in 1..8 {
+            if x[i] < x[least] {
+                least = i;
+            }
+        }
+        (x[least], least)
+    }
     /// Loads positions as x, y and z of eight vertices.
     fn load_points(vertices: &[Vertex], at: &EightIndices) -> [Self; 3];
     /// Loads quadrics, transposed: one row per number.
     fn load_quadrics(quadrics: &[VertexQuadric], at: &EightIndices) -> [Self; 8];
     /// Loads eight numbers.
-    fn load_numbers(numbers: &[u32], at: &EightIndices) -> EightIndices;
+    #[inline(always)]
+    fn load_numbers(numbers: &[u32], at: &EightIndices) -> EightIndices {
+        from_fn(|i| numbers[at[i] as usize])
+    }
     /// Returns the first `n` of `raw` and `rest` in place of the others.
-    fn keep_first(raw: &EightIndices, n: usize, rest: u32) -> EightIndices;
+    #[inline(always)]
+    fn keep_first(raw: &EightIndices, n: usize, rest: u32) -> EightIndices {
+        from_fn(|i| if i < n { raw[i] } else { rest })
+    }
     /// Writes those of the first `n` of `raw` above `u` to the front of `vs`, and `u` to all of `us`; returns how many.
-    fn keep_above(raw: &EightIndices, n: usize, u: u32, us: &mut EightIndices, vs: &mut EightIndices) -> usize;
+    #[inline(always)]
+    fn keep_above(raw: &EightIndices, n: usize, u: u32, us: &mut EightIndices, vs: &mut EightIndices) -> usize {
+        let mut kept = 0;
+        *us = [u; 8];
+        for &v in &raw[..n] {
+            vs[kept & 7] = v;
+            kept += usize::from(v > u);
+        }
+        kept
+    }
     /// Lowers `best` at both ends of eight edges to price and other end.
     ///
     /// Does nothing and returns false if an end is not in `best`, whose first vertex is `first`.
-    fn lower_prices(best: &mut [u64], first: u32, us: &EightIndices, vs: &EightIndices, prices: Self) -> bool;
+    #[inline(always)]
+    fn lower_prices(best: &mut [u64], first: u32, us: &EightIndices, vs: &EightIndices, prices: Self) -> bool {
+        if (0..8).any(|i| us[i].wrapping_sub(first).max(vs[i].wrapping_sub(first)) as usize >= best.len()) {
+            return false;
+        }
+        let prices = prices.to_array();
+        for i in 0..8 {
+            for (end, other) in [(us[i], vs[i]), (vs[i], us[i])] {
+                let least = &mut best[(end - first) as usize];
+                *least = (*least).min(pack(prices[i], other));
+            }
+        }
+        true
+    }
     /// Runs a kernel as a function of its own that is compiled for these lanes, to keep rare work out of hot code.
-    fn run_apart<K: Kernel>(kernel: K) -> K::Output;
+    #[inline(never)]
+    fn run_apart<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
+    }
 }
 
 /// Work that is compiled for each kind of lanes; it and its callees must be `#[inline(always)]`, without closures.

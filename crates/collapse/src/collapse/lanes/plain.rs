@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::eight::{EightIndices, EightLanes, Kernel, VertexQuadric, pack};
+use super::eight::{EightIndices, EightLanes, VertexQuadric};
 use crate::collapse::rings::Vertex;
 
 #[derive(Clone, Copy)]
@@ -104,17 +104,6 @@ impl EightLanes for PlainLanes {
     }
 
     #[inline(always)]
-    fn find_least(self) -> (f32, usize) {
-        let mut least = 0;
-        for i in 1..8 {
-            if self.0[i] < self.0[least] {
-                least = i;
-            }
-        }
-        (self.0[least], least)
-    }
-
-    #[inline(always)]
     fn load_points(vertices: &[Vertex], at: &EightIndices) -> [Self; 3] {
         let points: [[f32; 3]; 8] = from_fn(|i| vertices[at[i] as usize].position);
         from_fn(|axis| Self(from_fn(|i| points[i][axis])))
@@ -124,45 +113,5 @@ impl EightLanes for PlainLanes {
     fn load_quadrics(quadrics: &[VertexQuadric], at: &EightIndices) -> [Self; 8] {
         let rows: [[f32; 8]; 8] = from_fn(|i| quadrics[at[i] as usize].0);
         from_fn(|number| Self(from_fn(|i| rows[i][number])))
-    }
-
-    #[inline(always)]
-    fn load_numbers(numbers: &[u32], at: &EightIndices) -> EightIndices {
-        from_fn(|i| numbers[at[i] as usize])
-    }
-
-    #[inline(always)]
-    fn keep_first(raw: &EightIndices, n: usize, rest: u32) -> EightIndices {
-        from_fn(|i| if i < n { raw[i] } else { rest })
-    }
-
-    #[inline(always)]
-    fn keep_above(raw: &EightIndices, n: usize, u: u32, us: &mut EightIndices, vs: &mut EightIndices) -> usize {
-        let mut kept = 0;
-        *us = [u; 8];
-        for &v in &raw[..n] {
-            vs[kept & 7] = v;
-            kept += usize::from(v > u);
-        }
-        kept
-    }
-
-    #[inline(always)]
-    fn lower_prices(best: &mut [u64], first: u32, us: &EightIndices, vs: &EightIndices, prices: Self) -> bool {
-        if (0..8).any(|i| us[i].wrapping_sub(first).max(vs[i].wrapping_sub(first)) as usize >= best.len()) {
-            return false;
-        }
-        for i in 0..8 {
-            for (end, other) in [(us[i], vs[i]), (vs[i], us[i])] {
-                let least = &mut best[(end - first) as usize];
-                *least = (*least).min(pack(prices.0[i], other));
-            }
-        }
-        true
-    }
-
-    #[inline(never)]
-    fn run_apart<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run::<Self>()
     }
 }

@@ -4,7 +4,7 @@ use std::arch::wasm32::*;
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::eight::{EightIndices, EightLanes, Kernel, VertexQuadric, pack};
+use super::eight::{EightIndices, EightLanes, VertexQuadric};
 use crate::collapse::rings::Vertex;
 
 #[derive(Clone, Copy)]
@@ -122,18 +122,6 @@ impl EightLanes for Simd128Lanes {
     }
 
     #[inline(always)]
-    fn find_least(self) -> (f32, usize) {
-        let x = self.to_array();
-        let mut least = 0;
-        for i in 1..8 {
-            if x[i] < x[least] {
-                least = i;
-            }
-        }
-        (x[least], least)
-    }
-
-    #[inline(always)]
     fn load_points(vertices: &[Vertex], at: &EightIndices) -> [Self; 3] {
         let load = |i: usize| {
             let Vertex { position: [x, y, z], survivor } = vertices[at[i] as usize];
@@ -155,40 +143,5 @@ impl EightLanes for Simd128Lanes {
         };
         let (low, high) = ([quarter(0, 0), quarter(0, 4)], [quarter(4, 0), quarter(4, 4)]);
         from_fn(|number| Self([low[number / 4][number % 4], high[number / 4][number % 4]]))
-    }
-
-    #[inline(always)]
-    fn load_numbers(numbers: &[u32], at: &EightIndices) -> EightIndices {
-        from_fn(|i| numbers[at[i] as usize])
-    }
-
-    #[inline(always)]
-    fn keep_first(raw: &EightIndices, n: usize, rest: u32) -> EightIndices {
-        from_fn(|i| if i < n { raw[i] } else { rest })
-    }
-
-    #[inline(always)]
-    fn keep_above(raw: &EightIndices, n: usize, u: u32, us: &mut EightIndices, vs: &mut EightIndices) -> usize {
-        super::plain::PlainLanes::keep_above(raw, n, u, us, vs)
-    }
-
-    #[inline(always)]
-    fn lower_prices(best: &mut [u64], first: u32, us: &EightIndices, vs: &EightIndices, prices: Self) -> bool {
-        if (0..8).any(|i| us[i].wrapping_sub(first).max(vs[i].wrapping_sub(first)) as usize >= best.len()) {
-            return false;
-        }
-        let prices = prices.to_array();
-        for i in 0..8 {
-            for (end, other) in [(us[i], vs[i]), (vs[i], us[i])] {
-                let least = &mut best[(end - first) as usize];
-                *least = (*least).min(pack(prices[i], other));
-            }
-        }
-        true
-    }
-
-    #[inline(never)]
-    fn run_apart<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run::<Self>()
     }
 }

@@ -1,4 +1,4 @@
-//! Memory of the caller: the one file of this package that reads and writes it.
+//! Memory of the caller: the one file for C that reads and writes it.
 //!
 //! The header makes the caller responsible for the memory; null pointers and overflows are checked here.
 
@@ -73,6 +73,7 @@ pub fn write_numbers<T: Copy>(name: &str, to: *mut T, values: &[T]) -> Result<()
     Ok(())
 }
 
+/// Writes a number, unless the address is null.
 pub fn write_number<T: Copy>(to: *mut T, value: T) {
     if !to.is_null() {
         // SAFETY: the caller has room for one value there.
@@ -80,6 +81,7 @@ pub fn write_number<T: Copy>(to: *mut T, value: T) {
     }
 }
 
+/// Reads text that ends with a zero.
 pub fn read_text(name: &str, from: *const c_char) -> Result<String, CallError> {
     if from.is_null() {
         return Err(CallError::new(name, "is null"));
@@ -89,14 +91,17 @@ pub fn read_text(name: &str, from: *const c_char) -> Result<String, CallError> {
     text.to_str().map(str::to_string).map_err(|_| CallError::new(name, "is not UTF-8"))
 }
 
+/// Reads `n` bytes.
 pub fn read_bytes(name: &str, from: *const c_void, n: usize) -> Result<Vec<u8>, CallError> {
     read_numbers(name, from.cast::<u8>(), n)
 }
 
+/// Moves an object to a place of its own, which the caller frees.
 pub fn into_handle<T>(object: T) -> *mut T {
     Box::into_raw(Box::new(object))
 }
 
+/// Returns the object behind a handle.
 pub fn borrow_handle<'a, T>(name: &str, handle: *const T) -> Result<&'a T, CallError> {
     // SAFETY: the pointer is null, or one of `into_handle` that was not taken back, as the header requires.
     unsafe { handle.as_ref() }.ok_or_else(|| CallError::new(name, "is null"))
