@@ -52,8 +52,13 @@ def comment_at_end(header):
     return "\n".join(line.strip().removeprefix("*").strip() for line in comment.strip().splitlines())
 
 
-def others(names):
+def others(target, names):
     """Name, licence and text of each part that is no crate, of packages with these names."""
+    if target.endswith("-musl") and "neural-mesh-cli" in names:
+        # zig links these into a static program.
+        folder = next(ROOT.glob("target/release-tools/**/ziglang/lib"))
+        yield "musl", "MIT", folder / "libc/musl/COPYRIGHT"
+        yield "libc++ and libunwind of LLVM", "Apache-2.0 WITH LLVM-exception", folder / "libcxx/LICENSE.TXT"
     if "neural-mesh-xatlas" in names:
         yield "xatlas (vendored, C++)", "MIT", ROOT / "xatlas/vendor/LICENSE"
     if names & {"neural-mesh-cli", "neural-mesh-web"}:
@@ -71,7 +76,7 @@ def parts(target, manifest):
         if crate["name"] == "meshopt":
             found.append(comment_at_end(folder / "vendor/src/meshoptimizer.h"))
         yield f'{crate["name"]} {crate["version"]}', crate["license"] or "see its text", found
-    for name, licence, file in others({package["name"] for package in packages}):
+    for name, licence, file in others(target, {package["name"] for package in packages}):
         yield name, licence, [file.read_text().strip()]
     shared = {licence: (ROOT / f"LICENSE-{licence}").read_text().strip() for licence in ("MIT", "APACHE")}
     yield "the standard library of Rust", "MIT OR Apache-2.0", list(shared.values())

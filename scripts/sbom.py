@@ -38,8 +38,9 @@ def main():
         root = next(part["bom-ref"] for part in linked if part["name"] == licences.name_of(manifest))
         dependencies.append({"ref": root, "dependsOn": [part["bom-ref"] for part in linked if part["bom-ref"] != root]})
         components |= {part["bom-ref"]: part for part in linked}
-    for name, licence, _ in licences.others({part["name"] for part in components.values()}):
-        components[name] = {"type": "library", "bom-ref": name, "name": name, "licenses": [{"license": {"id": licence}}]}
+    # With the static program for Linux.
+    for name, licence, _ in licences.others(re.sub("-gnu$", "-musl", target), {part["name"] for part in components.values()}):
+        components[name] = {"type": "library", "bom-ref": name, "name": name, "licenses": [{"expression": licence}]}
     version = components[dependencies[0]["ref"]]["version"]
     product = {"type": "application", "bom-ref": "release", "name": "neural-mesh", "version": version}
     print(json.dumps({
