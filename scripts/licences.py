@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Prints the licences of all components of the program with all features: crates, vendored C++, three.js, a font, Rust's library.
+"""Prints the licences of all components of a package: crates, vendored C++, three.js, a font, Rust's library.
 
-Fails if a crate has no licence text and its licence's name has none in another crate.
+Fails if a crate has no licence text and its licence's name has none in another crate. The package is the program with all features, or that
+of another manifest as `scripts/release` builds it.
 
-licences.py TARGET
+licences.py TARGET [MANIFEST]
 """
 import json
 import re
@@ -12,27 +13,30 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+PROGRAM = "cli/Cargo.toml"
 NAMED = re.compile(r"^(licen[cs]e|copying|notice|unlicense|copyright)", re.IGNORECASE)
 NOT_TEXT = {".rs", ".html", ".py", ".cpp", ".h", ".json"}
 
 
-def crates(target):
-    """Lists the packages that are linked into the program, by cargo's graph, without those of this workspace."""
-    command = ["cargo", "metadata", "--format-version", "1", "--all-features", "--filter-platform", target]
-    graph = json.loads(subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout)
-    packages = {package["id"]: package for package in graph["packages"]}
-    nodes = {node["id"]: node for node in graph["resolve"]["nodes"]}
-    todo = [package["id"] for package in packages.values() if package["name"] == "neural-mesh-cli"]
-    found = set()
-    while todo:
-        package = todo.pop()
-        if package in found:
-            continue
-        found.add(package)
-        linked = lambda edge: any(kind["kind"] is None for kind in edge["dep_kinds"])
-        todo.extend(edge["pkg"] for edge in nodes[package]["deps"] if linked(edge))
-    own = set(graph["workspace_members"])
-    return sorted((packages[package] for package in found - own), key=lambda package: (package["name"], package["version"]))
+def cargo(command, target, manifest, *options):
+    """Returns what a command of cargo prints about a manifest for a target."""
+    named = ["cargo", command, "--manifest-path", manifest, *options, *(["--all-features"] if manifest == PROGRAM else [])]
+    platform = {"tree": "--target", "metadata": "--filter-platform"}[command]
+    return subprocess.run([*named, platform, target], cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
+def linked(target, manifest):
+    """Lists the packages that are linked into one, by cargo's graph, as `cargo metadata` describes them."""
+    tree = cargo("tree", target, manifest, "--edges", "normal", "--prefix", "none", "--format", "{p}")
+    found = {tuple(line.split()[:2]) for line in tree.splitlines() if line}
+    packages = json.loads(cargo("metadata", target, manifest, "--format-version", "1"))["packages"]
+    named = [package for package in packages if (package["name"], f'v{package["version"]}') in found]
+    return sorted(named, key=lambda package: (package["name"], package["version"]))
+
+
+def name_of(manifest):
+    """Returns the name of a manifest's package."""
+    return re.search(r'^name = "(.+)"$', (ROOT / manifest).read_text(), re.MULTILINE)[1]
 
 
 def texts(folder):
@@ -48,24 +52,39 @@ def comment_at_end(header):
     return "\n".join(line.strip().removeprefix("*").strip() for line in comment.strip().splitlines())
 
 
-def parts(target):
+def others(target, names):
+    """Name, licence and text of each part that is no crate, of packages with these names."""
+    if target.endswith("-musl") and "neural-mesh-cli" in names:
+        # zig links these into a static program.
+        folder = next(ROOT.glob("target/release-tools/**/ziglang/lib"))
+        yield "musl", "MIT", folder / "libc/musl/COPYRIGHT"
+        yield "libc++ and libunwind of LLVM", "Apache-2.0 WITH LLVM-exception", folder / "libcxx/LICENSE.TXT"
+    if "neural-mesh-xatlas" in names:
+        yield "xatlas (vendored, C++)", "MIT", ROOT / "xatlas/vendor/LICENSE"
+    if names & {"neural-mesh-cli", "neural-mesh-web"}:
+        yield "three.js (in pages)", "MIT", ROOT / "cli/viewer/dist/LICENSE-three"
+    if "noto-sans-mono-bitmap" in names:
+        yield "Noto Sans Mono (drawn letters of noto-sans-mono-bitmap)", "OFL-1.1", ROOT / "cli/licences/OFL-1.1.txt"
+
+
+def parts(target, manifest):
     """Name, licence and texts of each part."""
-    for crate in crates(target):
+    packages = linked(target, manifest)
+    for crate in (package for package in packages if package["source"]):
         folder = Path(crate["manifest_path"]).parent
         found = texts(folder)
         if crate["name"] == "meshopt":
             found.append(comment_at_end(folder / "vendor/src/meshoptimizer.h"))
         yield f'{crate["name"]} {crate["version"]}', crate["license"] or "see its text", found
-    yield "xatlas (vendored, C++)", "MIT", [(ROOT / "xatlas/vendor/LICENSE").read_text().strip()]
-    yield "three.js (in the page of compare)", "MIT", [(ROOT / "cli/viewer/dist/LICENSE-three").read_text().strip()]
-    yield "Noto Sans Mono (drawn letters of noto-sans-mono-bitmap)", "OFL-1.1", [(ROOT / "cli/licences/OFL-1.1.txt").read_text().strip()]
+    for name, licence, file in others(target, {package["name"] for package in packages}):
+        yield name, licence, [file.read_text().strip()]
     shared = {licence: (ROOT / f"LICENSE-{licence}").read_text().strip() for licence in ("MIT", "APACHE")}
     yield "the standard library of Rust", "MIT OR Apache-2.0", list(shared.values())
 
 
 def main():
     by_text, lines, bare = {}, [], []
-    for name, licence, found in parts(sys.argv[1]):
+    for name, licence, found in parts(*(sys.argv[1:] + [PROGRAM])[:2]):
         lines.append(f"{name}: {licence}")
         if not found:
             bare.append((name, licence))
@@ -83,4 +102,5 @@ def main():
         print("\n" + "=" * 100 + "\n" + ", ".join(names) + "\n" + "=" * 100 + "\n\n" + text)
 
 
-main()
+if __name__ == "__main__":
+    main()

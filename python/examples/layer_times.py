@@ -76,7 +76,7 @@ def main() -> None:
             torch.cuda.reset_peak_memory_stats()
             spent = f"{1e3 * seconds_on_gpu(run):.1f} ms, {torch.cuda.max_memory_allocated() / 1e9:.2f} GB"
         else:
-            file = Path(__file__).resolve().parents[2] / "weights" / "paper-open.safetensors"
+            file = Path(__file__).resolve().parents[2] / "crates/network/weights/paper-open.safetensors"
             n_samples = int(given.ratio * len(points))
             ours = seconds_of_processor(run)
             theirs = seconds_of_processor(lambda: _native.paper_stages(points, corners, n_samples, file.read_bytes(), 1, given.threads))

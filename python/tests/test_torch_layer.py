@@ -20,7 +20,7 @@ from conftest import MESHES, grid, torus  # noqa: E402
 from neural_mesh import _native  # noqa: E402
 
 GOLDEN = Path(__file__).resolve().parents[2] / "tests" / "golden"
-WEIGHTS = GOLDEN.parents[1] / "weights"
+WEIGHTS = GOLDEN.parents[1] / "crates/network/weights"
 
 
 def read(path: Path) -> dict[str, Any]:

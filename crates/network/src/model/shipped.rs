@@ -5,7 +5,7 @@ use crate::linalg::Matrix;
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
-const DEFAULT_FILE: &[u8] = include_bytes!("../../../../weights/default.safetensors");
+const DEFAULT_FILE: &[u8] = include_bytes!("../../weights/default.safetensors");
 
 static DEFAULT: LazyLock<Weights> = LazyLock::new(|| read_shipped(DEFAULT_FILE));
 

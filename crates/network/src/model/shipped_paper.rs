@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use super::Weights;
 use super::shipped::read_shipped;
 
-pub(super) const PAPER_OPEN_FILE: &[u8] = include_bytes!("../../../../weights/paper-open.safetensors");
+pub(super) const PAPER_OPEN_FILE: &[u8] = include_bytes!("../../weights/paper-open.safetensors");
 
 static PAPER_OPEN: LazyLock<Weights> = LazyLock::new(|| read_shipped(PAPER_OPEN_FILE));
 
