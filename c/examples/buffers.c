@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "neural_mesh.h"
+#include "neural_mesh_core.h"
 
 int main(void) {
     enum { N = 100 };

@@ -9,39 +9,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Result of functions that return a number of indices, on failure.
-#define NM_FAILED SIZE_MAX
+#include "neural_mesh_core.h"
 
 // Number of this interface; it grows when functions change or go.
 #define NM_ABI_VERSION 1
 
 // Number of a missing group.
 #define NM_NO_GROUP UINT32_MAX
-
-
-
-// Option that keeps vertices on boundaries.
-#define NM_LOCK_BORDER 1
-
-// Option for errors relative to the box around the vertices in use, not around all vertices.
-#define NM_SPARSE 2
-
-// Option for errors in the unit of the positions, not relative to the extent.
-#define NM_ERROR_ABSOLUTE 4
-
-// Option to drop small components whose vertices are better spent elsewhere.
-//
-// Above the target, components with a radius within `target_error` are dropped, too.
-#define NM_PRUNE 8
-
-// Option without effect: triangles are regular without it.
-#define NM_REGULARIZE 16
-
-// Option without effect: seams of attributes may always be simplified, at a price.
-#define NM_PERMISSIVE 32
-
-// Option without effect: triangles are regular without it.
-#define NM_REGULARIZE_LIGHT 64
 
 // Hierarchy of clusters.
 typedef struct nm_clusters nm_clusters;
@@ -164,82 +138,6 @@ const uint8_t *nm_clusters_triangles(const nm_clusters *clusters, size_t *count)
 // # Safety
 // As for `nm_clusters_clusters`.
 const uint8_t *nm_clusters_bytes(const nm_clusters *clusters, size_t *count);
-
-// Returns why this thread's last call failed, as one line of UTF-8; empty after success.
-//
-// The text is valid until the next call of this thread.
-const char *nm_last_error(void);
-
-// Simplifies an index buffer into `destination`, which has room for `index_count` indices; returns the new number of
-// indices.
-//
-// The result has at most `target_index_count` indices if it is then within `target_error` of the original, else as few
-// as that error allows. The error is relative to the longest side of the box around the vertices; 1 or more sets no
-// bound. Vertices do not move. Triangles with two corners in one place vanish, and neighbours are wound alike.
-// `result_error`, unless null, receives the error; without it and without a bound, no distance is measured, which is
-// faster. Returns `NM_FAILED` on failure.
-//
-// # Safety
-// Each array has as many values as its count says; `vertex_positions_stride` is in bytes.
-size_t nm_simplify(uint32_t *destination,
-                   const uint32_t *indices,
-                   size_t index_count,
-                   const float *vertex_positions,
-                   size_t vertex_count,
-                   size_t vertex_positions_stride,
-                   size_t target_index_count,
-                   float target_error,
-                   uint32_t options,
-                   float *result_error);
-
-// Simplifies as `nm_simplify` does, and counts attributes in the error.
-//
-// Each vertex has `attribute_count` attributes. A difference of 1 in an attribute counts as a distance of its weight
-// times the extent. An odd value in `vertex_lock`, which may be null, locks a vertex.
-//
-// # Safety
-// As for `nm_simplify`; `vertex_attributes_stride` is in bytes.
-size_t nm_simplify_with_attributes(uint32_t *destination,
-                                   const uint32_t *indices,
-                                   size_t index_count,
-                                   const float *vertex_positions,
-                                   size_t vertex_count,
-                                   size_t vertex_positions_stride,
-                                   const float *vertex_attributes,
-                                   size_t vertex_attributes_stride,
-                                   const float *attribute_weights,
-                                   size_t attribute_count,
-                                   const uint8_t *vertex_lock,
-                                   size_t target_index_count,
-                                   float target_error,
-                                   uint32_t options,
-                                   float *result_error);
-
-// Simplifies as `nm_simplify_with_attributes` does, and moves vertices: indices, positions and attributes are
-// overwritten.
-//
-// # Safety
-// As for `nm_simplify_with_attributes`; the arrays are written to.
-size_t nm_simplify_with_update(uint32_t *indices,
-                               size_t index_count,
-                               float *vertex_positions,
-                               size_t vertex_count,
-                               size_t vertex_positions_stride,
-                               float *vertex_attributes,
-                               size_t vertex_attributes_stride,
-                               const float *attribute_weights,
-                               size_t attribute_count,
-                               const uint8_t *vertex_lock,
-                               size_t target_index_count,
-                               float target_error,
-                               uint32_t options,
-                               float *result_error);
-
-// Returns the longest side of the box around the vertices, the unit of relative errors; negative on failure.
-//
-// # Safety
-// The array has as many positions as the count says.
-float nm_simplify_scale(const float *vertex_positions, size_t vertex_count, size_t vertex_positions_stride);
 
 // Returns a job without mesh and options, to be freed by `nm_job_free`; null on failure.
 nm_job *nm_job_new(void);

@@ -125,11 +125,7 @@ pub unsafe extern "C" fn nm_clusters_build(
     })
 }
 
-fn build(
-    mesh: &TriMesh,
-    (values, width): (Vec<f32>, usize),
-    options: &ClusterOptions,
-) -> Result<Clusters, CallError> {
+fn build(mesh: &TriMesh, (values, width): (Vec<f32>, usize), options: &ClusterOptions) -> Result<Clusters, CallError> {
     let mut attributes = Attributes::default();
     if width > 0 {
         attributes.wedges = mesh.faces().to_vec();

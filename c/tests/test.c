@@ -56,13 +56,42 @@ static void test_buffers(void) {
     CHECK(n_near > 3 && n_near < INDICES && error <= 0.02f);
     CHECK(nm_simplify(left, indices, INDICES, positions, VERTICES, stride, 3, 0.02f * scale, NM_ERROR_ABSOLUTE, &again) == n_near);
     CHECK(fabsf(again - error * scale) < 1e-4f * scale);
-    // In place, with nothing to do, and without a measured error.
+    // In place, with nothing to do, and without an error.
     memcpy(left, indices, sizeof indices);
     CHECK(nm_simplify(left, left, INDICES, positions, VERTICES, stride, INDICES, 0, 0, NULL) == INDICES);
     CHECK(memcmp(left, indices, sizeof indices) == 0);
     CHECK(nm_simplify(left, indices, INDICES, positions, VERTICES, stride, INDICES / 4, 1, 0, NULL) == INDICES / 4);
     CHECK(nm_simplify(left, indices, INDICES, positions, VERTICES, stride, 0, 1, 0, &error) == 0 && error == 1);
     CHECK(nm_simplify(left, indices, 0, positions, VERTICES, stride, 0, 1, 0, NULL) == 0);
+}
+
+static void test_pool(void) {
+    uint32_t alone[INDICES], shared[INDICES];
+    size_t n = nm_simplify(alone, indices, INDICES, positions, VERTICES, stride, INDICES / 4, 1, 0, NULL);
+    nm_pool *pool = nm_pool_new(2);
+    CHECK(pool != NULL);
+    nm_pool_use(pool);
+    CHECK(nm_simplify(shared, indices, INDICES, positions, VERTICES, stride, INDICES / 4, 1, 0, NULL) == n);
+    CHECK(memcmp(alone, shared, n * sizeof *alone) == 0);
+    nm_pool_use(NULL);
+    nm_pool_free(pool);
+    nm_pool_free(NULL);
+}
+
+static void test_other_ways(void) {
+    uint32_t left[INDICES], chosen[VERTICES];
+    float error = -1;
+    unsigned char locks[VERTICES] = {0};
+    size_t n = nm_simplify_sloppy(left, indices, INDICES, positions, VERTICES, stride, NULL, 150, 1, &error);
+    CHECK(n > 0 && n <= 150 && n % 3 == 0 && error > 0 && error < 1);
+    CHECK(nm_simplify_sloppy(left, indices, INDICES, positions, VERTICES, stride, locks, 150, 1e-4f, &error) == INDICES && error == 0);
+    CHECK(nm_simplify_prune(left, indices, INDICES, positions, VERTICES, stride, 0.1f) == INDICES);
+    CHECK(nm_simplify_prune(left, indices, INDICES, positions, VERTICES, stride, 2) == 0);
+    n = nm_simplify_points(chosen, positions, VERTICES, stride, NULL, 0, 0, 50);
+    CHECK(n > 10 && n <= 50 && chosen[n - 1] < VERTICES);
+    CHECK(nm_simplify_points(chosen, positions, VERTICES, stride, positions, stride, 0.5f, 50) <= 50);
+    CHECK(nm_simplify_points(chosen, positions, VERTICES, stride, NULL, 0, 0, VERTICES) == VERTICES);
+    CHECK(nm_simplify_sloppy(left, NULL, 3, positions, VERTICES, stride, NULL, 0, 1, NULL) == NM_FAILED);
 }
 
 static void test_clusters(void) {
@@ -212,6 +241,8 @@ static void test_random_calls(void) {
 int main(void) {
     make_torus();
     test_buffers();
+    test_pool();
+    test_other_ways();
     test_clusters();
     test_attributes();
     test_jobs();

@@ -41,7 +41,7 @@ for (const name of ['runtime', 'index', 'simplifier', 'gltf-transform', 'three']
   const outfile = join(here, 'dist', `${name}.js`);
   // Lines are not joined: Node prints the source line of an error, and the one with the WebAssembly is long.
   await build({
-    entryPoints: [join(here, 'src', `${name}.js`)], outfile, bundle: true, format: 'esm', target, packages: 'external',
+    entryPoints: [join(here, 'src', `${name}.js`)], outfile, bundle: true, format: 'esm', target, packages: 'external', minifyIdentifiers: true, minifySyntax: true,
     plugins: [packed], legalComments: 'none', logLevel: 'warning',
   });
   console.log(`dist/${name}.js: ${Math.round(statSync(outfile).size / 1024)} KiB`);

@@ -284,8 +284,6 @@ fn a_run_that_is_ended_says_so() {
     request.add(file(&mesh, Format::Ply));
     let json = json!({ "call": "simplify", "options": { "ratio": 0.1 }, "file": { "name": "a.ply", "bytes": 1 }, "out": "b.ply" });
     assert_eq!(call_with(request, &json, true).json["interrupted"], true);
-    let json = json!({ "call": "indices", "indices": 1, "positions": 2, "target": 300, "error": 1.0 });
-    assert_eq!(call_with(buffers(&mesh), &json, true).json["interrupted"], true);
 }
 
 #[test]

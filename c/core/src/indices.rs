@@ -337,7 +337,7 @@ pub unsafe extern "C" fn nm_simplify_prune(
     })
 }
 
-/// Selects at most `target_vertex_count` points, spread over the cloud; returns their number, and their indices in
+/// Selects `target_vertex_count` points, spread over the cloud; returns their number, and their indices in
 /// `destination`, or `NM_FAILED`.
 ///
 /// `vertex_colors`, which may be null, has three numbers for each point; a difference of 1 counts as `color_weight` times

@@ -106,7 +106,7 @@ export const NeuralSimplifier = {
     checkTarget(target_index_count, indices.length);
     checkError(target_error);
     const positions = packRows(vertex_positions, vertex_positions_stride, 3);
-    const request = { call: 'sloppy', indices: wideIndices(indices), positions, target: target_index_count };
+    const request = { call: 'sloppy', indices: wideIndices(indices, nVertices), positions, target: target_index_count };
     if (vertex_lock) request.locks = vertex_lock;
     const [chosen, error] = chosenIndices(indices, runNow(request));
     // Cells of a grid know sizes alone; a result that is too far off is the mesh itself.
@@ -115,10 +115,10 @@ export const NeuralSimplifier = {
 
   simplifyPrune(indices, vertex_positions, vertex_positions_stride, target_error) {
     checkIndices(indices);
-    checkPositions(vertex_positions, vertex_positions_stride);
+    const nVertices = checkPositions(vertex_positions, vertex_positions_stride);
     checkError(target_error);
     const positions = packRows(vertex_positions, vertex_positions_stride, 3);
-    const request = { call: 'prune', indices: wideIndices(indices), positions, error: Math.min(target_error, LARGEST_ERROR) };
+    const request = { call: 'prune', indices: wideIndices(indices, nVertices), positions, error: Math.min(target_error, LARGEST_ERROR) };
     return chosenIndices(indices, runNow(request))[0];
   },
 };
@@ -146,7 +146,7 @@ function indicesRequest(
   checkError(error);
   checkFlags(flags);
   const request = {
-    call: 'indices', indices: wideIndices(indices), positions: packRows(positions, stride, 3),
+    call: 'indices', indices: wideIndices(indices, nVertices), positions: packRows(positions, stride, 3),
     target, error: Math.min(error, LARGEST_ERROR), move, flags: flags ?? [],
   };
   if (attributes !== undefined || weights !== undefined) {
@@ -160,9 +160,13 @@ function indicesRequest(
   return request;
 }
 
-/** Converts indices for the program, which checks that they name vertices; negative ones name none. */
-function wideIndices(indices) {
-  return indices instanceof Uint32Array ? indices : Uint32Array.from(indices);
+/** Converts indices for the program, and checks that they name vertices; negative ones name none. */
+function wideIndices(indices, nVertices) {
+  const wide = indices instanceof Uint32Array ? indices : Uint32Array.from(indices);
+  let largest = 0;
+  for (let i = 0; i < wide.length; i++) if (wide[i] > largest) largest = wide[i];
+  check(wide.length === 0 || largest < nVertices, 'indices', `one names vertex ${largest}, but there are only ${nVertices} vertices`);
+  return wide;
 }
 
 /** Returns the triangles of an answer in the class of the caller's indices, and the error. */

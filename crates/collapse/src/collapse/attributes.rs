@@ -19,7 +19,9 @@ const HEAD: usize = 7;
 pub(crate) struct Attributes {
     /// Number of attributes.
     pub width: usize,
-    /// Values, n_wedges x width; a difference of 1 counts as the unit frame's side.
+    /// How many of them count, before those that are only carried.
+    n_counted: usize,
+    /// Values, n_wedges x width; of those that count, a difference of 1 is the unit frame's side.
     pub values: Vec<f32>,
     /// Forms of the wedges, n_wedges x (HEAD + 3 width).
     forms: Vec<f32>,
@@ -28,9 +30,9 @@ pub(crate) struct Attributes {
 }
 
 impl Attributes {
-    /// Returns the attributes of wedges with these values, n_wedges x width.
-    pub(crate) fn new(values: Vec<f32>, width: usize) -> Attributes {
-        Attributes { width, values, forms: Vec::new(), before: Vec::new() }
+    /// Returns the attributes of wedges with these values, n_wedges x width, of which the first `n_counted` count.
+    pub(crate) fn new(values: Vec<f32>, width: usize, n_counted: usize) -> Attributes {
+        Attributes { width, n_counted, values, forms: Vec::new(), before: Vec::new() }
     }
 
     fn value(&self, wedge: u32) -> &[f32] {
@@ -47,6 +49,9 @@ impl Attributes {
         self.sum_forms(rings, faces);
         self.before.clone_from(&rings.vertices);
         losses.clear();
+        if self.n_counted == 0 {
+            return;
+        }
         losses.resize(rings.neighbors.len(), 0.0);
         for face in faces {
             for (i, j) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)] {
@@ -80,8 +85,9 @@ impl Attributes {
             for k in 0..width {
                 let g = find_gradient([e1, e2], [vb[k] - va[k], vc[k] - va[k]], dot(normal, normal));
                 let products = [g[0] * g[0], g[0] * g[1], g[0] * g[2], g[1] * g[1], g[1] * g[2], g[2] * g[2]];
+                let weight = if k < self.n_counted { area } else { 0.0 };
                 for (sum, product) in form.iter_mut().zip(products) {
-                    *sum += area * product;
+                    *sum += weight * product;
                 }
                 for i in 0..3 {
                     form[HEAD + 3 * k + i] = area * g[i];
@@ -100,7 +106,8 @@ impl Attributes {
         let form = self.form(goes);
         let rows = [[form[0], form[1], form[2]], [form[1], form[3], form[4]], [form[2], form[4], form[5]]];
         let mut loss = dot(rows.map(|row| dot(row, x)), x);
-        for ((old, new), slope) in self.value(goes).iter().zip(self.value(stays)).zip(form[HEAD..].as_chunks().0) {
+        let counted = self.value(goes)[..self.n_counted].iter().zip(self.value(stays));
+        for ((old, new), slope) in counted.zip(form[HEAD..].as_chunks().0) {
             let difference = new - old;
             loss += difference * (form[6] * difference - 2.0 * dot(*slope, x));
         }

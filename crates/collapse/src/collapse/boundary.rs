@@ -43,7 +43,7 @@ pub(crate) fn merge_at_boundary(
     let x = [pu[0] + x[0], pu[1] + x[1], pu[2] + x[2]];
     check_turns(stretch, ring_u, pu, x, edge.v, false)?;
     check_turns(stretch, ring_v, pv, x, edge.u, !is_along)?;
-    let error = measure_error(stretch, &border, [u, v], x, is_along);
+    let error = measure_error(stretch, &border, [u, v], x, is_along) + edge.measure_loss(qu, qv);
     // Lines weigh squared lengths in place of areas: around slivers they allow more than the pass's limit.
     let lines = weigh_lines(qu) + weigh_lines(qv);
     let own_limit = (f32::from_bits(pass.threshold) / lines.max(1e-37)).sqrt();

@@ -11,7 +11,7 @@
 //! All coordinates are seen from u.
 
 use crate::collapse::guard::SquaredDistances;
-use crate::collapse::lanes::{EightIndices, EightLanes, Vectors, cross, dot, splat_vector, subtract};
+use crate::collapse::lanes::{EightIndices, EightLanes, Vectors, VertexQuadric, cross, dot, splat_vector, subtract};
 use crate::collapse::placement::{VolumePlane, place_pair};
 use crate::collapse::rings::Vertex;
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
@@ -45,8 +45,18 @@ pub(crate) struct EdgeToMerge {
     pub v: u32,
     /// The price of the edge.
     pub price: f32,
+    /// The part of the price that attributes lose.
+    pub loss: f32,
     /// Whether the merged vertex is at u.
     pub is_fixed: bool,
+}
+
+impl EdgeToMerge {
+    /// Returns what attributes lose, as a distance.
+    #[inline(always)]
+    pub(crate) fn measure_loss(&self, qu: &VertexQuadric, qv: &VertexQuadric) -> f32 {
+        (self.loss / (qu.0[6] + qv.0[6]).max(1e-37)).sqrt()
+    }
 }
 
 /// Merges v into u, both inside the surface; removes two faces.
@@ -75,7 +85,7 @@ pub(crate) fn merge_inside<L: EightLanes>(
         let kernel =
             SquaredDistances { vertices: stretch.vertices, border: border.close(), origin: pu, x, ends: [[0.0; 3], d] };
         let [du, dv] = L::run_apart(kernel);
-        (eu + du.sqrt()).max(ev + dv.sqrt())
+        (eu + du.sqrt()).max(ev + dv.sqrt()) + edge.measure_loss(qu, qv)
     };
     let limit = if is_flat { FLAT_LIMIT * pass.guard } else { pass.guard };
     if error > limit.min(pass.max_error) {

@@ -124,6 +124,8 @@ pub(crate) struct SidesInput<'a> {
     /// Values, n_wedges x width; a difference of 1 counts as a distance of the extent. Empty: none.
     pub values: Vec<f32>,
     pub width: usize,
+    /// How many of a vertex' values count, before those that are only carried.
+    pub n_counted: usize,
 }
 
 /// Simplifies as [`collapse`] without a fit; also returns the faces that are left, by wedges.

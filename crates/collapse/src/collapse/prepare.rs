@@ -98,7 +98,7 @@ impl Prepared {
         let cut_faces = self.cut_faces().unwrap_or(faces).iter();
         let by_rank = cut_faces.map(|face| face.map(|v| self.ranks[v as usize]));
         let wedges = Wedges::new(by_rank, &sides);
-        let attributes = (sides.width > 0).then(|| Attributes::new(sides.values, sides.width));
+        let attributes = (sides.width > 0).then(|| Attributes::new(sides.values, sides.width, sides.n_counted));
         Sides { wedges, attributes }
     }
 

@@ -47,6 +47,11 @@ impl PriceTerms<'_> {
         vector::dot(qd, d).max(0.0) + self.loss(rings, goes, stays)
     }
 
+    /// Returns what attributes lose where the second goes into the first, or both go to a place between.
+    pub(crate) fn find_loss(&self, rings: RingsView, [stays, goes]: [u32; 2], is_fixed: bool) -> f32 {
+        if is_fixed { self.loss(rings, goes, stays) } else { self.loss_between(rings, stays, goes) }
+    }
+
     // Of a vertex between both, where each attribute has its best value.
     fn loss_between(&self, rings: RingsView, u: u32, v: u32) -> f32 {
         let (a, b) = (self.loss(rings, u, v), self.loss(rings, v, u));

@@ -96,7 +96,9 @@ impl Visit<'_> {
         }
         let Some((edge, is_free)) = self.direct(u, v, [state_u, state_v]) else { return Some(Err(Refusal::Topology)) };
         let price = f32::from_bits((best >> 32) as u32);
-        let edge = EdgeToMerge { u: edge[0], v: edge[1], price, is_fixed: !(is_free && self.pass.terms.moves) };
+        let is_fixed = !(is_free && self.pass.terms.moves);
+        let loss = self.pass.terms.find_loss(self.pass.rings, edge, is_fixed);
+        let edge = EdgeToMerge { u: edge[0], v: edge[1], price, loss, is_fixed };
         if either & state::BOUNDARY != 0 {
             return Some(merge_at_boundary(&self.pass, &mut self.stretch, edge));
         }

@@ -24,7 +24,7 @@ pub fn simplify_sloppily(buffers: &IndexBuffers, n_faces: usize) -> Result<(Vec<
         |n_cells| join_faces(buffers, points.find_cells(n_cells, buffers.locks)),
         |(_, faces)| faces.len() <= n_faces,
     );
-    let (cells, faces) = found.unwrap_or_default();
+    let (cells, faces) = found.unwrap_or_default().1;
     let ways = cells.iter().enumerate().map(|(v, &cell)| points.squared_distance(v, points.rows[cell as usize]));
     Ok((faces, ways.fold(0.0, f32::max).sqrt()))
 }
@@ -42,7 +42,7 @@ fn join_faces(buffers: &IndexBuffers, cells: Vec<u32>) -> (Vec<u32>, Vec<[u32; 3
     (cells, faces)
 }
 
-/// Selects at most `n_points` points, spread over the cloud: of each cell of a grid the one nearest to the cell's mean.
+/// Selects `n_points` points, spread over the cloud: of each cell of a grid the one nearest to the cell's mean.
 ///
 /// `colors` count for the mean: n_points x 3 or empty, a difference of 1 as a distance of `color_weight` times the extent.
 ///
@@ -70,17 +70,24 @@ pub fn select_points(
         kept.dedup();
         kept
     };
-    Ok(search(select, |kept| kept.len() <= n_points).unwrap_or_default())
+    let Some((n_cells, mut kept)) = search(select, |kept| kept.len() <= n_points) else { return Ok(Vec::new()) };
+    // The rest from the next finer grid, in even steps.
+    let mut more = select(n_cells + 1);
+    more.retain(|point| kept.binary_search(point).is_err());
+    let n_left = (n_points - kept.len()).min(more.len());
+    kept.extend((0..n_left).map(|i| more[i * more.len() / n_left]));
+    kept.sort_unstable();
+    Ok(kept)
 }
 
-// What fits of the finest grid found by bisection.
-fn search<T>(make: impl Fn(u32) -> T, fits: impl Fn(&T) -> bool) -> Option<T> {
+// What fits of the finest grid found by bisection, and its number of cells along a side.
+fn search<T>(make: impl Fn(u32) -> T, fits: impl Fn(&T) -> bool) -> Option<(u32, T)> {
     let (mut found, mut low, mut high) = (None, 0, MOST_CELLS + 1);
     while high - low > 1 {
         let middle = low.midpoint(high);
         let made = make(middle);
         if fits(&made) {
-            (found, low) = (Some(made), middle);
+            (found, low) = (Some((middle, made)), middle);
         } else {
             high = middle;
         }

@@ -29,7 +29,7 @@ pub struct IndexBuffers<'a> {
     pub positions: &'a [[f32; 3]],
     /// Attributes, n_vertices x n_weights.
     pub attributes: &'a [f32],
-    /// Weight of each attribute: a difference of 1 counts as a distance of this share of the extent.
+    /// Weight of each attribute: a difference of 1 counts as a distance of this share of the extent. One of 0 is carried.
     pub weights: &'a [f32],
     /// Group of each triangle, such as its material; n_faces, or empty. Between groups the course of edges is kept.
     pub groups: &'a [u32],
@@ -187,12 +187,19 @@ impl IndexBuffers<'_> {
         Ok(())
     }
 
-    // Weighted attributes, in units of the extent.
-    fn weigh_attributes(&self) -> (Vec<f32>, Vec<usize>) {
-        let columns: Vec<usize> = (0..self.weights.len()).filter(|&k| self.weights[k] > 0.0).collect();
+    // Values of a vertex as the collapse has them: those with weights in units of the extent, then, if vertices move, others.
+    fn sort_attributes(&self, moves: bool) -> (Vec<f32>, Vec<usize>, usize) {
+        let (mut columns, others): (Vec<usize>, Vec<usize>) =
+            (0..self.weights.len()).partition(|&k| self.weights[k] > 0.0);
+        let n_counted = columns.len();
+        columns.extend(others.into_iter().filter(|_| moves));
         let rows = self.attributes.chunks(self.weights.len().max(1));
-        let values = rows.flat_map(|row| columns.iter().map(|&k| row[k] * self.weights[k])).collect();
-        (values, columns)
+        let values = rows.flat_map(|row| columns.iter().map(|&k| row[k] * self.scale(k))).collect();
+        (values, columns, n_counted)
+    }
+
+    fn scale(&self, attribute: usize) -> f32 {
+        if self.weights[attribute] > 0.0 { self.weights[attribute] } else { 1.0 }
     }
 }
 
@@ -223,7 +230,7 @@ fn simplify_within(
         n_threads: options.n_threads,
         ..CollapseOptions::new(CollapseSize::Faces(options.n_faces))
     };
-    let (mut values, columns) = buffers.weigh_attributes();
+    let (mut values, columns, n_counted) = buffers.sort_attributes(options.moves);
     let width = columns.len();
     let named = Named::new(buffers);
     for &v in &named.others {
@@ -235,6 +242,7 @@ fn simplify_within(
         has_copies: has_copies || !named.others.is_empty(),
         values,
         width,
+        n_counted,
     };
     let (result, sides) = collapse_with_sides(buffers.positions, faces, &inner, sides)?;
     let mut sides = sides.expect("sides were given");
@@ -269,7 +277,7 @@ fn write_moved(
             let mut row = buffers.attributes[slot as usize * width..][..width].to_vec();
             if let Some(attributes) = &sides.attributes {
                 for (&k, value) in columns.iter().zip(&attributes.values[wedge as usize * columns.len()..]) {
-                    row[k] = value / buffers.weights[k];
+                    row[k] = value / buffers.scale(k);
                 }
             }
             out.attributes.extend(row);
