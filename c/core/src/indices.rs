@@ -26,7 +26,7 @@ pub const NM_ERROR_ABSOLUTE: u32 = 4;
 pub const NM_PRUNE: u32 = 8;
 /// Option without effect: triangles are regular without it.
 pub const NM_REGULARIZE: u32 = 16;
-/// Option without effect: seams of attributes may always be simplified, at a price.
+/// Option without effect.
 pub const NM_PERMISSIVE: u32 = 32;
 /// Option without effect: triangles are regular without it.
 pub const NM_REGULARIZE_LIGHT: u32 = 64;

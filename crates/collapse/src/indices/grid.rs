@@ -20,11 +20,9 @@ pub fn simplify_sloppily(buffers: &IndexBuffers, n_faces: usize) -> Result<(Vec<
     let mut weights = vec![0.0; buffers.positions.len()];
     buffers.indices.as_flattened().iter().for_each(|&v| weights[v as usize] += 1.0);
     let points = Points::new(buffers.positions, weights);
-    let found = search(
-        |n_cells| join_faces(buffers, points.find_cells(n_cells, buffers.locks)),
-        |(_, faces)| faces.len() <= n_faces,
-    );
-    let (cells, faces) = found.unwrap_or_default().1;
+    let join = |n_cells| join_faces(buffers, points.find_cells(n_cells, buffers.locks));
+    // Locked vertices may leave more in one cell, too.
+    let (cells, faces) = search(join, |(_, faces)| faces.len() <= n_faces).map_or_else(|| join(1), |found| found.1);
     let ways = cells.iter().enumerate().map(|(v, &cell)| points.squared_distance(v, points.rows[cell as usize]));
     Ok((faces, ways.fold(0.0, f32::max).sqrt()))
 }

@@ -222,6 +222,10 @@ fn any_size_is_reached_by_cells() {
         assert!(faces.len() <= n && faces.len() >= n / 2, "{n}: {}", faces.len());
         assert!(error < 1.8, "{error}");
     }
+    // What is locked stays, also where that is more than asked for.
+    let locks: Vec<bool> = (0..mesh.positions.len()).map(|v| v % 3 != 0).collect();
+    let (faces, _) = simplify_sloppily(&IndexBuffers { locks: &locks, ..buffers(&mesh) }, 1).expect("it is valid");
+    assert!(faces.len() > 1);
 }
 
 #[test]
