@@ -55,7 +55,7 @@ use rings::Vertex;
 pub(crate) use sides::Sides;
 use team::Team;
 use visit::Unit;
-pub(crate) use wedges::WedgeFace;
+pub(crate) use wedges::{SidesInput, WedgeFace};
 
 /// A simplified mesh.
 #[derive(Clone, Debug)]
@@ -111,21 +111,6 @@ pub fn collapse(
         fit::fit(&mut run.collapsed.rings, input, position, options.n_fit_steps, team);
     }
     Ok(run.assemble(positions).0)
-}
-
-/// Wedges and attributes to carry along, of the size of the input.
-#[derive(Clone)]
-pub(crate) struct SidesInput<'a> {
-    /// A wedge per corner, n_faces x 3.
-    pub wedges: &'a [[u32; 3]],
-    pub n_wedges: usize,
-    /// Whether a vertex may have several wedges.
-    pub has_copies: bool,
-    /// Values, n_wedges x width; a difference of 1 counts as a distance of the extent. Empty: none.
-    pub values: Vec<f32>,
-    pub width: usize,
-    /// How many of a vertex' values count, before those that are only carried.
-    pub n_counted: usize,
 }
 
 /// Simplifies as [`collapse`] without a fit; also returns the faces that are left, by wedges.

@@ -1,6 +1,5 @@
 //! From the input to rings: checks, the unit frame, the order along the curve, and cuts at vertices that are no disk.
 
-use crate::collapse::SidesInput;
 use crate::collapse::attributes::Attributes;
 use crate::collapse::build::{Built, build_rings, is_face};
 use crate::collapse::curve::order_along_curve;
@@ -12,7 +11,7 @@ use crate::collapse::rings::{NONE, Rings, Vertex, state};
 use crate::collapse::sides::Sides;
 use crate::collapse::team::Team;
 use crate::collapse::vector::Point;
-use crate::collapse::wedges::Wedges;
+use crate::collapse::wedges::{SidesInput, Wedges};
 
 /// A mesh ready for its first pass.
 pub(crate) struct Prepared {

@@ -9,9 +9,23 @@
 //!     u0 | u1     --+--
 //! ```
 
-use crate::collapse::SidesInput;
 use crate::collapse::build::is_face;
 use crate::collapse::rings::{NONE, Rings, state};
+
+/// Wedges and attributes to carry along, of the size of the input.
+#[derive(Clone)]
+pub(crate) struct SidesInput<'a> {
+    /// A wedge per corner, n_faces x 3.
+    pub wedges: &'a [[u32; 3]],
+    pub n_wedges: usize,
+    /// Whether a vertex may have several wedges.
+    pub has_copies: bool,
+    /// Values, n_wedges x width; a difference of 1 counts as a distance of the extent. Empty: none.
+    pub values: Vec<f32>,
+    pub width: usize,
+    /// How many of a vertex' values count, before those that are only carried.
+    pub n_counted: usize,
+}
 
 /// A face of the input that is still there.
 #[derive(Clone, Copy)]

@@ -3,7 +3,9 @@
 
 use std::collections::HashMap;
 
-use super::{CollapseError, IndexBuffers, measure_extent};
+use crate::collapse::CollapseError;
+
+use super::buffers::{IndexBuffers, measure_extent};
 
 /// Most cells along a side.
 const MOST_CELLS: u32 = 1 << 10;

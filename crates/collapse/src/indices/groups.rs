@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::collapse::WedgeFace;
 
-use super::IndexBuffers;
+use super::buffers::IndexBuffers;
 
 /// Wedges of the corners where groups share vertices.
 pub(super) struct Named {

@@ -1,7 +1,9 @@
 //! Components whose loss is smaller than what it would cost to keep them.
 
+use crate::collapse::CollapseError;
+
+use super::buffers::{IndexBuffers, IndexResult, measure_extent};
 use super::weld::weld;
-use super::{CollapseError, IndexBuffers, IndexResult, measure_extent};
 
 /// Drops components with a radius of at most a share of the extent; returns the faces that are left.
 ///

@@ -1,6 +1,6 @@
 //! Vertices at one position, and vertices in use.
 
-use super::{IndexBuffers, IndexResult};
+use super::buffers::{IndexBuffers, IndexResult};
 
 /// Returns for each point the first at the same position; zeros of both signs are equal.
 pub(super) fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
