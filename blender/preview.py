@@ -65,7 +65,7 @@ class Preview:
             return
         for task in tasks:
             task.keeps_components, task.is_welded = self.settings.keep_components, self.settings.merge_equal
-            task.bends = self.settings.bends
+            task.poses = task.poses if self.settings.bends else []
         self.running = tasks
         self.job = Job(lambda tell: simplify_tasks(tasks, n_faces, tell))
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager, nullcontext
 import bpy
 import numpy as np
 
-from . import bake, convert, error_colors
+from . import bake, convert, error_colors, poses
 from .job import Refusal
 from .simplify import MOST_IMPORTANCE, MOST_PROTECTION, Task
 
@@ -73,7 +73,7 @@ def read_task(context, item, options):
         importance=read_importance(item, source, options),
         is_welded=options.merge_equal,
         keeps_components=options.keep_components,
-        bends=options.bends,
+        poses=poses.read_poses(context, item, source) if options.bends else [],
         measures_errors=options.error_colors,
     )
 

@@ -32,7 +32,8 @@ class Task:
     importance: np.ndarray | None
     is_welded: bool
     keeps_components: bool
-    bends: bool = False
+    poses: list = field(default_factory=list)
+    """Offsets of the vertices in poses that the result has to be close in, n x 3."""
     measures_errors: bool = False
     name: str = ""
     materials: list = field(default_factory=list)
@@ -88,6 +89,7 @@ def simplify_task(task, progress):
     vertex_of = weld_vertices(source) if task.is_welded else np.arange(len(source.positions), dtype=np.int32)
     triangles = vertex_of[source.triangles]
     attributes, names = name_attributes(source)
+    poses = {f"morph_{k}": offsets for k, offsets in enumerate(task.poses)}
     groups, group_faces = group_triangles(source)
     needs_places = bool(source.keys or source.groups) or any(
         layer.name not in names and layer.name not in carry.BORDER_ATTRIBUTES for layer in source.layers
@@ -96,11 +98,11 @@ def simplify_task(task, progress):
         source.positions,
         triangles,
         **task.size,
-        attributes=attributes,
+        attributes={**attributes, **poses} or None,
         groups=groups,
         importance=task.importance,
         keep_components=task.keeps_components,
-        for_="poses" if task.bends else None,
+        for_="poses" if poses else None,
         map=needs_places,
         progress=progress,
     )
@@ -167,7 +169,7 @@ def name_attributes(source):
         attributes[name] = rows.reshape(len(source.triangles), 3, -1)
     if source.normals is not None:
         attributes["normals"] = source.normals
-    return attributes or None, names
+    return attributes, names
 
 
 def group_triangles(source):

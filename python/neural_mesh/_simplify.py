@@ -54,7 +54,8 @@ def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
 
     Data of the mesh:
 
-    - `attributes`: values by name, n x k for vertices or m x 3 x k for corners; `uv`, `normals`, `tangents` and `colors` have a meaning
+    - `attributes`: values by name, n x k for vertices or m x 3 x k for corners; `uv`, `normals`, `tangents` and `colors` have a meaning;
+      `morph_0`, `morph_1` and so on are offsets of the vertices (n x 3) in poses, which `for_="poses"` counts
     - `groups`: groups of faces whose borders stay: "auto" (materials and named groups), the name of a face array, an array of m numbers,
       or `None`. Other face values are carried to `Light.face_attributes`, and their borders may move
     - `ignore`: data that may be lost, of "uv", "normals", "colors", "materials"

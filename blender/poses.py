@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads the poses that a mesh will take: its shape keys, and its armature over its animation, as it is posed, or bent at random.
+The armature's poses are blended from bones here (linear blend skinning), so that the mesh is not evaluated for each frame."""
+
+import numpy as np
+from mathutils import Euler
+
+# Poses of shape keys, and of an armature; more keys than that are added up in as many poses.
+MOST_POSES = 12
+# Numbers of all poses together, which bounds their memory to about half a gigabyte.
+MOST_NUMBERS = 100_000_000
+# Largest angle of a joint bent at random, in radians: 60 degrees.
+BENT = np.pi / 3
+
+
+def find_armature(item):
+    """Returns the armature that deforms an object, or `None`."""
+    armatures = [modifier.object for modifier in item.modifiers if modifier.type == "ARMATURE" and modifier.show_viewport]
+    if item.parent_type == "ARMATURE":
+        armatures.append(item.parent)
+    return next((armature for armature in armatures if armature is not None), None)
+
+
+def read_poses(context, item, source):
+    """Returns the offsets of the vertices in each pose, n x 3; none for a mesh without shape keys and armature."""
+    most = max(min(MOST_POSES, MOST_NUMBERS // (18 * max(len(source.triangles), 1))), 1)
+    armature = find_armature(item)
+    return pose_keys(source, most) + (pose_bones(context, item, armature, source, most) if armature else [])
+
+
+def pose_keys(source, most):
+    """Returns the offsets of the shape keys, the largest first; keys above `most` are added to earlier poses."""
+    offsets = [key - source.positions for key in source.keys]
+    offsets = sorted((moved for moved in offsets if moved.any()), key=lambda moved: -np.abs(moved).max())
+    return [np.sum(offsets[k::most], axis=0, dtype=np.float32) for k in range(min(most, len(offsets)))]
+
+
+def pose_bones(context, item, armature, source, most):
+    """Returns the offsets in poses of an armature: over its animation, else as it is posed now, and bent at random."""
+    names = [group.name for group in item.vertex_groups]
+    bones = [bone for bone in armature.data.bones if bone.use_deform and bone.name in names]
+    weights = [source.groups[names.index(bone.name)] for bone in bones if names.index(bone.name) < len(source.groups)]
+    if not bones or len(weights) < len(bones):
+        return []
+    to_armature = np.array(armature.matrix_world.inverted_safe() @ item.matrix_world)
+    animation = armature.animation_data
+    if animation is not None and (animation.action is not None or animation.nla_tracks):
+        turns = read_frames(context, armature, bones, most)
+    else:
+        turns = [read_turns(armature, bones), *bend_joints(armature, bones, most - 1)]
+    moved = [blend_bones(source.positions, np.array(weights), turn, to_armature) - source.positions for turn in turns]
+    return [offsets.astype(np.float32) for offsets in moved if np.abs(offsets).max() > 1e-6 * np.ptp(source.positions)]
+
+
+def read_frames(context, armature, bones, n):
+    """Returns the turns of the bones at `n` frames, evenly over the action or else over the scene."""
+    scene, action = context.scene, armature.animation_data.action
+    begin, end = action.frame_range if action is not None else (scene.frame_start, scene.frame_end)
+    now, fraction = scene.frame_current, scene.frame_subframe
+    turns = []
+    try:
+        for share in (np.arange(n) + 0.5) / n:
+            frame = begin + share * (end - begin)
+            scene.frame_set(int(frame), subframe=frame % 1)
+            turns.append(read_turns(armature, bones))
+    finally:
+        scene.frame_set(now, subframe=fraction)
+    return turns
+
+
+def read_turns(armature, bones):
+    """Returns for each bone the transform from rest to its present pose, 4 x 4."""
+    return [np.array(armature.pose.bones[bone.name].matrix @ bone.matrix_local.inverted()) for bone in bones]
+
+
+def bend_joints(armature, bones, n):
+    """Returns for each bone its transform in `n` poses in which every bone is turned at random."""
+    random = np.random.default_rng(0)
+    poses = []
+    for _ in range(n):
+        turns = {}
+        # Parents come before their children.
+        for bone in armature.data.bones:
+            angles = random.uniform(-1, 1, 3)
+            angles *= BENT * random.random() / max(np.linalg.norm(angles), 1e-9)
+            rest = np.array(bone.matrix_local)
+            turn = rest @ np.array(Euler(angles).to_matrix().to_4x4()) @ np.linalg.inv(rest)
+            turns[bone.name] = turns[bone.parent.name] @ turn if bone.parent else turn
+        poses.append([turns[bone.name] for bone in bones])
+    return poses
+
+
+def blend_bones(positions, weights, turns, to_armature):
+    """Returns positions moved by bones; a vertex that no bone moves stays. `weights` has a row for each bone."""
+    back = np.linalg.inv(to_armature)
+    total = weights.sum(0)
+    moved = positions * np.where(total > 0, 0, 1)[:, None]
+    for row, turn in zip(weights / np.where(total > 0, total, 1), turns):
+        matrix = back @ turn @ to_armature
+        chosen = np.flatnonzero(row)
+        moved[chosen] += row[chosen, None] * (positions[chosen] @ matrix[:3, :3].T + matrix[:3, 3])
+    return moved
