@@ -25,12 +25,20 @@ def read_poses(context, item, source):
     """Returns the offsets of the vertices in each pose, n x 3; none for a mesh without shape keys and armature."""
     most = max(min(MOST_POSES, MOST_NUMBERS // (18 * max(len(source.triangles), 1))), 1)
     armature = find_armature(item)
-    return pose_keys(source, most) + (pose_bones(context, item, armature, source, most) if armature else [])
+    return pose_keys(item, source, most) + (pose_bones(context, item, armature, source, most) if armature else [])
 
 
-def pose_keys(source, most):
+def pose_keys(item, source, most):
     """Returns the offsets of the shape keys, the largest first; keys above `most` are added to earlier poses."""
-    offsets = [key - source.positions for key in source.keys]
+    if not source.keys:
+        return []
+    blocks = item.data.shape_keys.key_blocks
+    offsets = []
+    for block, key in zip(blocks, source.keys):
+        moved = key - source.keys[list(blocks).index(block.relative_key)]
+        if block.vertex_group in item.vertex_groups:
+            moved *= source.groups[item.vertex_groups[block.vertex_group].index][:, None]
+        offsets.append(moved)
     offsets = sorted((moved for moved in offsets if moved.any()), key=lambda moved: -np.abs(moved).max())
     return [np.sum(offsets[k::most], axis=0, dtype=np.float32) for k in range(min(most, len(offsets)))]
 

@@ -35,12 +35,24 @@ class Task:
     poses: list = field(default_factory=list)
     """Offsets of the vertices in poses that the result has to be close in, n x 3."""
     measures_errors: bool = False
+    """Whether vertices are colored by their distance from the original."""
+    measures_distance: bool = False
+    """Whether the largest distance from the original is measured."""
+    bound: float = 0.0
+    """Largest distance that a number of faces may cost, in units of the mesh; 0 for none."""
+    own_ratio: float | None = None
+    """Share of the triangles that this object keeps, whatever the others do."""
+    applies_modifiers: bool = False
+    note: str = ""
+    """What a user should know, in one line."""
     name: str = ""
     materials: list = field(default_factory=list)
     """Materials that the faces number, where modifiers may have brought some."""
     result: convert.MeshArrays | None = None
     largest_error: float = 0.0
-    """Largest distance from the original, in units of the world."""
+    """Largest distance from the original, in units of the world, where that is measured."""
+    largest_color_error: float = 0.0
+    """Largest distance of a vertex that is colored, in units of the world."""
     outcome: str = "reached"
 
     @property
@@ -54,8 +66,9 @@ def simplify_tasks(tasks, n_faces=None, progress=None):
     tell = progress or (lambda done: None)
     begin = 0.0
     if n_faces is not None:
-        begin = SHARING_PROGRESS if len(tasks) > 1 else 0.0
-        share_faces(tasks, n_faces, lambda done, stage: tell(begin * done))
+        sharing = [task for task in tasks if not task.size]
+        begin = SHARING_PROGRESS if len(sharing) > 1 else 0.0
+        share_faces(sharing, n_faces, lambda done, stage: tell(begin * done))
     costs = np.array([len(task.source.triangles) for task in tasks], float)
     ends = begin + (1 - begin) * np.cumsum(costs) / costs.sum()
     for task, start, end in zip(tasks, [begin, *ends], ends):
@@ -94,10 +107,7 @@ def simplify_task(task, progress):
     needs_places = bool(source.keys or source.groups) or any(
         layer.name not in names and layer.name not in carry.BORDER_ATTRIBUTES for layer in source.layers
     )
-    light = call_simplify(
-        source.positions,
-        triangles,
-        **task.size,
+    options = dict(
         attributes={**attributes, **poses} or None,
         groups=groups,
         importance=task.importance,
@@ -106,18 +116,32 @@ def simplify_task(task, progress):
         map=needs_places,
         progress=progress,
     )
+    light = simplify_within(task, triangles, options)
+    task.outcome = light.outcome if task.outcome == "reached" else task.outcome
     places = None
     if needs_places:
         clean = nm.find_clean_faces(source.positions, triangles, light.report["input"]["faces"], weld=False)
         if clean is None:
             raise nm.NeuralMeshError("some triangles of the mesh are broken: run Mesh > Clean Up > Degenerate Dissolve first")
         places = carry.find_places(source, light, clean)
-    task.outcome = light.outcome
     task.result = carry_all(source, light, places, names, group_faces)
     if task.measures_errors:
         errors = error_colors.measure_errors(source, task.result) * task.scale
-        task.largest_error = float(errors.max(initial=0))
-        task.result.layers.append(error_colors.color_errors(errors, task.largest_error))
+        task.largest_color_error = float(errors.max(initial=0))
+        task.result.layers.append(error_colors.color_errors(errors, task.largest_color_error))
+
+
+def simplify_within(task, triangles, options):
+    """Returns the result of the task's size, or, if that is farther from the original than its bound, the smallest within the bound."""
+    positions, faces = task.source.positions, task.size.get("faces")
+    check = task.measures_distance or faces is not None and task.bound > 0
+    light = call_simplify(positions, triangles, **task.size, **options, check=check)
+    if faces is not None and 0 < task.bound < light.report["distance"]["max"]:
+        light = call_simplify(positions, triangles, error=task.bound, **options, check=check)
+        task.outcome = f"the bound stops {faces:,} triangles at {len(light.faces):,}"
+    if check:
+        task.largest_error = light.report["distance"]["max"] * task.scale
+    return light
 
 
 def call_simplify(positions, triangles, **options):
@@ -125,7 +149,7 @@ def call_simplify(positions, triangles, **options):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", nm.NeuralMeshWarning)
         # Equal positions are merged here, where shape keys and weights have a say.
-        return nm.simplify(positions, triangles, weld=False, check=False, **options)
+        return nm.simplify(positions, triangles, weld=False, **{"check": False, **options})
 
 
 def weld_vertices(source):
