@@ -6,7 +6,6 @@ import json
 import math
 import os
 import struct
-from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
@@ -55,7 +54,8 @@ def write_files(context, group, tasks, paths, options):
     levels = lods.find_levels(group)
     armature = poses.find_armature(levels[0])
     objects = [item for item in (group, *levels, armature) if item is not None]
-    with scene.shown(context, objects), selected(context, objects):
+    with scene.shown(context, objects):
+        select_alone(context, objects)
         export = export_fbx if paths[0].suffix == ".fbx" else export_glb
         export(str(paths[0]), options.engine, levels)
     if options.engine == "GLTF":
@@ -116,24 +116,12 @@ def call_exporter(kind, **options):
         raise Refusal(f"{options['filepath']}: {error}") from error
 
 
-@contextmanager
-def selected(context, objects):
-    """Selects these objects alone for as long as the block runs."""
+def select_alone(context, objects):
+    """Selects these objects and no others."""
     layer = context.view_layer
-    before, active = [item for item in layer.objects if item.select_get()], layer.objects.active
-    for item in before:
-        item.select_set(False)
-    for item in objects:
-        item.select_set(True)
+    for item in layer.objects:
+        item.select_set(item in objects)
     layer.objects.active = objects[0]
-    try:
-        yield
-    finally:
-        for item in objects:
-            item.select_set(False)
-        for item in before:
-            item.select_set(True)
-        layer.objects.active = active
 
 
 def add_levels_extension(path, names, coverages):

@@ -60,7 +60,10 @@ def find_originals(objects):
     for item, original in originals.items():
         if original is None:
             raise Refusal(f"{item.name} is a level of an object that is gone: select another object, or delete the levels")
-    return list(dict.fromkeys(original for original in originals.values() if original.type == "MESH"))
+    meshes = list(dict.fromkeys(original for original in originals.values() if original.type == "MESH"))
+    if not meshes:
+        raise Refusal("No mesh is selected: select at least one mesh object")
+    return meshes
 
 
 def plan_levels(tasks, options):

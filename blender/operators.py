@@ -135,6 +135,7 @@ class OBJECT_OT_neural_mesh_lods(RunsInBackground, Carrying, Levels, Operator):
     def prepare(self, context):
         """Reads the selection and returns the work."""
         self.begun = time.perf_counter()
+        lods.parse_ratios(self.ratios)
         originals = lods.find_originals(scene.find_objects(context, with_empties=True))
         self.files = [engines.plan_files(original, self) for original in originals]
         tasks = scene.read_tasks(context, self, originals, is_copied=True)
@@ -150,6 +151,8 @@ class OBJECT_OT_neural_mesh_lods(RunsInBackground, Carrying, Levels, Operator):
         self.report_end([task for tasks in self.levels for task in tasks])
         for group, tasks, paths in zip(groups, self.levels, self.files):
             engines.write_files(context, group, tasks, paths, self)
+        # Originals are hidden now: levels can be made again from the empties above them.
+        engines.select_alone(context, groups)
         written = [path.name for paths in self.files for path in paths]
         if written:
             self.report({"INFO"}, f"Written: {', '.join(written)}")

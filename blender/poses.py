@@ -2,15 +2,17 @@
 """Reads the poses that a mesh will take: its shape keys, and its armature over its animation, as it is posed, or bent at random.
 The armature's poses are blended from bones here (linear blend skinning), so that the mesh is not evaluated for each frame."""
 
-import numpy as np
-from mathutils import Euler
+from dataclasses import dataclass
 
-# Poses of shape keys, and of an armature; more keys than that are added up in as many poses.
+import numpy as np
+from mathutils import Matrix
+
+# Poses of shape keys, and poses of an armature, at most; a further pose has all keys together.
 MOST_POSES = 12
 # Numbers of all poses together, which bounds their memory to about half a gigabyte.
 MOST_NUMBERS = 100_000_000
-# Largest angle of a joint bent at random, in radians: 60 degrees.
-BENT = np.pi / 3
+# Angle of a joint that is bent at random, in radians: 45 degrees.
+BENT = np.pi / 4
 
 
 def find_armature(item):
@@ -21,26 +23,40 @@ def find_armature(item):
     return next((armature for armature in armatures if armature is not None), None)
 
 
+@dataclass(frozen=True)
+class Pose:
+    """Offsets of the vertices in one pose."""
+
+    offsets: np.ndarray
+    """Offset of each vertex, n x 3."""
+    key: int | None = None
+    """Shape key that is this pose, whose offsets the simplifier then carries."""
+
+
 def read_poses(context, item, source):
-    """Returns the offsets of the vertices in each pose, n x 3; none for a mesh without shape keys and armature."""
+    """Returns the poses of a mesh; none without shape keys and armature."""
     most = max(min(MOST_POSES, MOST_NUMBERS // (18 * max(len(source.triangles), 1))), 1)
     armature = find_armature(item)
-    return pose_keys(item, source, most) + (pose_bones(context, item, armature, source, most) if armature else [])
+    bent = pose_bones(context, item, armature, source, most) if armature else []
+    return pose_keys(item, source, most) + [Pose(offsets) for offsets in bent]
 
 
 def pose_keys(item, source, most):
-    """Returns the offsets of the shape keys, the largest first; keys above `most` are added to earlier poses."""
+    """Returns the poses of the `most` largest shape keys, and of all together."""
     if not source.keys:
         return []
     blocks = item.data.shape_keys.key_blocks
-    offsets = []
-    for block, key in zip(blocks, source.keys):
+    poses = []
+    for number, (block, key) in enumerate(zip(blocks, source.keys)):
         moved = key - source.keys[list(blocks).index(block.relative_key)]
-        if block.vertex_group in item.vertex_groups:
-            moved *= source.groups[item.vertex_groups[block.vertex_group].index][:, None]
-        offsets.append(moved)
-    offsets = sorted((moved for moved in offsets if moved.any()), key=lambda moved: -np.abs(moved).max())
-    return [np.sum(offsets[k::most], axis=0, dtype=np.float32) for k in range(min(most, len(offsets)))]
+        is_masked = block.vertex_group in item.vertex_groups
+        if is_masked:
+            moved = moved * source.groups[item.vertex_groups[block.vertex_group].index][:, None]
+        is_plain = not is_masked and block.relative_key == item.data.shape_keys.reference_key
+        poses.append(Pose(moved, number if is_plain else None))
+    poses = sorted((pose for pose in poses if pose.offsets.any()), key=lambda pose: -np.abs(pose.offsets).max())
+    together = [Pose(np.sum([pose.offsets for pose in poses], axis=0, dtype=np.float32))] if len(poses) > 1 else []
+    return poses[:most] + together
 
 
 def pose_bones(context, item, armature, source, most):
@@ -82,17 +98,20 @@ def read_turns(armature, bones):
 
 
 def bend_joints(armature, bones, n):
-    """Returns for each bone its transform in `n` poses in which every bone is turned at random."""
+    """Returns for each bone its transform in at most `n` poses, which bend all joints in turn by `BENT` about random axes."""
     random = np.random.default_rng(0)
     poses = []
-    for _ in range(n):
-        turns = {}
+    n = min(n, len(bones))
+    for pose in range(n):
+        turns, n_met = {}, 0
         # Parents come before their children.
         for bone in armature.data.bones:
-            angles = random.uniform(-1, 1, 3)
-            angles *= BENT * random.random() / max(np.linalg.norm(angles), 1e-9)
-            rest = np.array(bone.matrix_local)
-            turn = rest @ np.array(Euler(angles).to_matrix().to_4x4()) @ np.linalg.inv(rest)
+            turn = np.eye(4)
+            if bone in bones:
+                if n_met % n == pose:
+                    axis, rest = random.normal(size=3), np.array(bone.matrix_local)
+                    turn = rest @ np.array(Matrix.Rotation(BENT, 4, axis)) @ np.linalg.inv(rest)
+                n_met += 1
             turns[bone.name] = turns[bone.parent.name] @ turn if bone.parent else turn
         poses.append([turns[bone.name] for bone in bones])
     return poses

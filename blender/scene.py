@@ -28,7 +28,10 @@ def find_objects(context, with_empties=False):
             kind = CONVERTIBLE[item.type]
             raise Refusal(f"{item.name} is a {kind}, not a mesh: convert it (Object > Convert > Mesh) or deselect it")
     types = ("MESH", "EMPTY") if with_empties else ("MESH",)
-    return [item for item in context.selected_objects if item.type in types]
+    objects = [item for item in context.selected_objects if item.type in types]
+    if not objects:
+        raise Refusal("No mesh is selected: select at least one mesh object")
+    return objects
 
 
 def list_single(objects):
@@ -53,8 +56,6 @@ def find_applicable(item):
 
 def read_tasks(context, options, objects, is_copied=False):
     """Returns a task without a size for each object; `is_copied` says that results go to copies, with meshes of their own."""
-    if not objects:
-        raise Refusal("No mesh is selected: select at least one mesh object")
     for item in objects:
         check_object(item, options.apply_modifiers)
     for name in (options.importance_group, options.protection_group):

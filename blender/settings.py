@@ -38,7 +38,9 @@ class Carrying:
         default=True,
     )
     keep_components: BoolProperty(
-        name="Keep All Components", description="Keep all components, even very small ones", default=True
+        name="Keep All Components",
+        description="Keep all components, even very small ones, unless the size is out of reach with them",
+        default=True,
     )
     keep_shading: BoolProperty(
         name="Keep Shading",

@@ -33,7 +33,7 @@ class Task:
     is_welded: bool
     keeps_components: bool
     poses: list = field(default_factory=list)
-    """Offsets of the vertices in poses that the result has to be close in, n x 3."""
+    """Poses, as `poses.Pose`, that the result has to be close to the original in."""
     measures_errors: bool = False
     """Whether vertices are colored by their distance from the original."""
     measures_distance: bool = False
@@ -102,7 +102,7 @@ def simplify_task(task, progress):
     vertex_of = weld_vertices(source) if task.is_welded else np.arange(len(source.positions), dtype=np.int32)
     triangles = vertex_of[source.triangles]
     attributes, names = name_attributes(source)
-    poses = {f"morph_{k}": offsets for k, offsets in enumerate(task.poses)}
+    poses = {f"morph_{k}": pose.offsets for k, pose in enumerate(task.poses)}
     groups, group_faces = group_triangles(source)
     needs_places = bool(source.keys or source.groups) or any(
         layer.name not in names and layer.name not in carry.BORDER_ATTRIBUTES for layer in source.layers
@@ -124,7 +124,8 @@ def simplify_task(task, progress):
         if clean is None:
             raise nm.NeuralMeshError("some triangles of the mesh are broken: run Mesh > Clean Up > Degenerate Dissolve first")
         places = carry.find_places(source, light, clean)
-    task.result = carry_all(source, light, places, names, group_faces)
+    fitted = {pose.key: f"morph_{k}" for k, pose in enumerate(task.poses) if pose.key is not None}
+    task.result = carry_all(source, light, places, names, group_faces, fitted)
     if task.measures_errors:
         errors = error_colors.measure_errors(source, task.result) * task.scale
         task.largest_color_error = float(errors.max(initial=0))
@@ -136,12 +137,24 @@ def simplify_within(task, triangles, options):
     positions, faces = task.source.positions, task.size.get("faces")
     check = task.measures_distance or faces is not None and task.bound > 0
     light = call_simplify(positions, triangles, **task.size, **options, check=check)
-    if faces is not None and 0 < task.bound < light.report["distance"]["max"]:
+    if faces is not None and len(light.faces) > faces and options["keep_components"]:
+        # The size comes first: each component needs a few triangles.
+        smaller = call_simplify(positions, triangles, **task.size, **{**options, "keep_components": False}, check=check)
+        if len(smaller.faces) < len(light.faces):
+            light = smaller
+            task.note = f"{task.name}: {light.report['output']['components_pruned']:,} components are dropped to reach the size"
+    if faces is not None and 0 < task.bound < find_largest_error(task, light):
         light = call_simplify(positions, triangles, error=task.bound, **options, check=check)
         task.outcome = f"the bound stops {faces:,} triangles at {len(light.faces):,}"
     if check:
-        task.largest_error = light.report["distance"]["max"] * task.scale
+        task.largest_error = find_largest_error(task, light) * task.scale
     return light
+
+
+def find_largest_error(task, light):
+    """Returns the largest sampled distance of a result from its original, in units of the mesh."""
+    diagonal = np.linalg.norm(np.ptp(task.source.positions, axis=0))
+    return float(light.report["distance"]["max_percent"] / 100 * diagonal)
 
 
 def call_simplify(positions, triangles, **options):
@@ -207,8 +220,19 @@ def group_triangles(source):
     return (groups.reshape(-1), first) if len(first) > 1 else (None, None)
 
 
-def carry_all(source, light, places, names, group_faces):
-    """Returns the result with the layers, shape keys, vertex groups and normals of the original."""
+def average_corners(light, name):
+    """Returns an attribute at each vertex, n x k: the mean over its corners, which differ along seams."""
+    corners, values = light.faces.ravel(), np.asarray(light.corners(name)).reshape(3 * len(light.faces), -1)
+    counts = np.maximum(np.bincount(corners, minlength=len(light.vertices)), 1)
+    sums = [np.bincount(corners, column, len(light.vertices)) / counts for column in values.T]
+    return np.stack(sums, axis=1).astype(np.float32)
+
+
+def carry_all(source, light, places, names, group_faces, fitted):
+    """Returns the result with the layers, shape keys, vertex groups and normals of the original.
+
+    `fitted` names the attributes of the simplifier that are offsets of shape keys, by the key's number.
+    """
     positions = np.asarray(light.vertices, np.float32)
     vertex_corners = carry.find_vertex_corners(light)
     layers = []
@@ -227,7 +251,7 @@ def carry_all(source, light, places, names, group_faces):
         positions=positions,
         triangles=np.asarray(light.faces),
         layers=layers,
-        keys=carry.carry_keys(source, places, positions),
+        keys=carry.carry_keys(source, places, positions, {key: average_corners(light, name) for key, name in fitted.items()}),
         groups=carry.carry_groups(source, places),
         normals=None if source.normals is None else light.corners("normals"),
         has_custom_normals=source.has_custom_normals,

@@ -30,7 +30,7 @@ def assert_rejected(match, **options):
 
 def add_actor():
     """Adds a character of two materials, with an armature that moves, and shape keys."""
-    body = add_character(n_keys=2, n_groups=4, segments=32, rings=16)
+    body = add_character(n_keys=7, n_groups=4, segments=32, rings=16)
     armature = body.modifiers[0].object
     body.parent = armature
     armature.location = (1, 2, 0)
@@ -44,7 +44,17 @@ def add_actor():
     for polygon in body.data.polygons:
         polygon.material_index = int(polygon.center.z < 0)
     select(body)
+    bpy.context.view_layer.update()
     return body
+
+
+def show(original, shown):
+    """Shows one level of an object, or the object itself for -1, and selects it."""
+    group = lods.find_group(original)
+    group["lod"] = shown
+    group.update_tag()
+    bpy.context.view_layer.update()
+    select(original if shown < 0 else lods.find_levels(group)[shown])
 
 
 def names_of(objects):
@@ -67,7 +77,7 @@ def test_levels_are_siblings_that_share_materials_and_armature():
         assert [modifier.object for modifier in level.modifiers] == [armature]
         assert list(level.data.materials) == list(body.data.materials)
         assert abs(n_triangles(level.data) - ratio * n) <= 1
-        assert len(level.data.shape_keys.key_blocks) == 3 and len(level.vertex_groups) == 4
+        assert len(level.data.shape_keys.key_blocks) == 8 and len(level.vertex_groups) == 4
         assert np.allclose(level.matrix_world, before, atol=1e-6)
     # The levels follow the original.
     body.location.x += 5
@@ -75,24 +85,19 @@ def test_levels_are_siblings_that_share_materials_and_armature():
     assert np.allclose(bpy.data.objects["Character_LOD1"].matrix_world, body.matrix_world, atol=1e-6)
 
 
-@pytest.mark.parametrize("pressed_on", ["Character", "Character_LOD1", "Character_LODs"])
-def test_pressed_again_levels_are_replaced(pressed_on):
-    add_actor()
+@pytest.mark.parametrize("shown", [None, -1, 1])
+def test_pressed_again_levels_are_replaced(shown):
+    """Pressed with the selection that it leaves, with the original, and with a level."""
+    body = add_actor()
     make_levels()
     before = names_of(bpy.data.objects), names_of(bpy.data.meshes), names_of(bpy.data.collections)
-    item = bpy.data.objects[pressed_on]
-    bpy.data.objects["Character_LODs"]["lod"] = 1
-    bpy.data.objects["Character_LODs"].update_tag()
-    bpy.context.view_layer.update()
-    item.hide_set(False)
-    item.hide_viewport = False
-    select(item)
+    if shown is not None:
+        show(body, shown)
     make_levels(ratios="1, 0.5, 0.2")
     assert (names_of(bpy.data.objects), names_of(bpy.data.meshes), names_of(bpy.data.collections)) == before
     n = n_triangles(bpy.data.objects["Character"].data)
     assert abs(n_triangles(bpy.data.objects["Character_LOD2"].data) - 0.2 * n) <= 1
     # Fewer levels leave none behind.
-    select(bpy.data.objects["Character_LODs"])
     make_levels(ratios="0.5")
     assert names_of(bpy.data.objects["Character_LODs"].children) == ["Character_LOD0"]
 
@@ -102,9 +107,7 @@ def test_one_level_shows_at_a_time():
     make_levels()
     group = bpy.data.objects["Character_LODs"]
     for shown in (-1, 0, 2):
-        group["lod"] = shown
-        group.update_tag()
-        bpy.context.view_layer.update()
+        show(body, shown)
         visible = [item.name for item in (body, *lods.find_levels(group)) if not item.hide_viewport]
         assert visible == ["Character" if shown < 0 else f"Character_LOD{shown}"]
 
@@ -138,7 +141,7 @@ def test_sizes_are_reached(add):
         bpy.ops.object.convert(target="MESH")
         bpy.ops.object.join()
     else:
-        add_character(n_keys=4)
+        add_character(n_keys=7)
     item = bpy.context.object
     n = n_triangles(item.data)
     ratios = (0.5, 0.3, 0.1, 0.02)
@@ -159,7 +162,7 @@ def test_sizes_are_those_of_what_is_seen():
 
 
 def test_modifiers_that_stay_are_told(capfd):
-    body = add_character(n_keys=2, segments=24, rings=12)
+    body = add_character(n_keys=7, segments=24, rings=12)
     body.modifiers.new("Subdivision", "SUBSURF")
     n, n_seen = n_triangles(body.data), count_seen(body)
     assert bpy.ops.object.neural_mesh_simplify(ratio=0.5) == {"FINISHED"}
@@ -183,6 +186,9 @@ def test_an_object_may_have_its_own_ratio():
     levels = [lods.find_levels(lods.find_group(item))[0] for item in (small, large)]
     for level, wanted in zip(levels, (0.45 * counts[0], 0.5 * counts[1])):
         assert abs(n_triangles(level.data) - wanted) <= 1
+    for item in (small, large):
+        show(item, -1)
+    select(small, large)
     bpy.ops.object.neural_mesh_simplify(ratio=0.1)
     assert abs(n_triangles(small.data) - 0.9 * counts[0]) <= 1
     assert abs(n_triangles(large.data) - 0.1 * counts[1]) <= 1
@@ -214,7 +220,8 @@ def test_a_bound_stops_a_size(capfd):
 
 def make_files(folder, engine, item, **options):
     """Makes levels with files and returns the names of these."""
-    select(item)
+    if item.visible_get():
+        select(item)
     make_levels(engine=engine, folder=str(folder), **options)
     return sorted(path.name for path in folder.iterdir())
 
@@ -316,7 +323,7 @@ def test_blender_reads_the_files_again(tmp_path, engine, name):
     assert len(armatures) == 1 and len(armatures[0].data.bones) >= 4
     for level in levels:
         assert [modifier.object for modifier in level.modifiers if modifier.type == "ARMATURE"] == armatures
-        assert len(level.data.shape_keys.key_blocks) == 3 and len(level.vertex_groups) == 4
+        assert len(level.data.shape_keys.key_blocks) == 8 and {f"Bone{i}" for i in range(4)} <= set(names_of(level.vertex_groups))
         assert names_of(slot for slot in level.data.materials) == ["Cloth", "Skin"]
     seen = [levels[0].matrix_world @ vertex.co for vertex in levels[0].data.vertices]
     assert min((point - places).length for point in seen) < 1e-3
@@ -351,12 +358,12 @@ def validate(path):
 def test_godot_has_a_glb_and_visibility_ranges(tmp_path):
     sphere = add_sphere()
     sphere.name = "Ball.001"
-    assert make_files(tmp_path, "GODOT", sphere) == ["Ball.001.glb", "Ball.001_LODs.gd"]
-    document, _ = engines.read_glb(tmp_path / "Ball.001.glb")
+    assert make_files(tmp_path, "GODOT", sphere) == ["Ball_001.glb", "Ball_001_LODs.gd"]
+    document, _ = engines.read_glb(tmp_path / "Ball_001.glb")
     names = {node.get("name"): node for node in document["nodes"]}
     children = [document["nodes"][index]["name"] for index in names["Ball.001_LODs"]["children"]]
     assert children == [f"Ball.001_LOD{k}" for k in range(3)]
-    script = (tmp_path / "Ball.001_LODs.gd").read_text()
+    script = (tmp_path / "Ball_001_LODs.gd").read_text()
     rows = re.findall(r'"(\w+)": \[([\d.e+]+), ([\d.e+]+)\]', script)
     # Godot writes `_` for the dot; each range begins where the one before ends.
     assert [name for name, _, _ in rows] == [f"Ball_001_LOD{k}" for k in range(3)]
@@ -365,14 +372,13 @@ def test_godot_has_a_glb_and_visibility_ranges(tmp_path):
     # The error of a level is a pixel of 1080 lines at its distance, at 60 degrees.
     error = bpy.data.objects["Ball.001_LOD2"][lods.ERROR]
     assert begins[2] == pytest.approx(error * 540 / np.tan(np.pi / 6), rel=1e-3)
-    validate(tmp_path / "Ball.001.glb")
+    validate(tmp_path / "Ball_001.glb")
 
 
 def test_files_of_others_are_not_replaced(tmp_path):
     sphere = add_sphere()
     theirs = tmp_path / "Sphere.glb"
     theirs.write_text("theirs")
-    select(sphere)
     assert_rejected("is there already", engine="GLTF", folder=str(tmp_path))
     assert theirs.read_text() == "theirs" and names_of(bpy.data.objects) == ["Sphere"]
     make_files(tmp_path, "GLTF", sphere, replace_files=True)
@@ -392,7 +398,7 @@ def test_files_are_written_beside_the_blend_file(tmp_path):
     assert (tmp_path / "Sphere.fbx").exists()
     # Hidden levels are in the file, and hidden again.
     assert [level.hide_viewport for level in lods.find_levels(lods.find_group(sphere))] == [False, True, True]
-    assert bpy.context.selected_objects == [] or sphere.select_get()
+    assert names_of(bpy.context.selected_objects) == ["Sphere_LODs"]
 
 
 def test_the_panel_lists_objects_and_levels():
@@ -400,10 +406,7 @@ def test_the_panel_lists_objects_and_levels():
     n = n_triangles(sphere.data)
     select(sphere)
     make_levels(ratios="0.5")
-    bpy.data.objects["Sphere_LODs"]["lod"] = -1
-    bpy.data.objects["Sphere_LODs"].update_tag()
-    bpy.context.view_layer.update()
-    select(sphere)
+    show(sphere, -1)
     layout = Layout()
     VIEW3D_PT_neural_mesh.draw(type("Panel", (), {"layout": layout}), bpy.context)
     labels = [text for name, text in layout.drawn if name == "label"]
