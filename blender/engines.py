@@ -58,11 +58,14 @@ def write_files(context, group, tasks, paths, options):
         select_alone(context, objects)
         export = export_fbx if paths[0].suffix == ".fbx" else export_glb
         export(str(paths[0]), options.engine, levels)
+    names = [level.name for level in levels]
     if options.engine == "GLTF":
-        add_levels_extension(paths[0], [level.name for level in levels], screen_coverages(tasks))
+        document, binary = read_glb(paths[0])
+        add_levels_extension(document, names, screen_coverages(tasks))
+        write_glb(paths[0], document, binary)
     if options.engine == "GODOT":
-        distances = switch_distances(tasks, options.field_of_view)
-        paths[1].write_text(godot_script([level.name for level in levels], distances), encoding="utf-8")
+        script = godot_script(names, switch_distances(tasks, options.field_of_view))
+        paths[1].write_text(script, encoding="utf-8")
     group[FILES] = "\n".join(map(str, paths))
 
 
@@ -124,20 +127,27 @@ def select_alone(context, objects):
     layer.objects.active = objects[0]
 
 
-def add_levels_extension(path, names, coverages):
-    """Makes the nodes of a GLB levels of the first one (`MSFT_lod`), in whose place the others are drawn."""
-    document, binary = read_glb(path)
-    nodes = document["nodes"]
-    index_of = {node.get("name"): index for index, node in enumerate(nodes)}
+def remove_from_tree(document, removed):
+    """Takes nodes of a glTF out of their parents and scenes."""
+    for member, owners in (("children", document["nodes"]), ("nodes", document["scenes"])):
+        for owner in owners:
+            kept = [index for index in owner.get(member, []) if index not in removed]
+            owner.pop(member, None)
+            # A list must not be empty.
+            if kept:
+                owner[member] = kept
+
+
+def add_levels_extension(document, names, coverages):
+    """Makes nodes of a glTF levels of the first one (`MSFT_lod`), in whose place the others are drawn."""
+    index_of = {node.get("name"): index for index, node in enumerate(document["nodes"])}
     finest, *others = [index_of[name] for name in names]
-    for owner in (*nodes, *document["scenes"]):
-        member = "children" if "children" in owner else "nodes"
-        if member in owner:
-            owner[member] = [index for index in owner[member] if index not in others]
-    nodes[finest].setdefault("extensions", {})["MSFT_lod"] = {"ids": others}
-    nodes[finest].setdefault("extras", {})["MSFT_screencoverage"] = coverages
-    document["extensionsUsed"] = sorted({*document.get("extensionsUsed", []), "MSFT_lod"})
-    write_glb(path, document, binary)
+    remove_from_tree(document, others)
+    node = document["nodes"][finest]
+    if others:
+        node.setdefault("extensions", {})["MSFT_lod"] = {"ids": others}
+        node.setdefault("extras", {})["MSFT_screencoverage"] = coverages
+        document["extensionsUsed"] = sorted({*document.get("extensionsUsed", []), "MSFT_lod"})
 
 
 def read_glb(path):

@@ -1,18 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads the poses that a mesh will take: its shape keys, and its armature over its animation, as it is posed, or bent at random.
+"""Reads the poses that a mesh is known to take: its shape keys, and its armature over its animation or as it is posed.
 The armature's poses are blended from bones here (linear blend skinning), so that the mesh is not evaluated for each frame."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from mathutils import Matrix
 
 # Poses of shape keys, and poses of an armature, at most; a further pose has all keys together.
 MOST_POSES = 12
 # Numbers of all poses together, which bounds their memory to about half a gigabyte.
 MOST_NUMBERS = 100_000_000
-# Angle of a joint that is bent at random, in radians: 45 degrees.
-BENT = np.pi / 4
 
 
 def find_armature(item):
@@ -33,8 +30,13 @@ class Pose:
     """Shape key that is this pose, whose offsets the simplifier then carries."""
 
 
+def will_bend(item, source):
+    """Returns whether a mesh has shape keys or an armature."""
+    return bool(source.keys) or find_armature(item) is not None
+
+
 def read_poses(context, item, source):
-    """Returns the poses of a mesh; none without shape keys and armature."""
+    """Returns the poses of a mesh; none without shape keys and for an armature at rest."""
     most = max(min(MOST_POSES, MOST_NUMBERS // (18 * max(len(source.triangles), 1))), 1)
     armature = find_armature(item)
     bent = pose_bones(context, item, armature, source, most) if armature else []
@@ -60,7 +62,7 @@ def pose_keys(item, source, most):
 
 
 def pose_bones(context, item, armature, source, most):
-    """Returns the offsets in poses of an armature: over its animation, else as it is posed now, and bent at random."""
+    """Returns the offsets in poses of an armature: over its animation, else as it is posed now."""
     names = [group.name for group in item.vertex_groups]
     bones = [bone for bone in armature.data.bones if bone.use_deform and bone.name in names]
     weights = [source.groups[names.index(bone.name)] for bone in bones if names.index(bone.name) < len(source.groups)]
@@ -71,7 +73,7 @@ def pose_bones(context, item, armature, source, most):
     if animation is not None and (animation.action is not None or animation.nla_tracks):
         turns = read_frames(context, armature, bones, most)
     else:
-        turns = [read_turns(armature, bones), *bend_joints(armature, bones, most - 1)]
+        turns = [read_turns(armature, bones)]
     moved = [blend_bones(source.positions, np.array(weights), turn, to_armature) - source.positions for turn in turns]
     return [offsets.astype(np.float32) for offsets in moved if np.abs(offsets).max() > 1e-6 * np.ptp(source.positions)]
 
@@ -95,26 +97,6 @@ def read_frames(context, armature, bones, n):
 def read_turns(armature, bones):
     """Returns for each bone the transform from rest to its present pose, 4 x 4."""
     return [np.array(armature.pose.bones[bone.name].matrix @ bone.matrix_local.inverted()) for bone in bones]
-
-
-def bend_joints(armature, bones, n):
-    """Returns for each bone its transform in at most `n` poses, which bend all joints in turn by `BENT` about random axes."""
-    random = np.random.default_rng(0)
-    poses = []
-    n = min(n, len(bones))
-    for pose in range(n):
-        turns, n_met = {}, 0
-        # Parents come before their children.
-        for bone in armature.data.bones:
-            turn = np.eye(4)
-            if bone in bones:
-                if n_met % n == pose:
-                    axis, rest = random.normal(size=3), np.array(bone.matrix_local)
-                    turn = rest @ np.array(Matrix.Rotation(BENT, 4, axis)) @ np.linalg.inv(rest)
-                n_met += 1
-            turns[bone.name] = turns[bone.parent.name] @ turn if bone.parent else turn
-        poses.append([turns[bone.name] for bone in bones])
-    return poses
 
 
 def blend_bones(positions, weights, turns, to_armature):

@@ -25,6 +25,8 @@ class Preview:
         self.settings = context.scene.neural_mesh
         objects = scene.list_single(scene.find_objects(context))
         self.tasks = scene.read_tasks(context, self.settings, objects)
+        # Will Bend may be turned on while the preview runs.
+        self.bends = [poses.will_bend(task.owner, task.source) for task in self.tasks]
         self.poses = [task.poses or poses.read_poses(context, task.owner, task.source) for task in self.tasks]
         self.shown_settings = None
         self.running = []
@@ -67,8 +69,9 @@ class Preview:
             return
         for task in tasks:
             task.keeps_components, task.is_welded = self.settings.keep_components, self.settings.merge_equal
-        for task, offsets in zip(tasks, self.poses):
-            task.poses = offsets if self.settings.bends else []
+        for task, bends, known in zip(tasks, self.bends, self.poses):
+            task.bends = self.settings.bends and bends
+            task.poses = known if task.bends else []
         self.running = tasks
         self.job = Job(lambda tell: simplify_tasks(tasks, n_faces, tell))
 

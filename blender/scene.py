@@ -80,6 +80,7 @@ def read_task(context, item, options, is_copied):
         raise Refusal(f"{item.name} has vertices at positions that are not finite")
     if len(source.triangles) == 0:
         raise Refusal(f"{item.name} has no faces after its modifiers are applied")
+    bends = options.bends and poses.will_bend(item, source)
     return Task(
         owner=item,
         name=item.name,
@@ -90,7 +91,8 @@ def read_task(context, item, options, is_copied):
         importance=read_importance(item, source, options),
         is_welded=options.merge_equal,
         keeps_components=options.keep_components,
-        poses=poses.read_poses(context, item, source) if options.bends else [],
+        bends=bends,
+        poses=poses.read_poses(context, item, source) if bends else [],
         measures_errors=options.error_colors,
         applies_modifiers=applies,
         own_ratio=item.neural_mesh.ratio if item.neural_mesh.has_ratio else None,

@@ -32,6 +32,8 @@ class Task:
     importance: np.ndarray | None
     is_welded: bool
     keeps_components: bool
+    bends: bool = False
+    """Whether the mesh will take poses, those below or, without any, unknown ones."""
     poses: list = field(default_factory=list)
     """Poses, as `poses.Pose`, that the result has to be close to the original in."""
     measures_errors: bool = False
@@ -112,7 +114,7 @@ def simplify_task(task, progress):
         groups=groups,
         importance=task.importance,
         keep_components=task.keeps_components,
-        for_="poses" if poses else None,
+        for_="poses" if task.bends else None,
         map=needs_places,
         progress=progress,
     )

@@ -2,6 +2,7 @@
 """Registers the extension once for all tests and gives each test an empty scene.
 The meshes that several tests use are made here."""
 
+import os
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,6 +20,17 @@ def registered():
     blender.register()
     yield
     blender.unregister()
+
+
+def pytest_sessionfinish(session, exitstatus):
+    session.config.exit_status = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure(config):
+    # Blender crashes or waits forever at the end of a process that has written a glTF.
+    sys.stdout.flush()
+    os._exit(getattr(config, "exit_status", 1))
 
 
 @pytest.fixture(autouse=True)
