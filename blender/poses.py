@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Poses of shape keys, and poses of an armature, at most; a further pose has all keys together.
-MOST_POSES = 12
-# Numbers of all poses together, which bounds their memory to about half a gigabyte.
+# Poses of shape keys, at most; a further pose has all keys together.
+MOST_KEYS = 12
+# Frames of an armature's animation. With twelve, the keys of a face whose head turns are a quarter farther from the original than with four.
+MOST_FRAMES = 4
+# Numbers of all poses of one kind together, which bounds their memory to about half a gigabyte.
 MOST_NUMBERS = 100_000_000
 
 
@@ -37,9 +39,9 @@ def will_bend(item, source):
 
 def read_poses(context, item, source):
     """Returns the poses of a mesh; none without shape keys and for an armature at rest."""
-    most = max(min(MOST_POSES, MOST_NUMBERS // (18 * max(len(source.triangles), 1))), 1)
+    most = max(min(MOST_KEYS, MOST_NUMBERS // (18 * max(len(source.triangles), 1))), 1)
     armature = find_armature(item)
-    bent = pose_bones(context, item, armature, source, most) if armature else []
+    bent = pose_bones(context, item, armature, source, min(most, MOST_FRAMES)) if armature else []
     return pose_keys(item, source, most) + [Pose(offsets) for offsets in bent]
 
 
