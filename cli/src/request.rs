@@ -201,7 +201,7 @@ pub fn resolve_request(mut args: SimplifyArgs) -> Result<Request, Failure> {
     Ok(request)
 }
 
-/// Returns what stands between a name and the number of a level: engines know levels by `_LOD`.
+/// Returns the mark before a level's number in names of files; engines know levels by `_LOD`.
 pub fn mark_levels(engine: Option<Engine>) -> &'static str {
     if engine.is_some() { "_LOD" } else { "-lod" }
 }

@@ -95,8 +95,8 @@ pub struct Arguments {
     /// 0.1%,0.5% [default: vertices]
     #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "UNIT", hide_short_help = true))]
     pub lods_by: Option<LodsBy>,
-    /// Names and files of --lods for an engine: nodes NAME_LOD0, NAME_LOD1 under one in a glTF (unity, godot), a file per
-    /// level (unreal), or MSFT_lod (gltf)
+    /// Convention for names and files of --lods: NAME_LOD0 nodes in one glTF (unity, godot), a file per level (unreal), or
+    /// MSFT_lod (gltf)
     #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "ENGINE", hide_short_help = true))]
     pub engine: Option<Engine>,
     /// Format of the result if the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb

@@ -83,7 +83,7 @@ export interface SimplifyOptions {
   lods?: Amount[];
   /** Unit of lods: vertices or faces, as shares or as numbers such as 20k,5k, or proved largest distances such as 0.1%,0.5% [default: vertices]. */
   lods_by?: 'vertices' | 'faces' | 'error';
-  /** Names and files of lods for an engine: nodes NAME_LOD0, NAME_LOD1 under one in a glTF (unity, godot), a file per level (unreal), or MSFT_lod (gltf). */
+  /** Convention for names and files of lods: NAME_LOD0 nodes in one glTF (unity, godot), a file per level (unreal), or MSFT_lod (gltf). */
   engine?: 'unity' | 'unreal' | 'godot' | 'gltf';
   /** Format of the result if the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb. */
   format?: string;

@@ -1,5 +1,5 @@
-//! Levels of detail: nodes `NAME_LOD0`, `NAME_LOD1` and so on under one node, or the extension `MSFT_lod`, by which a node
-//! lists coarser nodes to draw in its place.
+//! Levels of detail: nodes `NAME_LOD0`, `NAME_LOD1` and so on under one node, or the extension `MSFT_lod`.
+//! By the extension a node lists coarser nodes to draw in its place.
 
 use serde_json::{Map, Value, json};
 
@@ -13,7 +13,7 @@ const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
 /// Extension that draws a node's mesh several times.
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// Adds coarser meshes to every node whose mesh has all `levels`; without `coverage`, as nodes beside the finest.
+/// Adds coarser meshes to every node whose mesh has all `levels`; without `coverage`, as siblings of the finest.
 pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage: Option<&[f64]>) {
     if levels.is_empty() {
         return;
