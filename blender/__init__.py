@@ -8,14 +8,15 @@ from . import operators, panel, preview, settings
 
 # Handlers of events that may restore copies of an ended preview.
 HANDLERS = ("undo_post", "redo_post", "load_post")
-CLASSES = (settings.NeuralMeshSettings, *operators.CLASSES, *panel.CLASSES)
+CLASSES = (settings.NeuralMeshSettings, settings.NeuralMeshObject, *operators.CLASSES, *panel.CLASSES)
 
 
 def register():
-    """Registers all classes, and the settings of each scene."""
+    """Registers all classes, and the settings of each scene and object."""
     for item in CLASSES:
         bpy.utils.register_class(item)
     bpy.types.Scene.neural_mesh = bpy.props.PointerProperty(type=settings.NeuralMeshSettings)
+    bpy.types.Object.neural_mesh = bpy.props.PointerProperty(type=settings.NeuralMeshObject)
     for name in HANDLERS:
         getattr(bpy.app.handlers, name).append(preview.remove_orphans)
 
@@ -25,6 +26,6 @@ def unregister():
     preview.end()
     for name in HANDLERS:
         getattr(bpy.app.handlers, name).remove(preview.remove_orphans)
-    del bpy.types.Scene.neural_mesh
+    del bpy.types.Scene.neural_mesh, bpy.types.Object.neural_mesh
     for item in reversed(CLASSES):
         bpy.utils.unregister_class(item)

@@ -58,9 +58,10 @@ def pick_at_corners(places, rows):
     return rows[places.triangles, places.weights.argmax(2)].ravel()
 
 
-def carry_keys(source, places, positions):
-    """Returns the shape keys of the result: its positions, moved as the original moves at the same places."""
-    return [positions + blend_at_vertices(source, places, key - source.positions) for key in source.keys]
+def carry_keys(source, places, positions, fitted):
+    """Returns the shape keys of the result: its positions, moved by `fitted` offsets, or else as the original moves at the same places."""
+    offsets = lambda number, key: fitted[number] if number in fitted else blend_at_vertices(source, places, key - source.positions)
+    return [positions + offsets(number, key) for number, key in enumerate(source.keys)]
 
 
 def carry_groups(source, places):

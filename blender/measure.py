@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Compares results with those of Blender's Decimate modifier at equal numbers of faces, and times the operator.
-Run it by an interpreter that has `bpy` and `neural_mesh`: `python blender/measure.py [errors | times]`."""
+Run it by an interpreter that has `bpy` and `neural_mesh`: `python blender/measure.py [errors | poses | times]`."""
 
 import os
 import subprocess
@@ -131,6 +131,86 @@ def compare_with_decimate(name, add):
         print(f"| {name} | {len(original[1])} | {n_faces}, {len(theirs[1])} | {ratios} |")
 
 
+def add_face(moves):
+    """Adds Suzanne with four shape keys and a head that turns, by an animation if it `moves`; returns it and its armature."""
+    face = add_monkey()
+    positions = positions_of(face.data)
+    face.shape_key_add(name="Basis")
+    # Middle, radius and offset of a bump, which the other half of the face mirrors.
+    bumps = {
+        "Smile": ((0.35, -0.75, -0.6), 0.2, (0.12, 0, 0.15)),
+        "Open": ((0, -0.75, -0.8), 0.3, (0, 0, -0.1)),
+        "Brow": ((0.35, -0.7, 0.55), 0.25, (0, 0, 0.12)),
+        "Puff": ((0.6, -0.5, -0.2), 0.25, (0.15, -0.05, 0)),
+    }
+    for name, (middle, radius, offset) in bumps.items():
+        moved = positions.copy()
+        for side in (np.array([1, 1, 1]), np.array([-1, 1, 1])):
+            weights = np.exp(-((positions - side * middle) ** 2).sum(1) / radius**2)
+            moved += weights[:, None] * (side * offset)
+        face.shape_key_add(name=name).data.foreach_set("co", moved.astype(np.float32).ravel())
+    armature = bpy.data.objects.new("Armature", bpy.data.armatures.new("Armature"))
+    bpy.context.collection.objects.link(armature)
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    for name, height in (("Neck", -1), ("Head", 0)):
+        bone = armature.data.edit_bones.new(name)
+        bone.head, bone.tail, bone.parent = (0, 0, height), (0, 0, height + 1), armature.data.edit_bones.get("Neck") if height == 0 else None
+    bpy.ops.object.mode_set(mode="OBJECT")
+    share = 1 / (1 + np.exp(-8 * positions[:, 2]))
+    for name, weights in (("Neck", 1 - share), ("Head", share)):
+        group = face.vertex_groups.new(name=name)
+        for vertex, weight in enumerate(weights.tolist()):
+            group.add([vertex], weight, "REPLACE")
+    face.modifiers.new("Armature", "ARMATURE").object = armature
+    head = armature.pose.bones["Head"]
+    head.rotation_mode = "XYZ"
+    for frame, angles in ((1, (0, 0, -0.7)), (15, (0.4, 0, 0.3)), (30, (-0.3, 0, 0.7))) if moves else ():
+        head.rotation_euler = angles
+        head.keyframe_insert("rotation_euler", frame=frame)
+    head.rotation_euler = (0, 0, 0)
+    return face, armature
+
+
+def read_seen(item):
+    """Returns positions and triangles of an object as its keys, armature and modifiers show it."""
+    evaluated = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = evaluated.to_mesh()
+    mesh.calc_loop_triangles()
+    triangles = convert.get(mesh.loop_triangles, "vertices", np.int32, 3 * len(mesh.loop_triangles)).reshape(-1, 3)
+    seen = positions_of(mesh), triangles
+    evaluated.to_mesh_clear()
+    return seen
+
+
+def compare_in_poses(moves, ratio=0.2):
+    """Prints the largest distance of a face in each state over that of a live Decimate modifier, which sees the state."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    face, armature = add_face(moves)
+    ours, theirs = face.copy(), face.copy()
+    for copy in (ours, theirs):
+        copy.data = face.data.copy()
+        bpy.context.collection.objects.link(copy)
+    n_before = len(read_seen(face)[1])
+    select(ours)
+    bpy.ops.object.neural_mesh_simplify(ratio=ratio)
+    armature.animation_data_clear()
+    theirs.modifiers.new("Decimate", "DECIMATE").ratio = len(ours.data.polygons) / n_before
+    names = [block.name for block in face.data.shape_keys.key_blocks[1:]]
+    states = {"rest": ([], 0), **{name: ([name], 0) for name in names}, "all keys": (names, 0), "pose": ([], 0.6), "both": (names, 0.6)}
+    row = []
+    for state, (raised, angle) in states.items():
+        armature.pose.bones["Head"].rotation_euler = (0, 0, angle)
+        for item in (face, ours, theirs):
+            for block in item.data.shape_keys.key_blocks:
+                block.value = float(block.name in raised)
+        bpy.context.view_layer.update()
+        original = read_seen(face)
+        distances = [nm.compare(original, read_seen(item), samples=100_000)["distance_max"] for item in (ours, theirs)]
+        row.append(f"{state} {distances[0] / distances[1]:.2f}")
+    print(f"face {'that moves' if moves else 'at rest'}, {len(ours.data.polygons)} triangles: {', '.join(row)}", flush=True)
+
+
 def measure_overhead():
     """Prints seconds of the operator on a million triangles, of `neural_mesh.simplify` alone with the same arrays, and of the program."""
     positions, triangles = make_grid(708)
@@ -188,12 +268,15 @@ def measure_program(positions, triangles):
 
 if __name__ == "__main__":
     blender.register()
-    if "times" not in sys.argv:
+    if "errors" not in sys.argv and "times" not in sys.argv:
+        compare_in_poses(moves=False)
+        compare_in_poses(moves=True)
+    if "poses" not in sys.argv and "times" not in sys.argv:
         print("| mesh | triangles | faces, Decimate's | distance | texture coordinates | normals |")
         compare_with_decimate("Suzanne", add_monkey)
         compare_with_decimate("sphere with bumps", add_bumpy_sphere)
         compare_with_decimate("character", add_person)
-    if "errors" not in sys.argv:
+    if "errors" not in sys.argv and "poses" not in sys.argv:
         measure_overhead()
     sys.stdout.flush()
     # Blender may wait forever at the end of a process that has its classes still.

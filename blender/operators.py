@@ -8,7 +8,7 @@ import bpy
 import neural_mesh as nm
 from bpy.types import Operator
 
-from . import lods, preview, scene
+from . import engines, lods, preview, scene
 from .job import Job, Refusal, first_line
 from .settings import Carrying, Levels, Sizing
 from .simplify import simplify_tasks
@@ -91,6 +91,8 @@ class RunsInBackground:
         for task in tasks:
             if task.outcome != "reached":
                 self.report({"WARNING"}, f"{task.name}: {task.outcome}")
+        for note in dict.fromkeys(task.note for task in tasks if task.note):
+            self.report({"WARNING"}, note)
         bound = [name for task in tasks for name in scene.find_bound_modifiers(task.owner)]
         if bound:
             self.report({"WARNING"}, f"Bind these modifiers again: {', '.join(bound)}")
@@ -106,13 +108,17 @@ class OBJECT_OT_neural_mesh_simplify(RunsInBackground, Carrying, Sizing, Operato
     def prepare(self, context):
         """Reads the selection and returns the work."""
         self.begun = time.perf_counter()
-        self.tasks = tasks = scene.read_tasks(context, self)
+        objects = scene.list_single(scene.find_objects(context))
+        self.tasks = tasks = scene.read_tasks(context, self, objects)
         n_faces = scene.plan_sizes(tasks, self)
         return lambda tell: simplify_tasks(tasks, n_faces, tell)
 
     def finish(self, context):
         """Puts the results in place."""
         for task in self.tasks:
+            task.owner.neural_mesh.n_before = len(task.source.triangles)
+            if task.result is None and task.applies_modifiers:
+                task.result = task.source
             if task.result is not None:
                 scene.put_in_place(context, task, self)
         self.report_end(self.tasks)
@@ -120,7 +126,7 @@ class OBJECT_OT_neural_mesh_simplify(RunsInBackground, Carrying, Sizing, Operato
 
 
 class OBJECT_OT_neural_mesh_lods(RunsInBackground, Carrying, Levels, Operator):
-    """Make levels of detail of the selected meshes, each in a collection of its own"""
+    """Make levels of detail of the selected meshes, and write them for an engine"""
 
     bl_idname = "object.neural_mesh_lods"
     bl_label = "Make Levels of Detail"
@@ -129,15 +135,27 @@ class OBJECT_OT_neural_mesh_lods(RunsInBackground, Carrying, Levels, Operator):
     def prepare(self, context):
         """Reads the selection and returns the work."""
         self.begun = time.perf_counter()
-        ratios = lods.parse_ratios(self.ratios)
-        self.levels = levels = lods.plan_levels(scene.read_tasks(context, self), ratios)
-        return lambda tell: simplify_tasks([task for tasks in levels for task in tasks], None, tell)
+        lods.parse_ratios(self.ratios)
+        originals = lods.find_originals(scene.find_objects(context, with_empties=True))
+        self.files = [engines.plan_files(original, self) for original in originals]
+        tasks = scene.read_tasks(context, self, originals, is_copied=True)
+        self.levels = levels = lods.plan_levels(tasks, self)
+        shares_out = self.share_out and len(tasks) > 1
+        return lambda tell: lods.simplify_levels(levels, shares_out, tell)
 
     def finish(self, context):
-        """Makes the objects of the levels."""
-        for tasks in self.levels:
-            lods.make_levels(context, tasks, self)
+        """Makes the objects of the levels and writes their files."""
+        groups = [lods.make_levels(context, tasks, self) for tasks in self.levels]
+        # Drivers hide what does not show.
+        context.view_layer.update()
         self.report_end([task for tasks in self.levels for task in tasks])
+        for group, tasks, paths in zip(groups, self.levels, self.files):
+            engines.write_files(context, group, tasks, paths, self)
+        # Originals are hidden now: levels can be made again from the empties above them.
+        engines.select_alone(context, groups)
+        written = [path.name for paths in self.files for path in paths]
+        if written:
+            self.report({"INFO"}, f"Written: {', '.join(written)}")
         return {"FINISHED"}
 
 

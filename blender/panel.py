@@ -11,6 +11,9 @@ from .settings import Carrying, Levels, Sizing, copy_settings
 # Property that holds the size, by the way it is given.
 SIZE_PROPERTIES = {"RATIO": "ratio", "FACES": "faces", "ERROR_PERCENT": "error_percent", "ERROR_UNITS": "error_units"}
 
+# Rows of the table, at most.
+MOST_ROWS = 20
+
 
 class VIEW3D_PT_neural_mesh(Panel):
     """Panel of the extension."""
@@ -34,7 +37,15 @@ class VIEW3D_PT_neural_mesh(Panel):
         layout.operator(OBJECT_OT_neural_mesh_preview.bl_idname, icon="HIDE_OFF" if is_on else "HIDE_ON", depress=is_on)
         if is_on:
             layout.label(text=preview.current.message or "Working")
-        layout.prop(settings, "ratios")
+        layout.prop(settings, "bound_percent")
+        draw_table(layout, context)
+        for name in ("ratios", "share_out", "engine"):
+            layout.prop(settings, name)
+        if settings.engine != "NONE":
+            for name in ("folder", "replace_files"):
+                layout.prop(settings, name)
+        if settings.engine == "GODOT":
+            layout.prop(settings, "field_of_view")
         operator = layout.operator(OBJECT_OT_neural_mesh_lods.bl_idname, icon="OUTLINER_COLLECTION")
         copy_settings(settings, operator, Carrying, Levels)
         if active is not None and active.type == "MESH":
@@ -48,11 +59,36 @@ class VIEW3D_PT_neural_mesh(Panel):
             draw_active(layout, active)
 
 
+def draw_table(layout, context):
+    """Draws a row for each selected mesh: its triangles, before and now, and its own ratio; and a row for each of its levels."""
+    objects = list(dict.fromkeys(lods.find_original(item) for item in context.selected_objects))
+    objects = [item for item in objects if item is not None and item.type == "MESH"]
+    graph = context.evaluated_depsgraph_get() if objects else None
+    for item in objects[:MOST_ROWS]:
+        now, before = count_triangles(item.evaluated_get(graph).data), item.neural_mesh.n_before
+        row = layout.row(align=True)
+        row.label(text=f"{item.name}: {before:,} to {now:,}" if before > now else f"{item.name}: {now:,}")
+        row.prop(item.neural_mesh, "has_ratio", text="")
+        column = row.column()
+        column.active = item.neural_mesh.has_ratio
+        column.prop(item.neural_mesh, "ratio", text="")
+        group = lods.find_group(item)
+        for level in lods.find_levels(group) if group is not None else ():
+            layout.label(text=f"    LOD{level[lods.LEVEL]}: {count_triangles(level.data):,}, error {level.get(lods.ERROR, 0):.3g}")
+    if len(objects) > MOST_ROWS:
+        layout.label(text=f"and {len(objects) - MOST_ROWS} more")
+
+
+def count_triangles(mesh):
+    """Returns the number of triangles of a mesh's polygons."""
+    return len(mesh.loops) - 2 * len(mesh.polygons)
+
+
 def draw_active(layout, active):
     """Draws the level of detail and the legend of the error colours of an object."""
-    original = active if lods.PROPERTY in active else active.parent
-    if original is not None and lods.PROPERTY in original:
-        layout.prop(original, f'["{lods.PROPERTY}"]', text="Level of Detail")
+    group = lods.find_group(active)
+    if group is not None and lods.PROPERTY in group:
+        layout.prop(group, f'["{lods.PROPERTY}"]', text="Level of Detail")
     if error_colors.PROPERTY in active:
         layout.label(text=f"Error: blue 0, red {active[error_colors.PROPERTY]:.4g}", icon="COLOR")
 

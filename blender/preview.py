@@ -8,7 +8,7 @@ import bpy
 import neural_mesh as nm
 from bpy.app.handlers import persistent
 
-from . import convert, scene
+from . import convert, poses, scene
 from .job import Job, Refusal, first_line
 from .simplify import simplify_tasks
 
@@ -23,7 +23,11 @@ class Preview:
 
     def __init__(self, context):
         self.settings = context.scene.neural_mesh
-        self.tasks = scene.read_tasks(context, self.settings)
+        objects = scene.list_single(scene.find_objects(context))
+        self.tasks = scene.read_tasks(context, self.settings, objects)
+        # Will Bend may be turned on while the preview runs.
+        self.bends = [poses.will_bend(task.owner, task.source) for task in self.tasks]
+        self.poses = [task.poses or poses.read_poses(context, task.owner, task.source) for task in self.tasks]
         self.shown_settings = None
         self.running = []
         self.job = None
@@ -33,7 +37,7 @@ class Preview:
     def read_settings(self):
         """Returns the settings that the result depends on, except those that are read with the objects."""
         settings = self.settings
-        size = settings.size_by, settings.ratio, settings.faces, settings.error_percent, settings.error_units
+        size = settings.size_by, settings.ratio, settings.faces, settings.error_percent, settings.error_units, settings.bound_percent
         return (*size, settings.keep_components, settings.merge_equal, settings.bends)
 
     @property
@@ -65,7 +69,9 @@ class Preview:
             return
         for task in tasks:
             task.keeps_components, task.is_welded = self.settings.keep_components, self.settings.merge_equal
-            task.bends = self.settings.bends
+        for task, bends, known in zip(tasks, self.bends, self.poses):
+            task.bends = self.settings.bends and bends
+            task.poses = known if task.bends else []
         self.running = tasks
         self.job = Job(lambda tell: simplify_tasks(tasks, n_faces, tell))
 
@@ -99,6 +105,9 @@ def add_copy(task):
     copy.data = original.data.copy()
     copy.name = f"{original.name}_Preview"
     copy[MARK] = original.name
+    if task.applies_modifiers:
+        for modifier in scene.find_applicable(copy):
+            copy.modifiers.remove(modifier)
     for collection in original.users_collection:
         collection.objects.link(copy)
     copy.hide_select = True

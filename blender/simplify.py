@@ -33,13 +33,28 @@ class Task:
     is_welded: bool
     keeps_components: bool
     bends: bool = False
+    """Whether the mesh will take poses, those below or, without any, unknown ones."""
+    poses: list = field(default_factory=list)
+    """Poses, as `poses.Pose`, that the result has to be close to the original in."""
     measures_errors: bool = False
+    """Whether vertices are colored by their distance from the original."""
+    measures_distance: bool = False
+    """Whether the largest distance from the original is measured."""
+    bound: float = 0.0
+    """Largest distance that a number of faces may cost, in units of the mesh; 0 for none."""
+    own_ratio: float | None = None
+    """Share of the triangles that this object keeps, whatever the others do."""
+    applies_modifiers: bool = False
+    note: str = ""
+    """What a user should know, in one line."""
     name: str = ""
     materials: list = field(default_factory=list)
     """Materials that the faces number, where modifiers may have brought some."""
     result: convert.MeshArrays | None = None
     largest_error: float = 0.0
-    """Largest distance from the original, in units of the world."""
+    """Largest distance from the original, in units of the world, where that is measured."""
+    largest_color_error: float = 0.0
+    """Largest distance of a vertex that is colored, in units of the world."""
     outcome: str = "reached"
 
     @property
@@ -53,8 +68,9 @@ def simplify_tasks(tasks, n_faces=None, progress=None):
     tell = progress or (lambda done: None)
     begin = 0.0
     if n_faces is not None:
-        begin = SHARING_PROGRESS if len(tasks) > 1 else 0.0
-        share_faces(tasks, n_faces, lambda done, stage: tell(begin * done))
+        sharing = [task for task in tasks if not task.size]
+        begin = SHARING_PROGRESS if len(sharing) > 1 else 0.0
+        share_faces(sharing, n_faces, lambda done, stage: tell(begin * done))
     costs = np.array([len(task.source.triangles) for task in tasks], float)
     ends = begin + (1 - begin) * np.cumsum(costs) / costs.sum()
     for task, start, end in zip(tasks, [begin, *ends], ends):
@@ -88,15 +104,13 @@ def simplify_task(task, progress):
     vertex_of = weld_vertices(source) if task.is_welded else np.arange(len(source.positions), dtype=np.int32)
     triangles = vertex_of[source.triangles]
     attributes, names = name_attributes(source)
+    poses = {f"morph_{k}": pose.offsets for k, pose in enumerate(task.poses)}
     groups, group_faces = group_triangles(source)
     needs_places = bool(source.keys or source.groups) or any(
         layer.name not in names and layer.name not in carry.BORDER_ATTRIBUTES for layer in source.layers
     )
-    light = call_simplify(
-        source.positions,
-        triangles,
-        **task.size,
-        attributes=attributes,
+    options = dict(
+        attributes={**attributes, **poses} or None,
         groups=groups,
         importance=task.importance,
         keep_components=task.keeps_components,
@@ -104,18 +118,45 @@ def simplify_task(task, progress):
         map=needs_places,
         progress=progress,
     )
+    light = simplify_within(task, triangles, options)
+    task.outcome = light.outcome if task.outcome == "reached" else task.outcome
     places = None
     if needs_places:
         clean = nm.find_clean_faces(source.positions, triangles, light.report["input"]["faces"], weld=False)
         if clean is None:
             raise nm.NeuralMeshError("some triangles of the mesh are broken: run Mesh > Clean Up > Degenerate Dissolve first")
         places = carry.find_places(source, light, clean)
-    task.outcome = light.outcome
-    task.result = carry_all(source, light, places, names, group_faces)
+    fitted = {pose.key: f"morph_{k}" for k, pose in enumerate(task.poses) if pose.key is not None}
+    task.result = carry_all(source, light, places, names, group_faces, fitted)
     if task.measures_errors:
         errors = error_colors.measure_errors(source, task.result) * task.scale
-        task.largest_error = float(errors.max(initial=0))
-        task.result.layers.append(error_colors.color_errors(errors, task.largest_error))
+        task.largest_color_error = float(errors.max(initial=0))
+        task.result.layers.append(error_colors.color_errors(errors, task.largest_color_error))
+
+
+def simplify_within(task, triangles, options):
+    """Returns the result of the task's size, or, if that is farther from the original than its bound, the smallest within the bound."""
+    positions, faces = task.source.positions, task.size.get("faces")
+    check = task.measures_distance or faces is not None and task.bound > 0
+    light = call_simplify(positions, triangles, **task.size, **options, check=check)
+    if faces is not None and len(light.faces) > faces and options["keep_components"]:
+        # The size comes first: each component needs a few triangles.
+        smaller = call_simplify(positions, triangles, **task.size, **{**options, "keep_components": False}, check=check)
+        if len(smaller.faces) < len(light.faces):
+            light = smaller
+            task.note = f"{task.name}: {light.report['output']['components_pruned']:,} components are dropped to reach the size"
+    if faces is not None and 0 < task.bound < find_largest_error(task, light):
+        light = call_simplify(positions, triangles, error=task.bound, **options, check=check)
+        task.outcome = f"the bound stops {faces:,} triangles at {len(light.faces):,}"
+    if check:
+        task.largest_error = find_largest_error(task, light) * task.scale
+    return light
+
+
+def find_largest_error(task, light):
+    """Returns the largest sampled distance of a result from its original, in units of the mesh."""
+    diagonal = np.linalg.norm(np.ptp(task.source.positions, axis=0))
+    return float(light.report["distance"]["max_percent"] / 100 * diagonal)
 
 
 def call_simplify(positions, triangles, **options):
@@ -123,7 +164,7 @@ def call_simplify(positions, triangles, **options):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", nm.NeuralMeshWarning)
         # Equal positions are merged here, where shape keys and weights have a say.
-        return nm.simplify(positions, triangles, weld=False, check=False, **options)
+        return nm.simplify(positions, triangles, weld=False, **{"check": False, **options})
 
 
 def weld_vertices(source):
@@ -167,7 +208,7 @@ def name_attributes(source):
         attributes[name] = rows.reshape(len(source.triangles), 3, -1)
     if source.normals is not None:
         attributes["normals"] = source.normals
-    return attributes or None, names
+    return attributes, names
 
 
 def group_triangles(source):
@@ -181,8 +222,19 @@ def group_triangles(source):
     return (groups.reshape(-1), first) if len(first) > 1 else (None, None)
 
 
-def carry_all(source, light, places, names, group_faces):
-    """Returns the result with the layers, shape keys, vertex groups and normals of the original."""
+def average_corners(light, name):
+    """Returns an attribute at each vertex, n x k: the mean over its corners, which differ along seams."""
+    corners, values = light.faces.ravel(), np.asarray(light.corners(name)).reshape(3 * len(light.faces), -1)
+    counts = np.maximum(np.bincount(corners, minlength=len(light.vertices)), 1)
+    sums = [np.bincount(corners, column, len(light.vertices)) / counts for column in values.T]
+    return np.stack(sums, axis=1).astype(np.float32)
+
+
+def carry_all(source, light, places, names, group_faces, fitted):
+    """Returns the result with the layers, shape keys, vertex groups and normals of the original.
+
+    `fitted` names the attributes of the simplifier that are offsets of shape keys, by the key's number.
+    """
     positions = np.asarray(light.vertices, np.float32)
     vertex_corners = carry.find_vertex_corners(light)
     layers = []
@@ -201,7 +253,7 @@ def carry_all(source, light, places, names, group_faces):
         positions=positions,
         triangles=np.asarray(light.faces),
         layers=layers,
-        keys=carry.carry_keys(source, places, positions),
+        keys=carry.carry_keys(source, places, positions, {key: average_corners(light, name) for key, name in fitted.items()}),
         groups=carry.carry_groups(source, places),
         normals=None if source.normals is None else light.corners("normals"),
         has_custom_normals=source.has_custom_normals,

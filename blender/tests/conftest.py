@@ -2,8 +2,10 @@
 """Registers the extension once for all tests and gives each test an empty scene.
 The meshes that several tests use are made here."""
 
+import os
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -18,6 +20,17 @@ def registered():
     blender.register()
     yield
     blender.unregister()
+
+
+def pytest_sessionfinish(session, exitstatus):
+    session.config.exit_status = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure(config):
+    # Blender crashes or waits forever at the end of a process that has written a glTF.
+    sys.stdout.flush()
+    os._exit(getattr(config, "exit_status", 1))
 
 
 @pytest.fixture(autouse=True)
@@ -130,3 +143,31 @@ def is_closed(mesh):
     triangles = vertices.reshape(-1, 3)
     edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
+
+
+def n_triangles(mesh):
+    """Returns the number of triangles of a mesh's polygons."""
+    mesh.calc_loop_triangles()
+    return len(mesh.loop_triangles)
+
+
+def count_seen(item):
+    """Returns the number of triangles that an object shows with its modifiers."""
+    evaluated = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    n = n_triangles(evaluated.to_mesh())
+    evaluated.to_mesh_clear()
+    return n
+
+
+class Layout:
+    """Mock of a panel's layout, and of what it returns, that records what is drawn."""
+
+    def __init__(self):
+        self.drawn = []
+
+    def __getattr__(self, name):
+        def draw(*arguments, **options):
+            self.drawn.append((name, arguments[-1] if arguments else options.get("text")))
+            return self if name in ("row", "column") else SimpleNamespace()
+
+        return draw

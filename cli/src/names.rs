@@ -59,14 +59,14 @@ pub fn has_level_placeholder(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().contains(LEVEL_PLACEHOLDER))
 }
 
-/// Adds the placeholder if it is missing: `spot.obj.gz` becomes `spot-lod{level}.obj.gz`.
-pub fn with_level_placeholder(path: &Path) -> PathBuf {
+/// Adds the placeholder after a mark such as `-lod` if it is missing: `spot.obj.gz` becomes `spot-lod{level}.obj.gz`.
+pub fn with_level_placeholder(path: &Path, mark: &str) -> PathBuf {
     if has_level_placeholder(path) {
         return path.into();
     }
     let mut name = Format::without_gz(path).file_stem().unwrap_or_default().to_os_string();
     let ending = path.file_name().unwrap_or_default().as_encoded_bytes().get(name.len()..).unwrap_or_default();
-    name.push(format!("-lod{LEVEL_PLACEHOLDER}{}", String::from_utf8_lossy(ending)));
+    name.push(format!("{mark}{LEVEL_PLACEHOLDER}{}", String::from_utf8_lossy(ending)));
     path.with_file_name(name)
 }
 

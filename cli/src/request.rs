@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io::{FilesRead, Format};
-use neural_mesh::job::{Arguments, Goal, Job, JobError, LodsBy, Names};
+use neural_mesh::job::{Arguments, Engine, Goal, Job, JobError, LodsBy, Names};
 
 use crate::args::SimplifyArgs;
 use crate::content::Content;
@@ -79,8 +79,9 @@ impl Request {
     pub fn outputs(&self) -> Vec<PathBuf> {
         let Some(path) = &self.output else { return Vec::new() };
         let Some(n_levels) = self.job.goal.n_levels() else { return vec![path.clone()] };
-        let is_scene = self.source.is_scene(self.job.format);
-        level_paths(&if is_scene { path.clone() } else { with_level_placeholder(path) }, n_levels)
+        let is_one_file = self.source.is_scene(self.job.format) && self.job.engine != Some(Engine::Unreal);
+        let mark = mark_levels(self.job.engine);
+        level_paths(&if is_one_file { path.clone() } else { with_level_placeholder(path, mark) }, n_levels)
     }
 
     fn shared_name(&self) -> Option<String> {
@@ -198,6 +199,11 @@ pub fn resolve_request(mut args: SimplifyArgs) -> Result<Request, Failure> {
     request.job.shapes = request.report.is_some();
     check_streams(&request)?;
     Ok(request)
+}
+
+/// Returns the mark before a level's number in names of files; engines know levels by `_LOD`.
+pub fn mark_levels(engine: Option<Engine>) -> &'static str {
+    if engine.is_some() { "_LOD" } else { "-lod" }
 }
 
 /// Converts an error of options.

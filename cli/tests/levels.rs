@@ -110,3 +110,80 @@ fn a_single_level_of_the_paper_is_its_result_at_that_ratio() {
     let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(bytes("a-lod0.ply") == bytes("a.ply"));
 }
+
+/// Writes the levels of a skinned avatar for an engine and returns the folder.
+fn avatar_levels(engine: &str, output: &str) -> tempfile::TempDir {
+    let folder = folder();
+    std::fs::write(folder.path().join("scene.glb"), crate::common::avatar::Avatar::new(8).glb()).unwrap();
+    let words = ["simplify", "scene.glb", "-o", output, "--lods", "60%,30%", "--engine", engine, "--no-check"];
+    let run = run(folder.path(), &words);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    folder
+}
+
+fn gltf_json(path: &Path) -> serde_json::Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn engines_find_levels_as_named_siblings_with_one_skin() {
+    let input = {
+        let folder = folder();
+        let path = folder.path().join("scene.glb");
+        std::fs::write(&path, crate::common::avatar::Avatar::new(8).glb()).unwrap();
+        Asset::read_path(&path).unwrap().parts().len()
+    };
+    for engine in ["unity", "godot"] {
+        let folder = avatar_levels(engine, "out.gltf");
+        let document = gltf_json(&folder.path().join("out.gltf"));
+        let nodes = document["nodes"].as_array().unwrap();
+        let parents = nodes.iter().filter_map(|node| {
+            let name = node["name"].as_str()?;
+            let children = node["children"].as_array()?.iter().map(|child| &nodes[child.as_u64().unwrap() as usize]);
+            let levels: Vec<_> = children.filter(|child| child.get("mesh").is_some()).collect();
+            (!levels.is_empty()).then_some((name, levels))
+        });
+        let mut n_parents = 0;
+        for (name, levels) in parents {
+            let names: Vec<_> = levels.iter().map(|level| level["name"].as_str().unwrap().to_string()).collect();
+            assert_eq!(names, [0, 1].map(|level| format!("{name}_LOD{level}")), "{engine}");
+            assert!(levels.iter().all(|level| level.get("skin") == levels[0].get("skin")));
+            n_parents += 1;
+        }
+        assert!(n_parents >= input, "{engine}: {n_parents}");
+        // The buffer is there once.
+        let buffers = document["buffers"].as_array().unwrap();
+        assert_eq!(
+            (buffers.len(), document.get("extensionsUsed").is_some_and(|it| it.to_string().contains("LOD"))),
+            (1, false)
+        );
+    }
+}
+
+#[test]
+fn each_engine_has_its_files() {
+    for (engine, names) in [
+        ("unity", &["out.glb"][..]),
+        ("godot", &["out.glb"]),
+        ("gltf", &["out.glb"]),
+        ("unreal", &["out_LOD0.glb", "out_LOD1.glb"]),
+    ] {
+        let folder = avatar_levels(engine, "out.glb");
+        let files =
+            std::fs::read_dir(folder.path()).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
+        let mut files: Vec<String> = files.filter(|name| name != "scene.glb").collect();
+        files.sort();
+        assert_eq!(files, names, "{engine}");
+        let is_extension =
+            String::from_utf8_lossy(&std::fs::read(folder.path().join(names[0])).unwrap()).contains("MSFT_lod");
+        assert_eq!(is_extension, engine == "gltf", "{engine}");
+    }
+    let folder = folder();
+    let run = levels(folder.path(), &["--lods", "50%,20%", "--engine", "unity", "--no-check"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert!(["a_LOD0.ply", "a_LOD1.ply"].iter().all(|name| folder.path().join(name).exists()));
+    let alone = levels(folder.path(), &["--ratio", "50%", "--engine", "unity"]);
+    assert!(error_line(&alone).contains("--engine: give --lods, too"));
+    let other = levels(folder.path(), &["--lods", "50%,20%", "--engine", "gltf"]);
+    assert!(error_line(&other).contains("--engine gltf: ply is not glTF"));
+}

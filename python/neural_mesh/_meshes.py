@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -350,7 +351,7 @@ def _channels(
 def _role(name: str, dtype: np.dtype[Any]) -> tuple[str, str]:
     """Returns an attribute's name and role in the compiled module."""
     default = "label" if np.issubdtype(dtype, np.integer) or dtype == np.bool_ else "other"
-    return _ROLES.get(name.lower(), (name, default))
+    return _ROLES.get(name.lower(), (name, "morph" if re.fullmatch(r"morph_\d+", name) else default))
 
 
 def _groups(groups: ArrayLike | None, n_faces: int) -> tuple[NDArray[np.uint32] | None, NDArray[Any] | None]:

@@ -32,6 +32,7 @@ class Sizes(TypedDict, total=False):
 class JobOptions(TypedDict, total=False):
     """Options of the simplifier."""
 
+    engine: Literal["unity", "unreal", "godot", "gltf"] | None
     for_: Literal["shape", "poses"] | None
     keep_features: bool
     crease_angle: Number | None

@@ -54,7 +54,8 @@ def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
 
     Data of the mesh:
 
-    - `attributes`: values by name, n x k for vertices or m x 3 x k for corners; `uv`, `normals`, `tangents` and `colors` have a meaning
+    - `attributes`: values by name, n x k for vertices or m x 3 x k for corners; `uv`, `normals`, `tangents` and `colors` have a meaning;
+      `morph_0`, `morph_1` and so on are offsets of the vertices (n x 3) in poses, which `for_="poses"` counts
     - `groups`: groups of faces whose borders stay: "auto" (materials and named groups), the name of a face array, an array of m numbers,
       or `None`. Other face values are carried to `Light.face_attributes`, and their borders may move
     - `ignore`: data that may be lost, of "uv", "normals", "colors", "materials"
@@ -138,8 +139,8 @@ def lods(mesh: M, ratios: Sequence[float | str], **options: Unpack[Shared]) -> l
 def lods(mesh: Any, ratios: Sequence[float | str], **options: Any) -> list[Light[Any]]:
     """Makes levels of detail in one pass: one result for each of `ratios`, falling shares of the vertices.
 
-    Options are those of `simplify`. With `out`, files get `-lod0`, `-lod1` and so on in their names; a glTF scene is one file. Raises
-    `OptionError` if `ratios` is not a list."""
+    Options are those of `simplify`. With `out`, files get `-lod0`, `-lod1` and so on in their names; a glTF scene is one file. `engine`
+    names levels and files as "unity", "unreal", "godot" or "gltf" do. Raises `OptionError` if `ratios` is not a list."""
     if isinstance(ratios, str) or not isinstance(ratios, Iterable):
         raise _native.OptionError(f"lods: ratios={ratios!r}: give a list of falling shares, such as [0.5, 0.25]")
     return list(_simplify_levels(mesh, None, {"lods": list(ratios)}, _fill_defaults("lods", options, ())))

@@ -74,12 +74,13 @@ pub fn parse_options<T: DeserializeOwned>(options: &Bound<PyAny>) -> PyResult<T>
     read_options(values::read(options)?).map_err(option_error)
 }
 
-const ROLES: [(&str, Role); 6] = [
+const ROLES: [(&str, Role); 7] = [
     ("normal", Role::Normal),
     ("tangent", Role::Tangent),
     ("uv", Role::Uv),
     ("colour", Role::Colour),
     ("label", Role::Label),
+    ("morph", Role::MorphPosition),
     ("other", Role::Other),
 ];
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use super::choices::{AssemblyName, Compression, Ignored, LodsBy};
+use super::choices::{AssemblyName, Compression, Engine, Ignored, LodsBy};
 use super::option_json;
 #[cfg(feature = "clap")]
 use super::parse;
@@ -95,6 +95,10 @@ pub struct Arguments {
     /// 0.1%,0.5% [default: vertices]
     #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "UNIT", hide_short_help = true))]
     pub lods_by: Option<LodsBy>,
+    /// Convention for names and files of --lods: NAME_LOD0 nodes in one glTF (unity, godot), a file per level (unreal), or
+    /// MSFT_lod (gltf)
+    #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "ENGINE", hide_short_help = true))]
+    pub engine: Option<Engine>,
     /// Format of the result if the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
     #[cfg_attr(
         feature = "clap",

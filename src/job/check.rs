@@ -4,6 +4,7 @@ use crate::io::Format;
 use crate::simplify::{Effort, Hidden, Optimize, Purpose};
 
 use super::bake;
+use super::choices::Engine;
 use super::error::JobError;
 use super::request::{Job, Repair};
 
@@ -31,6 +32,9 @@ impl Job {
                 format!("--bake {size}: {name} cannot store textures: write glb, gltf or obj")
             }
             _ if self.compress.is_some() && !is_gltf => format!("--compress: {name} is not glTF: write glb or gltf"),
+            _ if self.engine == Some(Engine::Gltf) && !is_gltf => {
+                format!("--engine gltf: {name} is not glTF: write glb or gltf")
+            }
             _ if self.textures.is_some()
                 && !is_gltf
                 && !matches!(format, Format::Obj | Format::Ply | Format::PlyAscii) =>

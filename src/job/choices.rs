@@ -54,6 +54,21 @@ pub enum LodsBy {
     Error,
 }
 
+/// Engine whose convention levels of detail follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+pub enum Engine {
+    /// One file, with nodes `NAME_LOD0`, `NAME_LOD1` under a node `NAME`.
+    Unity,
+    /// One file per level, `NAME_LOD0`, `NAME_LOD1`.
+    Unreal,
+    /// As for Unity.
+    Godot,
+    /// One glTF with `MSFT_lod`.
+    Gltf,
+}
+
 /// Name of an assembly, the method that builds the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]

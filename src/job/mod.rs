@@ -44,7 +44,7 @@ mod within;
 pub use advice::list_advice;
 pub use arguments::Arguments;
 pub use baked_material::{BakeFigures, BakedMaterial};
-pub use choices::{AssemblyName, Compression, Ignored, LodsBy};
+pub use choices::{AssemblyName, Compression, Engine, Ignored, LodsBy};
 pub use document::{Document, PlacedSurface, list_names};
 pub use error::JobError;
 pub use files::{Files, Meshes};

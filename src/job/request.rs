@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::io::{Format, PackOptions};
 use crate::simplify::{Assembly, ClosedOptions, Options, Target};
 
-use super::choices::Ignored;
+use super::choices::{Engine, Ignored};
 use super::size::{Bound, Goal};
 
 /// Request to simplify a document: how to read, repair, simplify, pack and write it.
@@ -28,6 +28,8 @@ pub struct Job {
     pub seed: u64,
     /// Goal of the job, which replaces `options.target`.
     pub goal: Goal,
+    /// Engine whose convention levels of detail follow.
+    pub engine: Option<Engine>,
     /// Format of the results.
     pub format: Format,
     /// Names of the result files.
@@ -77,6 +79,7 @@ impl Job {
             options,
             seed,
             goal,
+            engine: None,
             format,
             names: Names::default(),
             exact: false,
@@ -112,6 +115,11 @@ impl Job {
     /// Returns whether a glTF stays a scene instead of one mesh.
     pub(super) fn takes_scenes(&self) -> bool {
         matches!(self.format, Format::Gltf | Format::Glb) && self.bake.is_none()
+    }
+
+    /// Returns whether levels of detail of a scene are nodes under one, and not of `MSFT_lod`.
+    pub(super) fn has_sibling_levels(&self) -> bool {
+        matches!(self.engine, Some(Engine::Unity | Engine::Godot)) && self.goal.n_levels().is_some()
     }
 
     /// Returns whether some vertices are locked: at boundaries or at kept faces.

@@ -46,7 +46,7 @@ impl Arguments {
         // A size that is known only with the mesh leaves the target at a ratio of 1.0.
         let target = goal.sizes().first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX));
         let mut job = Job::new(Options::with_closed(target, self.closed_options(is_paper)?), format);
-        (job.seed, job.goal) = (self.seed, goal);
+        (job.seed, job.goal, job.engine) = (self.seed, goal, self.engine);
         let named = self.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share)));
         job.shares = self.ratio_of.clone().into_iter().chain(named).collect::<BTreeMap<_, _>>().into_iter().collect();
         (job.weld, job.weld_near) = (!self.no_weld, self.weld);
@@ -206,6 +206,7 @@ impl Arguments {
             }
             (Some(one), Some(other)) => Err(conflict_error(one, other)),
             _ if self.lods_by.is_some() && self.lods.is_empty() => Err(options_error("--lods-by: give --lods, too")),
+            _ if self.engine.is_some() && self.lods.is_empty() => Err(options_error("--engine: give --lods, too")),
             _ => Ok(()),
         }
     }

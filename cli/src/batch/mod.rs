@@ -51,7 +51,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     // The folder stays locked until the batch has counted its results.
     let _lock = outputs::lock_folder(&folder)?;
     outputs::prepare_path(&folder, Path::new(manifest::MANIFEST_FILE))?;
-    let outputs = outputs::choose_names(&inputs, format, !args.options.lods.is_empty())?;
+    let outputs = outputs::choose_names(&inputs, format, &args.options)?;
     let read = files::list_files_read(None, args.list.as_deref().into_iter().chain(args.options.weights.as_deref()));
     inputs.iter().for_each(|input| read.add(&input.path));
     let folders =
@@ -157,6 +157,7 @@ fn spell_target(args: &Arguments) -> String {
         args.size.map(|size| format!("--size {size}")),
         (!args.lods.is_empty()).then(|| format!("--lods {}", args.lods.join(","))),
         args.lods_by.map(|by| format!("--lods-by {by:?}")),
+        args.engine.map(|engine| format!("--engine {engine:?}")),
     ];
     sizes.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }

@@ -5,11 +5,12 @@ use std::fs::{File, TryLockError};
 use std::path::{Component, Path, PathBuf};
 
 use neural_mesh::io::Format;
+use neural_mesh::job::{Arguments, Engine};
 
 use super::inputs::{Input, join_names};
 use crate::failure::Failure;
 use crate::names::{file_ending, guess_format, result_format, with_ending, with_level_placeholder};
-use crate::request::Source;
+use crate::request::{Source, mark_levels};
 
 /// File that is locked where folders cannot be.
 pub const LOCK_FILE: &str = "manifest.lock";
@@ -49,7 +50,8 @@ pub fn lock_folder(folder: &Path) -> Result<File, Failure> {
 ///
 /// # Errors
 /// If two meshes would have the same path even then.
-pub fn choose_names(inputs: &[Input], format: Option<Format>, has_levels: bool) -> Result<Vec<PathBuf>, Failure> {
+pub fn choose_names(inputs: &[Input], format: Option<Format>, options: &Arguments) -> Result<Vec<PathBuf>, Failure> {
+    let (has_levels, mark) = (!options.lods.is_empty(), mark_levels(options.engine));
     let format_of = |input: &Input| format.unwrap_or_else(|| default_format(input));
     let own: Vec<PathBuf> = inputs.iter().map(|input| with_ending(input.name.as_ref(), format_of(input))).collect();
     let mut counts = HashMap::<String, usize>::new();
@@ -63,7 +65,8 @@ pub fn choose_names(inputs: &[Input], format: Option<Format>, has_levels: bool) 
             return Err(Failure::in_file(&input.path, what));
         }
         let is_scene = || Source::new(input.path.clone(), None, true).is_scene(format_of(input));
-        Ok(if has_levels && !is_scene() { with_level_placeholder(&name) } else { name })
+        let is_one_file = || options.engine != Some(Engine::Unreal) && is_scene();
+        Ok(if has_levels && !is_one_file() { with_level_placeholder(&name, mark) } else { name })
     };
     inputs.iter().zip(own).map(choose_name).collect()
 }
@@ -125,7 +128,11 @@ mod tests {
     fn chosen_names(paths: &[&str], format: Option<Format>) -> Vec<String> {
         let input = |path: &&str| Input { path: path.into(), name: path.to_string() };
         let inputs: Vec<Input> = paths.iter().map(input).collect();
-        choose_names(&inputs, format, false).unwrap().iter().map(|name| name.to_string_lossy().into_owned()).collect()
+        choose_names(&inputs, format, &Arguments::default())
+            .unwrap()
+            .iter()
+            .map(|name| name.to_string_lossy().into_owned())
+            .collect()
     }
 
     #[test]
@@ -143,7 +150,7 @@ mod tests {
     fn two_meshes_never_have_one_result() {
         let input = |path: &str| Input { path: path.into(), name: path.into() };
         for names in [["A.ply", "a.ply", "b.ply"], ["a.obj", "a.obj.ply", "a.ply"]] {
-            assert!(choose_names(&names.map(input), Some(Format::Ply), false).is_err(), "{names:?}");
+            assert!(choose_names(&names.map(input), Some(Format::Ply), &Arguments::default()).is_err(), "{names:?}");
         }
     }
 

@@ -98,6 +98,7 @@ impl Document {
                 let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(split_parts).collect();
                 let mut options = SceneOptions::new(job.format, file_name);
                 (options.coverage, options.packing, options.images) = (coverage, *packing, self.textures());
+                options.has_sibling_levels = job.has_sibling_levels();
                 options.shared_images = job.names.shared.as_deref().filter(|_| job.names.are_several());
                 let folder = self.output_folder(job);
                 options.folder = folder.as_ref();

@@ -83,6 +83,8 @@ export interface SimplifyOptions {
   lods?: Amount[];
   /** Unit of lods: vertices or faces, as shares or as numbers such as 20k,5k, or proved largest distances such as 0.1%,0.5% [default: vertices]. */
   lods_by?: 'vertices' | 'faces' | 'error';
+  /** Convention for names and files of lods: NAME_LOD0 nodes in one glTF (unity, godot), a file per level (unreal), or MSFT_lod (gltf). */
+  engine?: 'unity' | 'unreal' | 'godot' | 'gltf';
   /** Format of the result if the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb. */
   format?: string;
   /** Property that the result must preserve best [default: shape]. */

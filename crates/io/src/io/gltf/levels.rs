@@ -1,4 +1,5 @@
-//! Levels of detail by the extension `MSFT_lod`: a node lists coarser nodes to draw in its place.
+//! Levels of detail: nodes `NAME_LOD0`, `NAME_LOD1` and so on under one node, or the extension `MSFT_lod`.
+//! By the extension a node lists coarser nodes to draw in its place.
 
 use serde_json::{Map, Value, json};
 
@@ -9,9 +10,11 @@ use super::vrm;
 const NAME: &str = "MSFT_lod";
 
 const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
+/// Extension that draws a node's mesh several times.
+const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// Adds coarser meshes to every node whose mesh has all `levels`.
-pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage: &[f64]) {
+/// Adds coarser meshes to every node whose mesh has all `levels`; without `coverage`, as siblings of the finest.
+pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage: Option<&[f64]>) {
     if levels.is_empty() {
         return;
     }
@@ -24,15 +27,36 @@ pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], cove
         let meshes: Vec<Value> = levels.iter().filter_map(|level| replacement(level, mesh?)).collect();
         // Each level must have a replacement, or the order of levels would shift.
         if meshes.len() == levels.len() {
-            let node = without_children(draft, node);
-            let ids = meshes.into_iter().enumerate().map(|(at, mesh)| push_node(draft, node, at + 1, mesh)).collect();
-            list_levels(&mut draft.document["nodes"][node], ids, coverage);
+            let finest =
+                if coverage.is_some() { without_children(draft, node) } else { move_mesh_to_child(draft, node) };
+            let ids: Vec<Value> =
+                meshes.into_iter().enumerate().map(|(at, mesh)| push_node(draft, finest, at + 1, mesh)).collect();
+            match coverage {
+                Some(coverage) => list_levels(&mut draft.document["nodes"][finest], ids, coverage),
+                None => name_siblings(draft, node, &[vec![finest.into()], ids].concat()),
+            }
             offered = true;
         }
     }
     if offered {
         levels.iter().flatten().for_each(|(mesh, coarser)| vrm::repeat_mesh(&mut draft.document, *mesh, coarser));
-        name_extension(&mut draft.document);
+        if coverage.is_some() {
+            name_extension(&mut draft.document);
+        }
+    }
+}
+
+/// Puts levels under a node, named after it.
+fn name_siblings(draft: &mut Draft, node: usize, levels: &[Value]) {
+    let nodes = &mut draft.document["nodes"];
+    let name = nodes[node].get("name").and_then(Value::as_str).map_or_else(|| format!("node{node}"), String::from);
+    nodes[node]["name"] = name.clone().into();
+    for (number, level) in levels.iter().filter_map(index).enumerate() {
+        nodes[level]["name"] = format!("{name}_LOD{number}").into();
+    }
+    // The finest level is a child already.
+    if let Some(children) = nodes[node]["children"].as_array_mut() {
+        children.extend(levels.iter().skip(1).cloned());
     }
 }
 
@@ -57,8 +81,16 @@ fn without_children(draft: &mut Draft, node: usize) -> usize {
 
 pub(super) fn move_mesh_to_child(draft: &mut Draft, node: usize) -> usize {
     let Some(members) = draft.document["nodes"][node].as_object_mut() else { return node };
-    let moved: Map<String, Value> =
+    let mut moved: Map<String, Value> =
         OF_MESH.iter().filter_map(|name| Some((name.to_string(), members.shift_remove(*name)?))).collect();
+    // Instances are drawn where the mesh is.
+    let extensions = members.get_mut("extensions").and_then(Value::as_object_mut);
+    if let Some(instances) = extensions.and_then(|extensions| extensions.shift_remove(INSTANCING)) {
+        moved.insert("extensions".into(), json!({ INSTANCING: instances }));
+    }
+    if members.get("extensions").and_then(Value::as_object).is_some_and(Map::is_empty) {
+        members.shift_remove("extensions");
+    }
     let child = draft.push("nodes", moved.into());
     if let Some(members) = draft.document["nodes"][node].as_object_mut() {
         let children = members.entry("children").or_insert_with(|| json!([])).as_array_mut();
@@ -81,7 +113,9 @@ fn push_node(draft: &mut Draft, node: usize, level: usize, mesh: Value) -> Value
     let mut copy = draft.document["nodes"][node].clone();
     let Some(members) = copy.as_object_mut() else { return Value::Null };
     // A camera or light would otherwise be doubled.
-    ["camera", "extras", "extensions"].iter().for_each(|name| drop(members.shift_remove(*name)));
+    ["camera", "extras"].iter().for_each(|name| drop(members.shift_remove(*name)));
+    let instances = members.shift_remove("extensions").and_then(|mut it| it.as_object_mut()?.shift_remove(INSTANCING));
+    members.extend(instances.map(|instances| ("extensions".into(), json!({ INSTANCING: instances }))));
     if let Some(Value::String(name)) = members.get_mut("name") {
         name.push_str(&format!(" level {level}"));
     }
@@ -146,7 +180,7 @@ mod tests {
     #[test]
     fn coarser_nodes_stand_and_move_as_the_node_does() {
         let mut draft = draft(json!([{"name": "a", "mesh": 3, "scale": [2, 2, 2], "extras": {"x": 1}}, {"mesh": 4}]));
-        add_levels(&mut draft, &[vec![(3, 7.into())], vec![(3, 8.into())]], &[0.5, 0.2, 0.01]);
+        add_levels(&mut draft, &[vec![(3, 7.into())], vec![(3, 8.into())]], Some(&[0.5, 0.2, 0.01]));
         let nodes = &draft.document["nodes"];
         assert_eq!(nodes[0]["extensions"], json!({"MSFT_lod": {"ids": [2, 3]}}));
         assert_eq!(nodes[0]["extras"], json!({"x": 1, "MSFT_screencoverage": [0.5, 0.2, 0.01]}));
@@ -160,7 +194,7 @@ mod tests {
     #[test]
     fn children_are_not_replaced_with_their_parent() {
         let mut draft = draft(json!([{"mesh": 0, "skin": 1, "children": [1], "rotation": [0, 0, 0, 1]}, {}]));
-        add_levels(&mut draft, &[vec![(0, 5.into())]], &[]);
+        add_levels(&mut draft, &[vec![(0, 5.into())]], Some(&[]));
         let nodes = &draft.document["nodes"];
         assert_eq!(nodes[0], json!({"children": [1, 2], "rotation": [0, 0, 0, 1]}));
         assert_eq!(nodes[2], json!({"mesh": 0, "skin": 1, "extensions": {"MSFT_lod": {"ids": [3]}}}));
@@ -170,10 +204,37 @@ mod tests {
     }
 
     #[test]
+    fn sibling_levels_are_named_after_their_parent() {
+        let instances = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 3}}});
+        let mut draft = draft(json!([
+            {"name": "a", "mesh": 3, "skin": 1, "scale": [2, 2, 2], "extensions": instances, "extras": {"x": 1}}, {"mesh": 4}
+        ]));
+        add_levels(&mut draft, &[vec![(3, 7.into())], vec![(3, 8.into())]], None);
+        let nodes = &draft.document["nodes"];
+        assert_eq!(nodes[0], json!({"name": "a", "scale": [2, 2, 2], "extras": {"x": 1}, "children": [2, 3, 4]}));
+        for (level, mesh) in [3, 7, 8].into_iter().enumerate() {
+            let name = format!("a_LOD{level}");
+            assert_eq!(nodes[2 + level], json!({"name": name, "mesh": mesh, "skin": 1, "extensions": instances}));
+        }
+        // Only the weights of morph targets move with the meshes.
+        let moved = [(0, "translation"), (2, "weights"), (1, "scale"), (3, "weights"), (4, "weights")];
+        assert_eq!(targets(&draft), moved.map(|(node, path)| (node, path.to_string())));
+        assert_eq!(draft.document.get("extensionsUsed"), None);
+    }
+
+    #[test]
+    fn instances_are_those_of_all_levels() {
+        let instances = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 3}}});
+        let mut draft = draft(json!([{"mesh": 3, "extensions": instances}, {}]));
+        add_levels(&mut draft, &[vec![(3, 7.into())]], Some(&[]));
+        assert_eq!(draft.document["nodes"][2], json!({"mesh": 7, "extensions": instances}));
+    }
+
+    #[test]
     fn nodes_with_levels_keep_those() {
         let nodes = json!([{"mesh": 0, "extensions": {"MSFT_lod": {"ids": [1]}}}, {"mesh": 1}]);
         let mut draft = draft(nodes.clone());
-        add_levels(&mut draft, &[vec![(0, 5.into()), (1, 6.into())]], &[]);
+        add_levels(&mut draft, &[vec![(0, 5.into()), (1, 6.into())]], Some(&[]));
         assert_eq!(draft.document["nodes"], nodes);
     }
 }

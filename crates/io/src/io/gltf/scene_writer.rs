@@ -35,6 +35,8 @@ pub struct SceneOptions<'a> {
     pub name: &'a str,
     /// Share of the screen's area down to which each level is drawn, or empty.
     pub coverage: &'a [f64],
+    /// True to write levels as nodes `NAME_LOD0`, `NAME_LOD1` and so on under one node, without `MSFT_lod`.
+    pub has_sibling_levels: bool,
     /// Packing, from [`Asset::packing`] for these levels.
     pub packing: Option<&'a Packing>,
     /// Converter of images.
@@ -48,7 +50,16 @@ pub struct SceneOptions<'a> {
 impl<'a> SceneOptions<'a> {
     /// Makes options with a format and a name only.
     pub fn new(format: Format, name: &'a str) -> Self {
-        Self { format, name, coverage: &[], packing: None, images: None, shared_images: None, folder: None }
+        Self {
+            format,
+            name,
+            coverage: &[],
+            has_sibling_levels: false,
+            packing: None,
+            images: None,
+            shared_images: None,
+            folder: None,
+        }
     }
 }
 
@@ -156,7 +167,8 @@ impl Asset {
         let finest = levels.first().copied().unwrap_or_default();
         remove_meshes(&mut draft.document, &self.emptied_meshes(finest));
         // Levels are added before grids are undone, so that their nodes get transforms as well.
-        levels::add_levels(&mut draft, &coarser, options.coverage);
+        let coverage = (!options.has_sibling_levels).then_some(options.coverage);
+        levels::add_levels(&mut draft, &coarser, coverage);
         self.undo_grids(&mut draft, &pack_with, &grids);
         let images = self.put_images(&mut draft, options);
         // Accessors are dropped last, when no more are added.
