@@ -16,7 +16,7 @@ const SHARE: f32 = 1.0 / 6.0;
 const HEAD: usize = 7;
 
 /// The attributes of all wedges.
-pub(crate) struct Attributes {
+pub(crate) struct WedgeAttributes {
     /// Number of attributes.
     pub width: usize,
     /// How many of them count, before those that are only carried.
@@ -29,10 +29,10 @@ pub(crate) struct Attributes {
     before: Vec<Vertex>,
 }
 
-impl Attributes {
+impl WedgeAttributes {
     /// Returns the attributes of wedges with these values, n_wedges x width, of which the first `n_counted` count.
-    pub(crate) fn new(values: Vec<f32>, width: usize, n_counted: usize) -> Attributes {
-        Attributes { width, n_counted, values, forms: Vec::new(), before: Vec::new() }
+    pub(crate) fn new(values: Vec<f32>, width: usize, n_counted: usize) -> WedgeAttributes {
+        WedgeAttributes { width, n_counted, values, forms: Vec::new(), before: Vec::new() }
     }
 
     fn value(&self, wedge: u32) -> &[f32] {

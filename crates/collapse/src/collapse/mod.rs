@@ -52,7 +52,7 @@ use fit::FitInput;
 use passes::{Collapsed, SizeGoal, run_passes};
 use prepare::Prepared;
 use rings::Vertex;
-pub(crate) use sides::Sides;
+pub(crate) use sides::SideArrays;
 use team::Team;
 use visit::Unit;
 pub(crate) use wedges::{SidesInput, WedgeFace};
@@ -119,7 +119,7 @@ pub(crate) fn collapse_with_sides(
     faces: &[[u32; 3]],
     options: &CollapseOptions,
     sides: SidesInput,
-) -> Result<(CollapseResult, Option<Sides>), CollapseError> {
+) -> Result<(CollapseResult, Option<SideArrays>), CollapseError> {
     let run = Run::new(positions, faces, options, Some(sides), Team::new(options.n_threads))?;
     Ok(run.assemble(positions))
 }
@@ -129,7 +129,7 @@ struct Run {
     prepared: Prepared,
     collapsed: Collapsed,
     record: CollapseRecord,
-    sides: Option<Sides>,
+    sides: Option<SideArrays>,
 }
 
 impl Run {
@@ -155,7 +155,7 @@ impl Run {
     }
 
     // Positions in the input's units, faces, and one vertex for copies that are joined again.
-    fn assemble(self, positions: &[[f32; 3]]) -> (CollapseResult, Option<Sides>) {
+    fn assemble(self, positions: &[[f32; 3]]) -> (CollapseResult, Option<SideArrays>) {
         let Run { prepared, collapsed, mut record, sides } = self;
         let Collapsed { rings, mut origins, is_reached, .. } = collapsed;
         let frame = prepared.frame;

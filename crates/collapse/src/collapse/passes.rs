@@ -9,7 +9,7 @@ use crate::collapse::quadric::SumQuadrics;
 use crate::collapse::rebuild::rebuild;
 use crate::collapse::rings::{Rings, state};
 use crate::collapse::rounds::{PassMesh, Selection, merge_in_rounds};
-use crate::collapse::sides::Sides;
+use crate::collapse::sides::SideArrays;
 use crate::collapse::team::{STRETCH, Team};
 use crate::collapse::threshold::find_threshold;
 use crate::collapse::visit::Unit;
@@ -75,8 +75,8 @@ struct PassArrays {
     room: Rings,
 }
 
-/// Merges until the goal is reached, or no merge is left; `sides` go along.
-pub(crate) fn run_passes(mut rings: Rings, goal: SizeGoal, sides: Option<&mut Sides>, team: Team) -> Collapsed {
+/// Merges until the goal is reached, or no merge is left; `sides` follow.
+pub(crate) fn run_passes(mut rings: Rings, goal: SizeGoal, sides: Option<&mut SideArrays>, team: Team) -> Collapsed {
     let mut sides = sides;
     let start = measure_size(&rings, goal.unit);
     let mut size = start;

@@ -1,6 +1,6 @@
 //! From the input to rings: checks, the unit frame, the order along the curve, and cuts at vertices that are no disk.
 
-use crate::collapse::attributes::Attributes;
+use crate::collapse::attributes::WedgeAttributes;
 use crate::collapse::build::{Built, build_rings, is_face};
 use crate::collapse::curve::order_along_curve;
 use crate::collapse::cut::Cuts;
@@ -8,7 +8,7 @@ use crate::collapse::frame::UnitFrame;
 use crate::collapse::options::{CollapseError, CollapseOptions};
 use crate::collapse::record::CollapseRecord;
 use crate::collapse::rings::{NONE, Rings, Vertex, state};
-use crate::collapse::sides::Sides;
+use crate::collapse::sides::SideArrays;
 use crate::collapse::team::Team;
 use crate::collapse::vector::Point;
 use crate::collapse::wedges::{SidesInput, Wedges};
@@ -93,12 +93,12 @@ fn cut(cuts: &mut Cuts, no_disks: &[u32], vertices: &mut Vec<Vertex>, ranks: &mu
 
 impl Prepared {
     /// Returns the wedges of the input's faces, and their attributes.
-    pub(crate) fn make_sides(&self, faces: &[[u32; 3]], sides: SidesInput) -> Sides {
+    pub(crate) fn make_sides(&self, faces: &[[u32; 3]], sides: SidesInput) -> SideArrays {
         let cut_faces = self.cut_faces().unwrap_or(faces).iter();
         let by_rank = cut_faces.map(|face| face.map(|v| self.ranks[v as usize]));
         let wedges = Wedges::new(by_rank, &sides);
-        let attributes = (sides.width > 0).then(|| Attributes::new(sides.values, sides.width, sides.n_counted));
-        Sides { wedges, attributes }
+        let attributes = (sides.width > 0).then(|| WedgeAttributes::new(sides.values, sides.width, sides.n_counted));
+        SideArrays { wedges, attributes }
     }
 
     /// Turns places along the curve into input vertices.

@@ -117,7 +117,9 @@ fn weigh_planes<L: EightLanes>(c: Vectors<L>, mask: L) -> [L; 8] {
     [c[0] * d[0], c[0] * d[1], c[0] * d[2], c[1] * d[1], c[1] * d[2], c[2] * d[2], area, L::splat(0.0)]
 }
 
-/// Adds the squared distances from the lines along both edges of `u` on a boundary or line: |e|² I - e eᵀ for an edge e.
+/// Adds the squared distances from both edges of `u` on a boundary or line.
+///
+/// That is |e|² I - e eᵀ for an edge e.
 ///
 /// Planes through the edges would tilt with the faces of rough terrain; a line has no such direction.
 #[inline(never)]

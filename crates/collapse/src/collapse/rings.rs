@@ -25,9 +25,9 @@ pub(crate) mod state {
     pub const REFUSED: u8 = 16;
     /// So was a second one: the vertex asks for no merge.
     pub const RESTS: u8 = 32;
-    /// The vertex has two edges of a line, and goes only along it.
+    /// The vertex has two edges of a line, and is merged only along it.
     pub const LINE: u8 = 64;
-    /// A line ends at the vertex, which has one wedge: it goes along the line, or into vertices that are not held.
+    /// A line ends at the vertex, which has one wedge: it is merged along the line, or into vertices that are not held.
     pub const END: u8 = 128;
     /// Lines branch at the vertex or meet a boundary: it stays.
     pub const FORK: u8 = LINE | END;

@@ -1,16 +1,16 @@
-//! What goes along with the passes: wedges, and attributes with their prices.
+//! Wedges, and attributes with their prices: arrays that follow the passes.
 
-use crate::collapse::attributes::Attributes;
+use crate::collapse::attributes::WedgeAttributes;
 use crate::collapse::rings::Rings;
 use crate::collapse::wedges::Wedges;
 
 /// Wedges of the input's faces, and the attributes of the wedges.
-pub(crate) struct Sides {
+pub(crate) struct SideArrays {
     pub wedges: Wedges,
-    pub attributes: Option<Attributes>,
+    pub attributes: Option<WedgeAttributes>,
 }
 
-impl Sides {
+impl SideArrays {
     /// Marks the lines of a pass, and writes what attributes lose into `losses`, one number per entry of the rings; leaves it empty without attributes.
     pub(crate) fn prepare_pass(&mut self, rings: &mut Rings, losses: &mut Vec<f32>) {
         self.wedges.mark_lines(rings);

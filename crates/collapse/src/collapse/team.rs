@@ -15,7 +15,7 @@ pub(crate) struct Team {
 }
 
 impl Team {
-    /// Returns a team of so many threads; 0 is all of the current pool.
+    /// Returns a team of `n_threads`; 0 is all of the current pool.
     #[cfg(feature = "threads")]
     pub(crate) fn new(n_threads: usize) -> Team {
         Team { n_threads: if n_threads == 0 { rayon::current_num_threads() } else { n_threads } }

@@ -1,11 +1,11 @@
 //! Wedges: vertices of the caller that share one position, such as the two sides of a seam of texture coordinates.
 //!
-//! The mesh of a pass knows positions alone. Beside it go the input's faces with a wedge per corner:
+//! The mesh of a pass knows positions alone. The input's faces follow it, with a wedge per corner:
 //!
 //! ```text
 //!        |          |             Where v is merged into u, the faces at their edge vanish. In each of these the wedge
 //!     v0 | v1       |             of v becomes that of u: one pair inside a side, two along a seam. All other faces
-//!   -----+----   u0 | u1          around v have one of these wedges, as v goes along the seam only.
+//!   -----+----   u0 | u1          around v have one of these wedges, as v is merged along the seam only.
 //!     u0 | u1     --+--
 //! ```
 

@@ -71,8 +71,9 @@ impl IndexBuffers<'_> {
         Ok(())
     }
 
-    /// Returns the values of a vertex as the collapse has them: those with weights in units of the extent, then, if vertices move,
-    /// the others; with their columns, and how many have weights.
+    /// Returns the values of all vertices in the order of the collapse, their columns, and how many have weights.
+    ///
+    /// Those with weights come first, in units of the extent; the others are there only if vertices move.
     pub(super) fn sort_attributes(&self, moves: bool) -> (Vec<f32>, Vec<usize>, usize) {
         let (mut columns, others): (Vec<usize>, Vec<usize>) =
             (0..self.weights.len()).partition(|&k| self.weights[k] > 0.0);

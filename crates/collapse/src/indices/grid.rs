@@ -1,5 +1,6 @@
-//! Vertices of one cell of a grid become one: any size can be reached, and components join (Rossignac and Borrel,
-//! Multi-Resolution 3D Approximations for Rendering Complex Scenes, 1993).
+//! Vertices of one cell of a grid become one: any size can be reached, and components join.
+//!
+//! Rossignac and Borrel, Multi-Resolution 3D Approximations for Rendering Complex Scenes, 1993.
 
 use std::collections::HashMap;
 

@@ -7,7 +7,7 @@ use crate::collapse::WedgeFace;
 use super::buffers::IndexBuffers;
 
 /// Wedges of the corners where groups share vertices.
-pub(super) struct Named {
+pub(super) struct GroupWedges {
     /// A wedge per corner, n_faces x 3, if they are not the caller's vertices.
     pub wedges: Option<Vec<[u32; 3]>>,
     /// The caller's vertices of the wedges behind the caller's own.
@@ -15,12 +15,12 @@ pub(super) struct Named {
     n_vertices: usize,
 }
 
-impl Named {
-    pub(super) fn new(buffers: &IndexBuffers) -> Named {
+impl GroupWedges {
+    pub(super) fn new(buffers: &IndexBuffers) -> GroupWedges {
         let n_vertices = buffers.positions.len();
-        let mut named = Named { wedges: None, others: Vec::new(), n_vertices };
+        let mut by_group = GroupWedges { wedges: None, others: Vec::new(), n_vertices };
         if buffers.groups.is_empty() {
-            return named;
+            return by_group;
         }
         let mut first_group = vec![None; n_vertices];
         let mut further = HashMap::new();
@@ -29,15 +29,15 @@ impl Named {
                 return v;
             }
             *further.entry((v, group)).or_insert_with(|| {
-                named.others.push(v);
-                (n_vertices + named.others.len() - 1) as u32
+                by_group.others.push(v);
+                (n_vertices + by_group.others.len() - 1) as u32
             })
         };
         let mut wedge = wedge;
         let faces = buffers.indices.iter().zip(buffers.groups);
         let wedges = faces.map(|(face, &group)| face.map(|v| wedge(v, group))).collect();
-        named.wedges = Some(wedges);
-        named
+        by_group.wedges = Some(wedges);
+        by_group
     }
 
     /// Returns the caller's vertex of a wedge.

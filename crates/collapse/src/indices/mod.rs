@@ -12,7 +12,7 @@ mod tests;
 mod weld;
 
 use crate::collapse::{
-    CollapseError, CollapseOptions, CollapseResult, CollapseSize, Sides, SidesInput, collapse_with_sides,
+    CollapseError, CollapseOptions, CollapseResult, CollapseSize, SideArrays, SidesInput, collapse_with_sides,
 };
 
 pub use grid::{select_points, simplify_sloppily};
@@ -20,7 +20,7 @@ pub use prune::prune_components;
 
 pub use buffers::{IndexBuffers, IndexResult, measure_extent};
 
-use groups::Named;
+use groups::GroupWedges;
 use weld::{Compact, weld};
 
 /// Settings of [`simplify_indices`].
@@ -62,7 +62,7 @@ impl IndexOptions {
     }
 }
 
-/// Simplifies index buffers to a number of faces, or as far as the error allows.
+/// Simplifies index buffers to a number of faces, or until the error forbids more.
 ///
 /// The error is an estimate: the largest sum of the distances by which merges moved the surface. Without `moves` the
 /// result names vertices of the caller, and nothing else is to be read; with it, `moved` says where they are. Without a
@@ -150,14 +150,14 @@ fn simplify_within(
     };
     let (mut values, columns, n_counted) = buffers.sort_attributes(options.moves);
     let width = columns.len();
-    let named = Named::new(buffers);
-    for &v in &named.others {
+    let by_group = GroupWedges::new(buffers);
+    for &v in &by_group.others {
         values.extend_from_within(v as usize * width..(v as usize + 1) * width);
     }
     let sides = SidesInput {
-        wedges: named.wedges.as_deref().unwrap_or(buffers.indices),
-        n_wedges: first.len() + named.others.len(),
-        has_copies: has_copies || !named.others.is_empty(),
+        wedges: by_group.wedges.as_deref().unwrap_or(buffers.indices),
+        n_wedges: first.len() + by_group.others.len(),
+        has_copies: has_copies || !by_group.others.is_empty(),
         values,
         width,
         n_counted,
@@ -165,10 +165,10 @@ fn simplify_within(
     let (result, sides) = collapse_with_sides(buffers.positions, faces, &inner, sides)?;
     let mut sides = sides.expect("sides were given");
     if options.moves {
-        write_moved(buffers, (&result, &sides, &named), &columns, &mut out);
+        write_moved(buffers, (&result, &sides, &by_group), &columns, &mut out);
     }
     out.error = result.error;
-    named.name_caller(&mut sides.wedges.faces);
+    by_group.name_caller(&mut sides.wedges.faces);
     for face in &sides.wedges.faces {
         out.indices.push(face.wedges);
         out.sources.push(face.source);
@@ -179,14 +179,14 @@ fn simplify_within(
 // Each wedge of the result with its position and attributes, if one of them is new.
 fn write_moved(
     buffers: &IndexBuffers,
-    (result, sides, named): (&CollapseResult, &Sides, &Named),
+    (result, sides, by_group): (&CollapseResult, &SideArrays, &GroupWedges),
     columns: &[usize],
     out: &mut IndexResult,
 ) {
     let mut is_written = vec![false; buffers.positions.len()];
     for face in &sides.wedges.faces {
         for (&v, &wedge) in face.vertices.iter().zip(&face.wedges) {
-            let slot = named.caller(wedge);
+            let slot = by_group.caller(wedge);
             if std::mem::replace(&mut is_written[slot as usize], true) {
                 continue;
             }

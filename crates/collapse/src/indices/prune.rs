@@ -13,27 +13,29 @@ use super::weld::weld;
 /// Refuses indices out of range and coordinates that are not finite.
 pub fn prune_components(buffers: &IndexBuffers, max_error: f32) -> Result<Vec<[u32; 3]>, CollapseError> {
     buffers.check()?;
-    let components = Components::new(buffers);
+    let components = BufferComponents::new(buffers);
     let most = max_error * measure_extent(buffers.positions);
     let stays = |face: &&[u32; 3]| components.radii[components.find(face[0])] > most;
     Ok(buffers.indices.iter().filter(stays).copied().collect())
 }
 
 /// The faces of components that stay, and the largest radius of those that go.
-pub(super) struct Kept {
+pub(super) struct KeptFaces {
     pub faces: Vec<u32>,
     pub radius: f32,
 }
 
-/// Drops components within the error of a result, and those within `max_radius` until `n_faces` of its faces are gone, from
-/// the smallest on; none if all stay. Components with locked vertices stay, and without a bound the largest one.
+/// Drops the smallest components of a mesh by its result; returns nothing if all stay.
+///
+/// These are the ones within the result's error, and those within `max_radius` until `n_faces` of its faces are gone.
+/// Components with locked vertices stay, and without a bound the largest one.
 pub(super) fn drop_smallest(
     buffers: &IndexBuffers,
     result: &IndexResult,
     n_faces: usize,
     max_radius: f32,
-) -> Option<Kept> {
-    let components = Components::new(buffers);
+) -> Option<KeptFaces> {
+    let components = BufferComponents::new(buffers);
     let n = components.radii.len();
     let mut counts = vec![0; n];
     for face in &result.indices {
@@ -60,18 +62,18 @@ pub(super) fn drop_smallest(
         radius = Some(components.radii[component]);
     }
     let stays = |face: &u32| !is_dropped[components.find(buffers.indices[*face as usize][0])];
-    radius.map(|radius| Kept { faces: (0..buffers.indices.len() as u32).filter(stays).collect(), radius })
+    radius.map(|radius| KeptFaces { faces: (0..buffers.indices.len() as u32).filter(stays).collect(), radius })
 }
 
-struct Components {
+struct BufferComponents {
     /// The component of each vertex.
     numbers: Vec<u32>,
     radii: Vec<f32>,
 }
 
-impl Components {
+impl BufferComponents {
     // Vertices at one position are in one component.
-    fn new(buffers: &IndexBuffers) -> Components {
+    fn new(buffers: &IndexBuffers) -> BufferComponents {
         let mut parents = weld(buffers.positions);
         for face in buffers.indices {
             let [a, b, c] = face.map(|v| find_root(&mut parents, v));
@@ -93,7 +95,7 @@ impl Components {
             let squared: f64 = (0..3).map(|k| (f64::from(p[k]) - sums[c][k] / counts[c]).powi(2)).sum();
             radii[c] = radii[c].max(squared.sqrt() as f32);
         }
-        Components { numbers, radii }
+        BufferComponents { numbers, radii }
     }
 
     fn find(&self, vertex: u32) -> usize {
