@@ -1,6 +1,10 @@
 //! Memory of the caller: the one file for C that reads and writes it.
 //!
 //! The header makes the caller responsible for the memory; null pointers and overflows are checked here.
+#![allow(
+    clippy::not_unsafe_ptr_arg_deref,
+    reason = "only functions for C call these, and their callers answer for the memory"
+)]
 
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::size_of;
