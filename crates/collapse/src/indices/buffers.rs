@@ -27,7 +27,7 @@ pub struct IndexResult {
     pub indices: Vec<[u32; 3]>,
     /// For each face the one of the input that it was, n_faces.
     pub sources: Vec<u32>,
-    /// The estimated error, in the unit of [`IndexOptions::max_error`].
+    /// The estimated error, in the unit of [`IndexOptions::max_error`](crate::IndexOptions::max_error).
     pub error: f32,
     /// Vertices that have moved, and their new positions.
     pub moved: Vec<(u32, [f32; 3])>,
