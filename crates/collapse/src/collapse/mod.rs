@@ -48,11 +48,13 @@ mod wedges;
 pub use options::{CollapseError, CollapseOptions, CollapseOutcome, CollapseSize};
 pub use record::CollapseRecord;
 
+use attributes::WedgeAttributes;
+use build::is_face;
 use fit::FitInput;
 use passes::{Collapsed, SizeGoal, run_passes};
 use prepare::Prepared;
 use rings::Vertex;
-pub(crate) use sides::SideArrays;
+use sides::SideArrays;
 use team::Team;
 use visit::Unit;
 pub(crate) use wedges::{SidesInput, WedgeFace};
@@ -110,18 +112,37 @@ pub fn collapse(
         let position = |v: u32| run.prepared.unit_position(v, positions);
         fit::fit(&mut run.collapsed.rings, input, position, options.n_fit_steps, team);
     }
-    Ok(run.assemble(positions).0)
+    Ok(run.assemble(positions))
 }
 
-/// Simplifies as [`collapse`] without a fit; also returns the faces that are left, by wedges.
-pub(crate) fn collapse_with_sides(
+/// The faces that are left of a mesh, by wedges.
+pub(crate) struct WedgeResult {
+    /// Positions of the vertices that the faces name.
+    pub positions: Vec<[f32; 3]>,
+    /// In the order of the input.
+    pub faces: Vec<WedgeFace>,
+    pub attributes: Option<WedgeAttributes>,
+    /// As of a [`CollapseResult`].
+    pub error: f32,
+}
+
+/// Simplifies as [`collapse`] without a fit, and returns the faces of the input that are left, by wedges.
+pub(crate) fn collapse_by_wedges(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
     options: &CollapseOptions,
     sides: SidesInput,
-) -> Result<(CollapseResult, Option<SideArrays>), CollapseError> {
-    let run = Run::new(positions, faces, options, Some(sides), Team::new(options.n_threads))?;
-    Ok(run.assemble(positions))
+) -> Result<WedgeResult, CollapseError> {
+    // Where each vertex is its only wedge, the record tells at the end what others follow from pass to pass.
+    let followed = (sides.has_copies || sides.width > 0).then_some(sides);
+    let mut run = Run::new(positions, faces, options, followed, Team::new(options.n_threads))?;
+    let out = run.place_vertices(positions);
+    let error = run.error();
+    let (faces, attributes) = match run.sides.take() {
+        Some(SideArrays { wedges, attributes }) => (wedges.faces, attributes),
+        None => (run.list_faces(faces), None),
+    };
+    Ok(WedgeResult { positions: out, faces, attributes, error })
 }
 
 /// A mesh after all merges, and how it came to be.
@@ -154,21 +175,44 @@ impl Run {
         Ok(Run { prepared, collapsed, record, sides })
     }
 
-    // Positions in the input's units, faces, and one vertex for copies that are joined again.
-    fn assemble(self, positions: &[[f32; 3]]) -> (CollapseResult, Option<SideArrays>) {
-        let Run { prepared, collapsed, mut record, sides } = self;
-        let Collapsed { rings, mut origins, is_reached, .. } = collapsed;
-        let frame = prepared.frame;
-        let mut faces = rings.to_faces();
+    // Positions of the vertices of the rings, in the input's units.
+    fn place_vertices(&self, positions: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let frame = self.prepared.frame;
         let place = |(v, &origin): (&Vertex, &u32)| {
             let original = positions[origin as usize];
             // What has not moved keeps its bits.
             if frame.to_unit(original) == v.position { original } else { frame.to_input(v.position) }
         };
-        let mut out: Vec<[f32; 3]> = rings.vertices.iter().zip(&origins).map(place).collect();
+        self.collapsed.rings.vertices.iter().zip(&self.collapsed.origins).map(place).collect()
+    }
+
+    fn error(&self) -> f32 {
+        self.prepared.frame.to_input_length(self.collapsed.rings.errors.iter().copied().fold(0.0, f32::max))
+    }
+
+    // The faces of the input whose corners are still apart, each corner by what it came from.
+    fn list_faces(&self, faces: &[[u32; 3]]) -> Vec<WedgeFace> {
+        let numbers = self.record.compose(self.record.n_passes());
+        let faces = self.prepared.cut_faces().unwrap_or(faces);
+        let list = (0..).zip(faces).map(|(source, face)| {
+            let vertices = face.map(|v| numbers[v as usize]);
+            WedgeFace { vertices, wedges: vertices, source }
+        });
+        let mut list: Vec<WedgeFace> = list.filter(|face| is_face(&face.vertices)).collect();
+        for face in &mut list {
+            face.wedges = face.vertices.map(|v| self.collapsed.origins[v as usize]);
+        }
+        list
+    }
+
+    // With one vertex for copies that are joined again.
+    fn assemble(self, positions: &[[f32; 3]]) -> CollapseResult {
+        let (mut out, error) = (self.place_vertices(positions), self.error());
+        let Run { prepared, collapsed, mut record, .. } = self;
+        let Collapsed { rings, mut origins, is_reached, .. } = collapsed;
+        let mut faces = rings.to_faces();
         prepared.join_copies(&mut faces, (&mut out, &mut origins), &mut record);
-        let error = frame.to_input_length(rings.errors.iter().copied().fold(0.0, f32::max));
         let outcome = if is_reached { CollapseOutcome::Reached } else { CollapseOutcome::Stopped };
-        (CollapseResult { positions: out, faces, origins, record, error, outcome }, sides)
+        CollapseResult { positions: out, faces, origins, record, error, outcome }
     }
 }

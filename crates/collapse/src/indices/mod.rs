@@ -11,9 +11,7 @@ mod prune;
 mod tests;
 mod weld;
 
-use crate::collapse::{
-    CollapseError, CollapseOptions, CollapseResult, CollapseSize, SideArrays, SidesInput, collapse_with_sides,
-};
+use crate::collapse::{CollapseError, CollapseOptions, CollapseSize, SidesInput, WedgeResult, collapse_by_wedges};
 
 pub use grid::{select_points, simplify_sloppily};
 pub use prune::prune_components;
@@ -162,14 +160,13 @@ fn simplify_within(
         width,
         n_counted,
     };
-    let (result, sides) = collapse_with_sides(buffers.positions, faces, &inner, sides)?;
-    let mut sides = sides.expect("sides were given");
+    let mut result = collapse_by_wedges(buffers.positions, faces, &inner, sides)?;
     if options.moves {
-        write_moved(buffers, (&result, &sides, &by_group), &columns, &mut out);
+        write_moved(buffers, (&result, &by_group), &columns, &mut out);
     }
     out.error = result.error;
-    by_group.name_caller(&mut sides.wedges.faces);
-    for face in &sides.wedges.faces {
+    by_group.name_caller(&mut result.faces);
+    for face in &result.faces {
         out.indices.push(face.wedges);
         out.sources.push(face.source);
     }
@@ -179,12 +176,12 @@ fn simplify_within(
 // Each wedge of the result with its position and attributes, if one of them is new.
 fn write_moved(
     buffers: &IndexBuffers,
-    (result, sides, by_group): (&CollapseResult, &SideArrays, &GroupWedges),
+    (result, by_group): (&WedgeResult, &GroupWedges),
     columns: &[usize],
     out: &mut IndexResult,
 ) {
     let mut is_written = vec![false; buffers.positions.len()];
-    for face in &sides.wedges.faces {
+    for face in &result.faces {
         for (&v, &wedge) in face.vertices.iter().zip(&face.wedges) {
             let slot = by_group.caller(wedge);
             if std::mem::replace(&mut is_written[slot as usize], true) {
@@ -193,7 +190,7 @@ fn write_moved(
             out.moved.push((slot, result.positions[v as usize]));
             let width = buffers.weights.len();
             let mut row = buffers.attributes[slot as usize * width..][..width].to_vec();
-            if let Some(attributes) = &sides.attributes {
+            if let Some(attributes) = &result.attributes {
                 for (&k, value) in columns.iter().zip(&attributes.values[wedge as usize * columns.len()..]) {
                     row[k] = value / buffers.scale(k);
                 }

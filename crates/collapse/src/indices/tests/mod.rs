@@ -74,6 +74,25 @@ fn sides_of_a_seam_stay_apart_and_the_surface_closed() {
 }
 
 #[test]
+fn faces_by_the_record_are_those_followed_from_pass_to_pass() {
+    // Two tori that meet in a vertex, which is cut.
+    let one = bumpy_torus(30, 15);
+    let shift = [0, 1, 2].map(|k| one.positions[0][k] - one.positions[200][k]);
+    let both = one.clone().join(one.move_by(shift)).weld();
+    let mut with_copy = both.clone();
+    with_copy.positions.push(both.positions[0]);
+    for moves in [false, true] {
+        let options = IndexOptions { moves, ..IndexOptions::new(300, 1.0) };
+        let (small, result) = run(&buffers(&both), &options);
+        let (followed, twin) = run(&buffers(&with_copy), &options);
+        assert_eq!((small.faces.len(), &small.faces, result.sources), (300, &followed.faces, twin.sources));
+        assert_eq!(small.positions, followed.positions[..small.positions.len()]);
+        let (mean, largest) = distance(&small, &both);
+        assert!(mean < 0.03 && largest < 0.3, "{mean} {largest}");
+    }
+}
+
+#[test]
 fn the_course_between_groups_is_kept() {
     let mesh = bumpy_torus(60, 30);
     let group = |face: &[u32; 3]| u32::from(face.iter().map(|&v| mesh.positions[v as usize][0]).sum::<f32>() > 0.0);
