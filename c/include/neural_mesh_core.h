@@ -31,7 +31,7 @@
 // Option without effect: triangles are regular without it.
 #define NM_REGULARIZE 16
 
-// Option without effect: seams of attributes may always be simplified, at a price.
+// Option without effect.
 #define NM_PERMISSIVE 32
 
 // Option without effect: triangles are regular without it.
