@@ -10,7 +10,7 @@ use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh};
 use neural_mesh::simplify::Input;
 
 use crate::errors::{CallError, run_guarded};
-use crate::pointers::{borrow_handle, into_handle, read_numbers, read_rows, take_handle, write_number};
+use crate::pointers::{borrow_handle, into_handle, read_rows, read_triangles, take_handle, write_number};
 
 /// Number of a missing group.
 pub const NM_NO_GROUP: u32 = u32::MAX;
@@ -114,10 +114,7 @@ pub unsafe extern "C" fn nm_clusters_build(
         let positions = read_rows("vertex_positions", vertex_positions, vertex_count, 3, vertex_positions_stride)?;
         let stride = vertex_attributes_stride;
         let attributes = read_rows("vertex_attributes", vertex_attributes, vertex_count, n_attributes, stride)?;
-        if !index_count.is_multiple_of(3) {
-            return Err(CallError::new("index_count", format!("{index_count}: give a multiple of 3")));
-        }
-        let mut triangles: Vec<[u32; 3]> = read_numbers("indices", indices, index_count)?.as_chunks().0.to_vec();
+        let mut triangles = read_triangles(indices, index_count)?;
         triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
         let mesh = TriMesh::new(positions.as_chunks().0.to_vec(), triangles)?;
         let options = ClusterOptions { max_vertices, max_faces: max_triangles, ..ClusterOptions::default() };

@@ -78,7 +78,7 @@ pub fn answer_call(call: &str, message: &Message, json: Value, answer: &mut Answ
     match call {
         "indices" => simplify(&request, answer),
         "sloppy" => {
-            let (indices, error) = simplify_sloppily(&buffers, request.target() / 3)?;
+            let (indices, error) = simplify_sloppily(&buffers, request.target() / 3, request.error())?;
             Ok(json!({ "indices": add_faces(indices, answer), "error": error }))
         }
         "prune" => Ok(json!({ "indices": add_faces(prune_components(&buffers, request.error())?, answer) })),
@@ -98,6 +98,11 @@ fn simplify(request: &IndexRequest, answer: &mut Answer) -> Result<Value, Refusa
     (options.is_absolute, options.is_sparse) = (request.has("ErrorAbsolute"), request.has("Sparse"));
     (options.locks_boundaries, options.prunes) = (request.has("LockBorder"), request.has("Prune"));
     let result = simplify_indices(&request.to_buffers(), &options)?;
+    let (mut positions, mut attributes) = (Vec::new(), Vec::new());
+    if options.moves {
+        (positions, attributes) = (request.positions.clone(), request.attributes.clone());
+        result.write_moved(&mut positions, &mut attributes);
+    }
     let groups: Vec<u32> =
         result.sources.iter().filter_map(|&face| request.groups.get(face as usize).copied()).collect();
     let mut json = json!({
@@ -106,12 +111,6 @@ fn simplify(request: &IndexRequest, answer: &mut Answer) -> Result<Value, Refusa
         "error": result.error,
     });
     if options.moves {
-        let (mut positions, mut attributes) = (request.positions.clone(), request.attributes.clone());
-        let width = request.weights.len();
-        for (i, &(v, position)) in result.moved.iter().enumerate() {
-            positions[v as usize] = position;
-            attributes[v as usize * width..][..width].copy_from_slice(&result.attributes[i * width..][..width]);
-        }
         json["positions"] = answer.add_numbers(positions.into_flattened(), f32::to_le_bytes).into();
         json["attributes"] = answer.add_numbers(attributes, f32::to_le_bytes).into();
     }

@@ -4,12 +4,11 @@
 use std::ptr::{null, null_mut};
 
 use neural_mesh_collapse::{
-    IndexBuffers, IndexOptions, IndexResult, measure_extent, prune_components, select_points, simplify_indices,
-    simplify_sloppily,
+    IndexBuffers, IndexOptions, measure_extent, prune_components, select_points, simplify_indices, simplify_sloppily,
 };
 
 use crate::errors::{CallError, run_guarded};
-use crate::pointers::{read_numbers, read_rows, write_number, write_numbers, write_rows};
+use crate::pointers::{read_numbers, read_rows, read_triangles, write_number, write_numbers, write_rows};
 use crate::pool::run_in_pool;
 
 /// Result of failed functions that return a number of indices.
@@ -73,22 +72,18 @@ impl Call {
     fn run(&self) -> Result<usize, CallError> {
         let mut arrays = self.read_arrays()?;
         let mut options = self.read_options()?;
-        let IndexResult { indices, error, moved, attributes, .. } = run_in_pool(|n_threads| {
+        let result = run_in_pool(|n_threads| {
             options.n_threads = n_threads;
             simplify_indices(&arrays.to_buffers(), &options)
         })?;
         if !self.moved.0.is_null() {
-            let width = self.attribute_count;
-            for (i, (v, position)) in moved.into_iter().enumerate() {
-                arrays.positions[v as usize] = position;
-                arrays.attributes[v as usize * width..][..width].copy_from_slice(&attributes[i * width..][..width]);
-            }
+            result.write_moved(&mut arrays.positions, &mut arrays.attributes);
             write_rows(self.moved.0, arrays.positions.as_flattened(), 3, self.positions_stride);
-            write_rows(self.moved.1, &arrays.attributes, width, self.attributes_stride);
+            write_rows(self.moved.1, &arrays.attributes, self.attribute_count, self.attributes_stride);
         }
-        let indices = indices.as_flattened();
+        let indices = result.indices.as_flattened();
         write_numbers("destination", self.destination, indices)?;
-        write_number(self.result_error, error);
+        write_number(self.result_error, result.error);
         Ok(indices.len())
     }
 
@@ -123,14 +118,6 @@ impl Call {
     }
 }
 
-fn read_triangles(indices: *const u32, index_count: usize) -> Result<Vec<[u32; 3]>, CallError> {
-    if !index_count.is_multiple_of(3) {
-        return Err(CallError::new("index_count", format!("{index_count}: give a multiple of 3")));
-    }
-    Ok(read_numbers("indices", indices, index_count)?.as_chunks().0.to_vec())
-}
-
-// Odd values lock a vertex.
 fn read_locks(locks: *const u8, vertex_count: usize) -> Result<Vec<bool>, CallError> {
     if locks.is_null() {
         return Ok(Vec::new());
@@ -303,8 +290,7 @@ pub unsafe extern "C" fn nm_simplify_sloppy(
         let locks = read_locks(vertex_lock, vertex_count)?;
         let (indices, positions) = (&triangles[..], positions.as_chunks().0);
         let buffers = IndexBuffers { indices, positions, locks: &locks, ..IndexBuffers::default() };
-        let (faces, error) = simplify_sloppily(&buffers, target_index_count / 3)?;
-        let (faces, error) = if error <= target_error { (faces, error) } else { (triangles, 0.0) };
+        let (faces, error) = simplify_sloppily(&buffers, target_index_count / 3, target_error)?;
         write_numbers("destination", destination, faces.as_flattened())?;
         write_number(result_error, error);
         Ok(3 * faces.len())

@@ -29,6 +29,14 @@ pub fn read_numbers<T: Copy>(name: &str, from: *const T, n: usize) -> Result<Vec
     Ok((0..n).map(|i| unsafe { from.add(i).read_unaligned() }).collect())
 }
 
+/// Reads the vertices of triangles, three indices each.
+pub fn read_triangles(indices: *const u32, index_count: usize) -> Result<Vec<[u32; 3]>, CallError> {
+    if !index_count.is_multiple_of(3) {
+        return Err(CallError::new("index_count", format!("{index_count}: give a multiple of 3")));
+    }
+    Ok(read_numbers("indices", indices, index_count)?.as_chunks().0.to_vec())
+}
+
 /// Reads the first `width` numbers of each of `n` rows, `stride` bytes apart.
 pub fn read_rows(name: &str, from: *const f32, n: usize, width: usize, stride: usize) -> Result<Vec<f32>, CallError> {
     if n == 0 || width == 0 {

@@ -106,11 +106,10 @@ export const NeuralSimplifier = {
     checkTarget(target_index_count, indices.length);
     checkError(target_error);
     const positions = packRows(vertex_positions, vertex_positions_stride, 3);
-    const request = { call: 'sloppy', indices: wideIndices(indices, nVertices), positions, target: target_index_count };
+    const error = Math.min(target_error, LARGEST_ERROR);
+    const request = { call: 'sloppy', indices: wideIndices(indices, nVertices), positions, target: target_index_count, error };
     if (vertex_lock) request.locks = vertex_lock;
-    const [chosen, error] = chosenIndices(indices, runNow(request));
-    // Cells of a grid know sizes alone; a result that is too far off is the mesh itself.
-    return error <= target_error ? [chosen, error] : [indices.slice(), 0];
+    return chosenIndices(indices, runNow(request));
   },
 
   simplifyPrune(indices, vertex_positions, vertex_positions_stride, target_error) {

@@ -19,7 +19,7 @@ const HEAD: usize = 7;
 pub(crate) struct WedgeAttributes {
     /// Number of attributes.
     pub width: usize,
-    /// How many of them count, before those that are only carried.
+    /// Number of those that count; the rest are only carried.
     n_counted: usize,
     /// Values, n_wedges x width; of those that count, a difference of 1 is the unit frame's side.
     pub values: Vec<f32>,
@@ -150,7 +150,7 @@ fn find_gradient([e1, e2]: [Point; 2], changes: [f32; 2], squared_normal: f32) -
         return [0.0; 3];
     }
     let (aa, ab, bb) = (dot(e1, e1), dot(e1, e2), dot(e2, e2));
-    let (s, t) =
-        ((bb * changes[0] - ab * changes[1]) / squared_normal, (aa * changes[1] - ab * changes[0]) / squared_normal);
+    let s = (bb * changes[0] - ab * changes[1]) / squared_normal;
+    let t = (aa * changes[1] - ab * changes[0]) / squared_normal;
     [0, 1, 2].map(|i| s * e1[i] + t * e2[i])
 }

@@ -47,7 +47,7 @@ pub(crate) struct EdgeToMerge {
     pub price: f32,
     /// The part of the price that attributes lose.
     pub loss: f32,
-    /// Whether the merged vertex is at u.
+    /// True if the merged vertex is at u.
     pub is_fixed: bool,
 }
 

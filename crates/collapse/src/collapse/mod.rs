@@ -194,15 +194,12 @@ impl Run {
     fn list_faces(&self, faces: &[[u32; 3]]) -> Vec<WedgeFace> {
         let numbers = self.record.compose(self.record.n_passes());
         let faces = self.prepared.cut_faces().unwrap_or(faces);
-        let list = (0..).zip(faces).map(|(source, face)| {
+        let list = (0..).zip(faces).filter_map(|(source, face)| {
             let vertices = face.map(|v| numbers[v as usize]);
-            WedgeFace { vertices, wedges: vertices, source }
+            let wedges = || vertices.map(|v| self.collapsed.origins[v as usize]);
+            is_face(&vertices).then(|| WedgeFace { vertices, wedges: wedges(), source })
         });
-        let mut list: Vec<WedgeFace> = list.filter(|face| is_face(&face.vertices)).collect();
-        for face in &mut list {
-            face.wedges = face.vertices.map(|v| self.collapsed.origins[v as usize]);
-        }
-        list
+        list.collect()
     }
 
     // With one vertex for copies that are joined again.

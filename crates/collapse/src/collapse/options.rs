@@ -19,9 +19,9 @@ pub struct CollapseOptions<'a> {
     pub size: CollapseSize,
     /// Largest estimate of the distance between result and input, in the input's units; infinite: no bound.
     pub max_error: f32,
-    /// Whether vertices may move; otherwise a merged vertex is at one of the two.
+    /// True if vertices may move; otherwise a merged vertex is at one of the two.
     pub moves: bool,
-    /// Whether vertices on boundaries are locked, too.
+    /// True if vertices on boundaries are locked, too.
     pub locks_boundaries: bool,
     /// Steps that move the vertices nearer to the input after the merges: 0 for speed, 2 for nearness; none without `moves`.
     pub n_fit_steps: usize,

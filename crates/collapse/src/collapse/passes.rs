@@ -50,7 +50,7 @@ pub(crate) struct SizeGoal {
     pub size: usize,
     /// Largest error of a vertex, in the unit frame.
     pub max_error: f32,
-    /// Whether vertices may move.
+    /// True if vertices may move.
     pub moves: bool,
 }
 
@@ -76,8 +76,12 @@ struct PassArrays {
 }
 
 /// Merges until the goal is reached, or no merge is left; `sides` follow.
-pub(crate) fn run_passes(mut rings: Rings, goal: SizeGoal, sides: Option<&mut SideArrays>, team: Team) -> Collapsed {
-    let mut sides = sides;
+pub(crate) fn run_passes(
+    mut rings: Rings,
+    goal: SizeGoal,
+    mut sides: Option<&mut SideArrays>,
+    team: Team,
+) -> Collapsed {
     let start = measure_size(&rings, goal.unit);
     let mut size = start;
     let mut arrays = PassArrays::default();
@@ -112,9 +116,7 @@ pub(crate) fn run_passes(mut rings: Rings, goal: SizeGoal, sides: Option<&mut Si
         // Where hardly anything moves, those who were refused get another chance.
         let is_slow = tally.n_merges * 100 < n_wanted;
         n_slow += i32::from(is_slow);
-        if is_slow && selection.guard >= goal.max_error {
-            n_vain = VAIN_PASSES;
-        }
+        n_vain += usize::from(is_slow && selection.guard >= goal.max_error) * VAIN_PASSES;
         if is_slow || is_jump {
             rings.states.iter_mut().for_each(|state| *state &= !(state::REFUSED | state::RESTS));
         }

@@ -13,12 +13,12 @@ const LEAST_PIVOT: f32 = 1e-6;
 /// Squared distance of a placement from the middle of its edge, in squared edges, beyond which an end or the middle is taken.
 pub(crate) const REACH: f32 = 4.0;
 
-/// What prices count besides planes and lines.
+/// Terms of prices in addition to planes and lines.
 #[derive(Clone, Copy)]
 pub(crate) struct PriceTerms<'a> {
-    /// Whether a merged vertex may be anywhere; otherwise it is at one of the two.
+    /// True if a merged vertex may be anywhere; otherwise it is at one of the two.
     pub moves: bool,
-    /// What a vertex' attributes lose if it goes into a neighbour, one number per entry of the rings; empty: none.
+    /// Loss of a vertex' attributes if it is merged into a neighbour, one number per entry of the rings; empty: none.
     pub losses: &'a [f32],
 }
 

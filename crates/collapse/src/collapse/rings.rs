@@ -31,7 +31,7 @@ pub(crate) mod state {
     pub const END: u8 = 128;
     /// Lines branch at the vertex or meet a boundary: it stays.
     pub const FORK: u8 = LINE | END;
-    /// What limits merges.
+    /// States that limit merges.
     pub const HELD: u8 = BOUNDARY | LOCKED | LINE | END;
 }
 

@@ -12,18 +12,20 @@
 use crate::collapse::build::is_face;
 use crate::collapse::rings::{NONE, Rings, state};
 
+const SIDES: [(usize, usize); 3] = [(0, 1), (1, 2), (2, 0)];
+
 /// Wedges and attributes to carry along, of the size of the input.
 #[derive(Clone)]
 pub(crate) struct SidesInput<'a> {
     /// A wedge per corner, n_faces x 3.
     pub wedges: &'a [[u32; 3]],
     pub n_wedges: usize,
-    /// Whether a vertex may have several wedges.
+    /// True if a vertex may have several wedges.
     pub has_copies: bool,
     /// Values, n_wedges x width; a difference of 1 counts as a distance of the extent. Empty: none.
     pub values: Vec<f32>,
     pub width: usize,
-    /// How many of a vertex' values count, before those that are only carried.
+    /// Number of a vertex' values that count; the rest are only carried.
     pub n_counted: usize,
 }
 
@@ -50,9 +52,9 @@ pub(crate) struct WedgePair {
 /// The input's faces with their wedges.
 pub(crate) struct Wedges {
     pub faces: Vec<WedgeFace>,
-    /// What each wedge became in the pass; itself if nothing.
+    /// The wedge that each became in the pass; itself if none.
     targets: Vec<u32>,
-    /// Whether a vertex may have several.
+    /// True if a vertex may have several.
     has_copies: bool,
 }
 
@@ -114,7 +116,7 @@ impl Wedges {
     fn list_edges(&self, has_many: &[bool]) -> Vec<([u32; 2], [u32; 2])> {
         let mut edges = Vec::new();
         for face in &self.faces {
-            for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+            for (i, j) in SIDES {
                 let (a, b) = (face.vertices[i], face.vertices[j]);
                 if has_many[a as usize] || has_many[b as usize] {
                     let (i, j) = if a < b { (i, j) } else { (j, i) };
@@ -130,23 +132,12 @@ impl Wedges {
     pub(crate) fn find_pairs(&self, rings: &Rings, numbers: &[u32]) -> Vec<WedgePair> {
         let mut pairs = Vec::new();
         for face in &self.faces {
-            let [a, b, c] = face.vertices.map(|v| numbers[v as usize]);
-            let (i, j) = if a == b {
-                (0, 1)
-            } else if b == c {
-                (1, 2)
-            } else if c == a {
-                (2, 0)
-            } else {
-                continue;
-            };
+            let new = face.vertices.map(|v| numbers[v as usize]);
+            let Some((i, j)) = SIDES.into_iter().find(|&(i, j)| new[i] == new[j]) else { continue };
             let is_first = rings.states[face.vertices[i] as usize] & state::GONE != 0;
             let (i, j) = if is_first { (i, j) } else { (j, i) };
-            pairs.push(WedgePair {
-                goes: face.wedges[i],
-                stays: face.wedges[j],
-                vertices: [face.vertices[i], face.vertices[j]],
-            });
+            let vertices = [face.vertices[i], face.vertices[j]];
+            pairs.push(WedgePair { goes: face.wedges[i], stays: face.wedges[j], vertices });
         }
         pairs
     }

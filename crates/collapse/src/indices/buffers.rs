@@ -15,7 +15,7 @@ pub struct IndexBuffers<'a> {
     pub weights: &'a [f32],
     /// Group of each triangle, such as its material; n_faces, or empty. Between groups the course of edges is kept.
     pub groups: &'a [u32],
-    /// Whether a vertex, and all others at its position, stays; n_vertices, or empty.
+    /// True for a vertex that stays, with all others at its position; n_vertices, or empty.
     pub locks: &'a [bool],
 }
 
@@ -33,6 +33,17 @@ pub struct IndexResult {
     pub moved: Vec<(u32, [f32; 3])>,
     /// The attributes of the vertices in `moved`, n_moved x n_weights.
     pub attributes: Vec<f32>,
+}
+
+impl IndexResult {
+    /// Writes vertices that have moved, and their attributes, over those of the caller.
+    pub fn write_moved(&self, positions: &mut [[f32; 3]], attributes: &mut [f32]) {
+        let width = self.attributes.len() / self.moved.len().max(1);
+        for (i, &(v, position)) in self.moved.iter().enumerate() {
+            positions[v as usize] = position;
+            attributes[v as usize * width..][..width].copy_from_slice(&self.attributes[i * width..][..width]);
+        }
+    }
 }
 
 /// Returns the longest side of the box around points.

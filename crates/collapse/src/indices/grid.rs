@@ -14,11 +14,15 @@ const MOST_CELLS: u32 = 1 << 10;
 /// Simplifies to at most `n_faces` faces by cells of a grid, whatever the topology; vertices do not move.
 ///
 /// The finest grid is taken whose result is not too large. Each cell keeps the vertex that is nearest to the mean of its
-/// corners; locked vertices stay. Returns the faces, and the longest way of a vertex as a share of the extent.
+/// corners; locked vertices stay. Returns the faces and the longest way of a vertex, over the extent; above `max_error`, all.
 ///
 /// # Errors
 /// As [`simplify_indices`](super::simplify_indices).
-pub fn simplify_sloppily(buffers: &IndexBuffers, n_faces: usize) -> Result<(Vec<[u32; 3]>, f32), CollapseError> {
+pub fn simplify_sloppily(
+    buffers: &IndexBuffers,
+    n_faces: usize,
+    max_error: f32,
+) -> Result<(Vec<[u32; 3]>, f32), CollapseError> {
     buffers.check()?;
     let mut weights = vec![0.0; buffers.positions.len()];
     buffers.indices.as_flattened().iter().for_each(|&v| weights[v as usize] += 1.0);
@@ -27,7 +31,8 @@ pub fn simplify_sloppily(buffers: &IndexBuffers, n_faces: usize) -> Result<(Vec<
     // Locked vertices may leave more in one cell, too.
     let (cells, faces) = search(join, |(_, faces)| faces.len() <= n_faces).map_or_else(|| join(1), |found| found.1);
     let ways = cells.iter().enumerate().map(|(v, &cell)| points.squared_distance(v, points.rows[cell as usize]));
-    Ok((faces, ways.fold(0.0, f32::max).sqrt()))
+    let error = ways.fold(0.0, f32::max).sqrt();
+    Ok(if error <= max_error { (faces, error) } else { (buffers.indices.to_vec(), 0.0) })
 }
 
 // The faces that are left where each vertex is that of its cell, each once, from its lowest corner on.
@@ -99,7 +104,7 @@ fn search<T>(make: impl Fn(u32) -> T, fits: impl Fn(&T) -> bool) -> Option<(u32,
 /// Points in the unit cube, with three further coordinates that count for distances.
 struct Points {
     rows: Vec<[f32; 6]>,
-    /// How much each counts for the mean of its cell; points of weight 0 are in no cell.
+    /// Weight of each in the mean of its cell; points of weight 0 are in no cell.
     weights: Vec<f32>,
 }
 

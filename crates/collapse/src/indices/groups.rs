@@ -24,7 +24,7 @@ impl GroupWedges {
         }
         let mut first_group = vec![None; n_vertices];
         let mut further = HashMap::new();
-        let wedge = |v: u32, group: u32| {
+        let mut wedge = |v: u32, group: u32| {
             if *first_group[v as usize].get_or_insert(group) == group {
                 return v;
             }
@@ -33,9 +33,7 @@ impl GroupWedges {
                 (n_vertices + by_group.others.len() - 1) as u32
             })
         };
-        let mut wedge = wedge;
-        let faces = buffers.indices.iter().zip(buffers.groups);
-        let wedges = faces.map(|(face, &group)| face.map(|v| wedge(v, group))).collect();
+        let wedges = buffers.indices.iter().zip(buffers.groups).map(|(f, &group)| f.map(|v| wedge(v, group))).collect();
         by_group.wedges = Some(wedges);
         by_group
     }

@@ -27,18 +27,17 @@ use weld::{Compact, weld};
 pub struct IndexOptions {
     /// Number of faces asked for.
     pub n_faces: usize,
-    /// Largest estimated error, as a share of the extent, the longest side of the box around the positions; 1 or more,
-    /// or infinite: no bound.
+    /// Largest estimated error, as a share of the longest side of the box around the positions; 1 or more: no bound.
     pub max_error: f32,
-    /// Whether errors are in the unit of the positions.
+    /// True if errors are in the unit of the positions.
     pub is_absolute: bool,
-    /// Whether the extent is that of the triangles' vertices, where most of the positions are of other triangles.
+    /// True if the extent is that of the triangles' vertices, where most of the positions are of other triangles.
     pub is_sparse: bool,
-    /// Whether vertices may move.
+    /// True if vertices may move.
     pub moves: bool,
-    /// Whether vertices on boundaries stay.
+    /// True if vertices on boundaries stay.
     pub locks_boundaries: bool,
-    /// Whether components may go whose radius is within the result's error, or, above the size, within the largest.
+    /// True if components may go whose radius is within the result's error, or, above the size, within `max_error`.
     pub prunes: bool,
     /// Threads to use; 0 is all of the current pool.
     pub n_threads: usize,
@@ -124,7 +123,6 @@ fn simplify_within(
     options: &IndexOptions,
     max_error: f32,
 ) -> Result<IndexResult, CollapseError> {
-    let mut out = IndexResult::default();
     let first = weld(buffers.positions);
     let has_copies = first.iter().zip(0..).any(|(&first, v)| first != v);
     let welded: Vec<[u32; 3]>;
@@ -161,10 +159,10 @@ fn simplify_within(
         n_counted,
     };
     let mut result = collapse_by_wedges(buffers.positions, faces, &inner, sides)?;
+    let mut out = IndexResult { error: result.error, ..IndexResult::default() };
     if options.moves {
         write_moved(buffers, (&result, &by_group), &columns, &mut out);
     }
-    out.error = result.error;
     by_group.name_caller(&mut result.faces);
     for face in &result.faces {
         out.indices.push(face.wedges);
