@@ -4,7 +4,7 @@
 >>> light = nm.simplify((vertices, faces), ratio=0.1)   # doctest: +SKIP
 >>> v, f = light                                        # doctest: +SKIP
 
-Sizes say how much of the mesh remains. A mesh is a file, a pair of arrays, or an object of trimesh, Open3D or pyvista. `docs/python.md` is the guide.
+Sizes say how much of the mesh remains. A mesh is a file, a pair of arrays, or an object of trimesh, Open3D, pyvista, meshio or PyMeshLab. `docs/python.md` is the guide.
 """
 
 from ._compare import Comparison, compare, show

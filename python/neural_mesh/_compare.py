@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from . import _native
 from ._meshes import MeshInput, read_input
@@ -15,6 +15,15 @@ from ._options import Path, Whole, identity_options, n_threads
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
+
+# Names of the figures.
+Figure = Literal[
+    "vertices", "faces", "chamfer", "distance_mean", "distance_rms", "distance_max", "flip", "ssim", "normals_ssim", "psnr",
+    "silhouette_iou", "normal_error", "normal_error_signed", "normal_angle", "turned_faces", "curvature_error", "edges_without_two_faces",
+    "open_edges", "boundary_edges", "non_manifold_edges", "flipped_edges", "non_manifold_vertices", "self_intersecting_faces",
+    "components_added", "genus_added", "area_change", "volume_change", "smallest_angle", "smallest_angle_mean", "aspect_median",
+    "slivers",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -30,7 +39,7 @@ class Comparison:
     page: str | None = field(repr=False)
     """The HTML page that shows the meshes in 3-D without network access, if requested."""
 
-    def __getitem__(self, name: str) -> float | None:
+    def __getitem__(self, name: Figure) -> float | None:
         """Returns a figure of the first result, by name."""
         return self.results[0][name]
 

@@ -1,4 +1,4 @@
-"""Converts meshes to arrays and back: pairs of arrays, files, trimesh, Open3D, pyvista, and results of this package."""
+"""Converts meshes to arrays and back: pairs of arrays, files, trimesh, Open3D, pyvista, meshio, PyMeshLab, and results of this package."""
 
 from __future__ import annotations
 
@@ -241,12 +241,14 @@ def _read_mesh(mesh: Any) -> dict[str, Any]:
         return _read_open3d(mesh)
     if kind == "pyvista":
         return _read_pyvista(mesh)
+    if kind == "pymeshlab":
+        return _read_pymeshlab(mesh)
     if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
         return {"vertices": mesh[0], "faces": mesh[1]}
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         return {"vertices": mesh.vertices, "faces": mesh.faces}
     raise NeuralMeshError(
-        f"{type(mesh).__name__}: not a mesh: give a file, (vertices, faces), or a mesh of trimesh, Open3D, pyvista or meshio"
+        f"{type(mesh).__name__}: not a mesh: give a file, (vertices, faces), or a mesh of trimesh, Open3D, pyvista, meshio or PyMeshLab"
     )
 
 
@@ -494,6 +496,26 @@ def _read_meshio(mesh: Any) -> dict[str, Any]:
         return meshio.Mesh(vertices, [("triangle", triangles)], point_data=values)
 
     return {"vertices": mesh.points, "faces": np.concatenate(faces), "attributes": attributes, "back": back}
+
+
+def _read_pymeshlab(mesh: Any) -> dict[str, Any]:
+    """Reads a mesh of PyMeshLab, or the current one of a set; of its data colours of vertices are carried."""
+    import pymeshlab
+
+    current = mesh.current_mesh() if isinstance(mesh, pymeshlab.MeshSet) else mesh
+    attributes = {"colors": current.vertex_color_matrix()} if current.has_vertex_color() else {}
+
+    def back(light: Light[Any]) -> Any:
+        vertices, triangles, values = light.split()
+        colors = {"v_color_matrix": values["colors"].astype(np.float64)} if "colors" in values else {}
+        lighter = pymeshlab.Mesh(vertices.astype(np.float64), triangles, **colors)
+        if current is mesh:
+            return lighter
+        meshes = pymeshlab.MeshSet()
+        meshes.add_mesh(lighter, current.label())
+        return meshes
+
+    return {"vertices": current.vertex_matrix(), "faces": current.face_matrix(), "attributes": attributes, "back": back}
 
 
 def _read_pyvista(mesh: Any) -> dict[str, Any]:

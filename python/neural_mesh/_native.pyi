@@ -13,10 +13,12 @@ __all__ = [
     "OptionError",
     "Outcome",
     "ResultArrays",
+    "PlainResult",
     "Meshed",
     "Progression",
     "Record",
     "simplify",
+    "simplify_plain",
     "compare",
     "mesh_points",
     "progression",
@@ -87,6 +89,25 @@ class ResultArrays:
     def map(self) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.float32]] | None: ...
 
 @final
+class PlainResult:
+    @property
+    def vertices(self) -> NDArray[Any]: ...
+    @property
+    def faces(self) -> NDArray[np.int32]: ...
+    @property
+    def n_used(self) -> int: ...
+    @property
+    def error(self) -> float: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def target(self) -> dict[str, Any]: ...
+    @property
+    def origins(self) -> NDArray[np.int32]: ...
+    @property
+    def became(self) -> NDArray[np.int32] | None: ...
+
+@final
 class Meshed:
     @property
     def vertices(self) -> NDArray[Any]: ...
@@ -139,6 +160,14 @@ def simplify(
     threads: int | None,
     progress: _Progress | None,
 ) -> Outcome: ...
+def simplify_plain(
+    options: Mapping[str, Any],
+    meshes: Sequence[tuple[NDArray[np.float32] | NDArray[np.float64], NDArray[np.uint32]]],
+    n_fit_steps: int,
+    locks_boundaries: bool,
+    keeps_merges: bool,
+    threads: int | None,
+) -> list[PlainResult | None] | None: ...
 def compare(
     paths: Sequence[str],
     meshes: Sequence[_Mesh | None],

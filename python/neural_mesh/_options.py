@@ -89,6 +89,15 @@ class Options(Sizes, Shared, total=False):
     """Options of `simplify`."""
 
 
+class OptionsWithoutRatio(Shared, total=False):
+    """Options of `simplify` without a ratio, so that type checkers find a second size beside one."""
+
+    vertices: Whole | str | None
+    faces: Whole | str | None
+    error: Number | str | None
+    size: Whole | str | None
+
+
 SIZES = tuple(Sizes.__annotations__)
 # Options about files.
 FILES = ("out", "format", "weights", "picture", "report", "strict", "force")

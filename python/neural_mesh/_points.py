@@ -60,4 +60,4 @@ def mesh_points(
     report = {"outcome": "reached", **json.loads(meshed.report)}
     written = () if out is None else (os.fspath(out),)
     sources = np.asarray(meshed.sources)
-    return Light(*pair, {}, None, None, {}, {}, report, None, sources, written, mesh=pair)  # type: ignore[arg-type]
+    return Light(*pair, {}, None, None, {}, {}, report, None, sources, written, pair)  # type: ignore[arg-type]

@@ -122,10 +122,13 @@ class _Optional(TypedDict, total=False):
     screen_coverage: Union[float, None]
     notes: list[str]
     free: list[str]
+    estimated_error: float
 
 
 class Report(_Optional):
-    """The report of a run, as `neural-mesh simplify --report` writes it; fields of unused options are absent."""
+    """The report of a run, as `neural-mesh simplify --report` writes it; fields of unused options are absent.
+
+    `estimated_error` is the kernel's estimate of the largest distance, in the unit of the mesh, where arrays alone are simplified."""
 
     input: Size
     output: Output

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar, Union, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,41 @@ from numpy.typing import NDArray
 from ._native import NeuralMeshError
 from ._report import Report
 
+
+class ArrayLike(Protocol):
+    """Rows of numbers: an array of numpy, torch or jax."""
+
+    def __array__(self) -> Any: ...
+
+
+class VerticesLike(Protocol):
+    """A mesh of trimesh or Open3D, a result of this package, or any object with `vertices`."""
+
+    @property
+    def vertices(self) -> Any: ...
+
+
+class PointsLike(Protocol):
+    """A mesh of pyvista or meshio."""
+
+    @property
+    def points(self) -> Any: ...
+
+
+class OpenFile(Protocol):
+    """A file that is open for reading."""
+
+    def read(self) -> bytes | str: ...
+
+
+Arrays: TypeAlias = tuple[NDArray[Any], NDArray[np.int32]]
+Rows: TypeAlias = Union[ArrayLike, Sequence[Sequence[float]]]
+# What has no type of its own to return to.
+Plain: TypeAlias = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview, OpenFile, Rows, tuple[Rows, Rows], "Light[Any]"]
+Mesh: TypeAlias = Union[Plain, VerticesLike, PointsLike]
+
 M = TypeVar("M")
+M_co = TypeVar("M_co", covariant=True)
 
 
 @dataclass(frozen=True)
@@ -34,8 +68,21 @@ class NeuralMeshWarning(UserWarning):
     """Warning of a result larger than requested, of a cleaned input, or of dropped components."""
 
 
+class OwnMesh:
+    """The attribute `Light.mesh`."""
+
+    @overload
+    def __get__(self, light: None, kind: Any = None) -> OwnMesh: ...
+    @overload
+    def __get__(self, light: Light[Plain], kind: Any = None) -> Arrays: ...
+    @overload
+    def __get__(self, light: Light[M], kind: Any = None) -> M: ...
+    def __get__(self, light: Light[Any] | None, kind: Any = None) -> Any:
+        return self if light is None else light._mesh
+
+
 @dataclass(frozen=True)
-class Light(Generic[M]):
+class Light(Generic[M_co]):
     """A simplified mesh; `v, f = light` unpacks it, and `light.mesh` has the type of the input."""
 
     vertices: Any
@@ -61,8 +108,10 @@ class Light(Generic[M]):
     """Input vertex of each result vertex, n; `None` if vertices may have moved (see `subset`)."""
     paths: tuple[str, ...]
     """Paths of the written files."""
-    mesh: M = field(repr=False)
-    """The result in the type of the input: trimesh, Open3D, pyvista, or a pair of arrays."""
+    _mesh: Any = field(repr=False)
+
+    mesh = OwnMesh()
+    """The result in the type of the input: trimesh, Open3D, pyvista, meshio, PyMeshLab, or a pair of arrays."""
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.vertices, self.faces))

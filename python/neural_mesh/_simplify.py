@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, Union, overload
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,34 +15,28 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native
 from ._faces import carry_face_values
 from ._meshes import MeshInput, array_of, pack, read_input
-from ._options import DEFAULTS, FILES, OWN, SIZES, Options, Shared, identity_options, to_native, n_threads
+from ._options import DEFAULTS, FILES, OWN, SIZES, Number, Options, OptionsWithoutRatio, Shared, identity_options, to_native, n_threads
+from ._plain import is_plain, is_plain_mesh, simplify_plain
 from ._report import Report
-from ._result import Light, Map, NeuralMeshWarning, NotReachedError
+from ._result import Light, Map, Mesh, NeuralMeshWarning, NotReachedError, Rows
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-Arrays: TypeAlias = tuple[NDArray[Any], NDArray[np.int32]]
-File: TypeAlias = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
-
-M = TypeVar("M")
+M = TypeVar("M", bound=Mesh)
 
 
 @overload
-def simplify(mesh: File, **options: Unpack[Options]) -> Light[Arrays]: ...
+def simplify(mesh: M, triangles: Rows | None = None, *, ratio: Number | str, **options: Unpack[Shared]) -> Light[M]: ...
 @overload
-def simplify(mesh: tuple[ArrayLike, ArrayLike], **options: Unpack[Options]) -> Light[Arrays]: ...
-@overload
-def simplify(mesh: Light[Any], **options: Unpack[Options]) -> Light[Arrays]: ...
-@overload
-def simplify(mesh: ArrayLike, triangles: ArrayLike, **options: Unpack[Options]) -> Light[Arrays]: ...
-@overload
-def simplify(mesh: M, **options: Unpack[Options]) -> Light[M]: ...
+def simplify(mesh: M, triangles: Rows | None = None, **options: Unpack[OptionsWithoutRatio]) -> Light[M]: ...
 def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
     """Simplifies a mesh to a given size.
 
     `mesh` is one of: the path of a file, its bytes, or an open file; vertices (n x 3) and triangles (m x 3), as two arguments or a pair;
-    a mesh of trimesh, Open3D or pyvista; a `trimesh.Scene`; a result. `Light.mesh` has the type of the input.
+    a mesh of trimesh, Open3D, pyvista, meshio or PyMeshLab; a `trimesh.Scene`; a result. `Light.mesh` has the type of the input.
+
+    Clean vertices and faces alone, with a number or share of them, go to the kernel of the collapse; other calls take the nearer way of files.
 
     Size of the result, exactly one of these:
 
@@ -87,7 +81,7 @@ def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
 
     Method:
 
-    - `effort`: time against quality: "fast", "standard" or "best"
+    - `effort`: time against quality: "fast", "standard" or "best"; without it, clean arrays take the way of "fast" and move nearer once
     - `optimize`: figure to favor: "balanced", "mean", "max", "normals" or "looks"
     - `scores`: source of vertex scores: "geometry", "network" or "bending"
     - `assembly`: "closed", or "paper", the latter with `close`
@@ -113,14 +107,19 @@ def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
 
 
 def simplify_many(meshes: Iterable[M], **options: Unpack[Options]) -> list[Light[M]]:
-    """Simplifies many meshes in parallel, one thread each, and returns the results in order.
+    """Simplifies many meshes in parallel, one thread each, and returns the results in order; all are read first.
 
     Options are those of `simplify`; `threads` is the number of meshes at a time, one per core by default. The first exception ends all."""
-    n_workers = n_threads(options.get("threads")) or _n_cores()
-    options["threads"] = 1
-    simplify_one: Callable[[M], Light[M]] = lambda mesh: simplify(mesh, **options)
-    with ThreadPoolExecutor(n_workers) as pool:
-        running = [pool.submit(simplify_one, mesh) for mesh in meshes]
+    selected, size = _fill_defaults("simplify_many", options, SIZES), _check_size(options)
+    sources = [read_input(mesh, selected["attributes"], selected["groups"], selected["on_dirty"]) for mesh in meshes]
+    plain = [i for i, source in enumerate(sources) if is_plain_mesh(source)] if is_plain(selected, size) else []
+    lights = dict(zip(plain, simplify_plain([sources[i] for i in plain], size, selected)))
+    alone = {**selected, "threads": 1}
+    simplify_one: Callable[[int], Light[M]] = lambda i: lights.get(i) or _simplify_wholly(sources[i], size, alone)[0]
+    if len(lights) == len(sources) and all(lights.values()):
+        return [simplify_one(i) for i in range(len(sources))]
+    with ThreadPoolExecutor(n_threads(selected["threads"]) or _n_cores()) as pool:
+        running = [pool.submit(simplify_one, i) for i in range(len(sources))]
         try:
             return [future.result() for future in running]
         except BaseException:
@@ -128,15 +127,7 @@ def simplify_many(meshes: Iterable[M], **options: Unpack[Options]) -> list[Light
             raise
 
 
-@overload
-def lods(mesh: File, ratios: Sequence[float | str], **options: Unpack[Shared]) -> list[Light[Arrays]]: ...
-@overload
-def lods(mesh: tuple[ArrayLike, ArrayLike], ratios: Sequence[float | str], **options: Unpack[Shared]) -> list[Light[Arrays]]: ...
-@overload
-def lods(mesh: Light[Any], ratios: Sequence[float | str], **options: Unpack[Shared]) -> list[Light[Arrays]]: ...
-@overload
-def lods(mesh: M, ratios: Sequence[float | str], **options: Unpack[Shared]) -> list[Light[M]]: ...
-def lods(mesh: Any, ratios: Sequence[float | str], **options: Any) -> list[Light[Any]]:
+def lods(mesh: M, ratios: Sequence[float | str], **options: Unpack[Shared]) -> list[Light[M]]:
     """Makes levels of detail in one pass: one result for each of `ratios`, falling shares of the vertices.
 
     Options are those of `simplify`. With `out`, files get `-lod0`, `-lod1` and so on in their names; a glTF scene is one file. `engine`
@@ -182,6 +173,14 @@ def _simplify_levels(mesh: Any, triangles: Any, target: Mapping[str, Any], optio
         raise _native.OptionError(f"on_dirty={options['on_dirty']!r}: choose from warn, raise, ignore")
     # The input with its attributes, and the options of the simplifier apart from those about files.
     source = read_input(mesh if triangles is None else (mesh, triangles), options["attributes"], options["groups"], options["on_dirty"])
+    if is_plain(options, target) and is_plain_mesh(source):
+        plain = simplify_plain([source], target, options)[0]
+        if plain is not None:
+            return (plain,)
+    return _simplify_wholly(source, target, options)
+
+
+def _simplify_wholly(source: MeshInput, target: Mapping[str, Any], options: dict[str, Any]) -> tuple[Light[Any], ...]:
     selected, factors = _prepare_options(options, source)
     files = {"input": source.path, **{name: options[name] for name in FILES}}
     if files["out"] is not None and os.fspath(files["out"]) == "-":
@@ -278,9 +277,9 @@ def _make_light(
         map=corner_map if wants_map else None,
         sources=_file_sources(own.sources, outcome),
         paths=tuple(outcome.paths),
-        mesh=None,
+        _mesh=None,
     )
-    object.__setattr__(light, "mesh", source.back(light) if source.scene is None else source.scene(outcome.bytes, light))
+    object.__setattr__(light, "_mesh", source.back(light) if source.scene is None else source.scene(outcome.bytes, light))
     return light
 
 

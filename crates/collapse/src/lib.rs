@@ -10,5 +10,5 @@ pub use collapse::{
 };
 pub use indices::{
     IndexBuffers, IndexOptions, IndexResult, measure_extent, prune_components, select_points, simplify_indices,
-    simplify_sloppily,
+    simplify_sloppily, weld,
 };

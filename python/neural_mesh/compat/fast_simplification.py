@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import Light, Map
+from .. import Light
 from .. import simplify as _simplify
+from .._plain import merge_plain
 from ._sizes import QUIET, simplify_to_faces, target_faces
 
 __all__ = ["simplify", "simplify_mesh"]
@@ -41,38 +42,41 @@ def simplify(
             raise ValueError(f"``{name}`` array must be 2 dimensional")
         if array.shape[1] != 3:
             raise ValueError(f"Expected ``{name}`` array to be (n, 3), not {array.shape}")
+    lighter = _merge(points, triangles, target_reduction, target_count, agg, lossless, preserve_border)
+    return lighter if return_collapses else lighter[:2]
+
+
+def _merge(
+    points: Any, triangles: Any, target_reduction: float | None, target_count: int | None, agg: float, lossless: bool, preserve_border: bool
+) -> tuple[NDArray[Any], NDArray[np.int32], NDArray[np.int32]]:
+    """Returns points, triangles, and pairs of points, k x 2: the second was merged into the first."""
     options: dict[str, Any] = {"lock_boundaries": bool(preserve_border), "map": True, **QUIET}
     if lossless:
-        light = _simplify((points, triangles), error=_LOSSLESS, **options)
-    else:
-        n_faces = target_faces(len(triangles), target_reduction, target_count)
-        n_faces = n_faces if agg > 0 else len(triangles)
-        if not 0 < n_faces < len(triangles):
-            vertices, faces = simplify_to_faces(points, triangles, n_faces, {})
-            return (vertices, faces, np.zeros((0, 2), np.int32)) if return_collapses else (vertices, faces)
-        light = _simplify((points, triangles), faces=n_faces, **options)
-    vertices, faces = _sort_vertices(light)
-    return (vertices, faces, _collapses(light.map)) if return_collapses and light.map is not None else (vertices, faces)
+        return _from_map(_simplify((points, triangles), error=_LOSSLESS, **options))
+    n_faces = target_faces(len(triangles), target_reduction, target_count)
+    n_faces = n_faces if agg > 0 else len(triangles)
+    if not 0 < n_faces < len(triangles):
+        return (*simplify_to_faces(points, triangles, n_faces, {}), np.zeros((0, 2), np.int32))
+    merged = merge_plain(points, triangles, n_faces, bool(preserve_border))
+    return _from_map(_simplify((points, triangles), faces=n_faces, **options)) if merged is None else _number(*merged)
 
 
-def _sort_vertices(light: Light[Any]) -> tuple[NDArray[Any], NDArray[np.int32]]:
-    """Returns vertices and faces with the vertices in the order of their closest input points."""
-    vertices, faces = np.asarray(light.vertices), np.asarray(light.faces)
-    if light.map is None:
-        return vertices, faces
-    order = np.argsort(light.map.input_vertices, kind="stable")
+def _from_map(light: Light[Any]) -> tuple[NDArray[Any], NDArray[np.int32], NDArray[np.int32]]:
+    assert light.map is not None
+    return _number(np.asarray(light.vertices), np.asarray(light.faces), light.map.input_vertices, light.map.output_vertices)
+
+
+def _number(
+    vertices: NDArray[Any], faces: NDArray[np.int32], origins: NDArray[np.int32], became: NDArray[np.int32]
+) -> tuple[NDArray[Any], NDArray[np.int32], NDArray[np.int32]]:
+    """Numbers the vertices in the order of the points that became them."""
+    order = np.argsort(origins, kind="stable")
     numbers = np.empty(len(order), np.int32)
     numbers[order] = np.arange(len(order), dtype=np.int32)
-    return vertices[order].view(), numbers[faces].view()
-
-
-def _collapses(result_map: Map) -> NDArray[np.int32]:
-    """Returns pairs of points, k x 2: the second was merged into the first, the input point closest to the result vertex."""
-    merged = np.flatnonzero(result_map.output_vertices >= 0)
-    targets = result_map.input_vertices[result_map.output_vertices[merged]]
-    pairs = np.stack([targets, merged], axis=1).astype(np.int32)
-    moved: NDArray[np.int32] = pairs[pairs[:, 0] != pairs[:, 1]]
-    return moved
+    merged = np.flatnonzero(became >= 0)
+    pairs = np.stack([origins[became[merged]], merged], axis=1).astype(np.int32)
+    # Views, as the original returns them.
+    return vertices[order].view(), numbers[faces].view(), pairs[pairs[:, 0] != pairs[:, 1]]
 
 
 def simplify_mesh(
@@ -83,31 +87,19 @@ def simplify_mesh(
     verbose: bool = False,
     preserve_border: bool = False,
 ) -> Any:
-    """Simplifies a `pyvista.PolyData` and, unlike the original, carries its point data."""
+    """Simplifies a `pyvista.PolyData`; unlike by the original, points that stay keep their point data."""
     if not mesh.is_all_triangles:
         raise ValueError("Input mesh must consist of only triangles")
     import pyvista as pv
 
     points, triangles = np.asarray(mesh.points), mesh.regular_faces
-    n_faces = target_faces(mesh.n_cells, target_reduction, target_count) if agg > 0 else mesh.n_cells
-    light = _simplify((points, triangles), faces=max(n_faces, 1), lock_boundaries=bool(preserve_border), map=True, **QUIET)
-    vertices, faces, result_map = *_sort_vertices(light), light.map
-    assert result_map is not None
-    lighter = pv.PolyData.from_regular_faces(vertices, faces)
-    lighter.field_data["fast_simplification_collapses"] = _collapses(result_map)
-    if light.report["input"]["faces"] == len(triangles):
-        _carry_point_data(mesh, lighter, faces, triangles, result_map)
+    vertices, faces, collapses = _merge(points.astype(np.float64), triangles, target_reduction, target_count, agg, False, preserve_border)
+    lighter = pv.PolyData.from_regular_faces(vertices.astype(points.dtype), faces)
+    lighter.field_data["fast_simplification_collapses"] = collapses
+    stays = np.zeros(len(points), bool)
+    stays[triangles] = True
+    stays[collapses[:, 1]] = False
+    if np.count_nonzero(stays) == len(vertices):
+        for name in mesh.point_data.keys():
+            lighter.point_data[name] = np.asarray(mesh.point_data[name])[stays]
     return lighter
-
-
-def _carry_point_data(mesh: Any, lighter: Any, faces: NDArray[np.int32], triangles: NDArray[Any], result_map: Map) -> None:
-    """Carries point data: blends floating-point values at the place of a corner, takes others from the closest point."""
-    corner = np.zeros(lighter.n_points, np.int64)
-    corner[faces.reshape(-1)] = np.arange(faces.size)
-    at, weights = triangles[result_map.corner_faces.reshape(-1)[corner]], result_map.corner_weights.reshape(-1, 3)[corner]
-    for name in mesh.point_data.keys():
-        values = np.asarray(mesh.point_data[name])
-        if np.issubdtype(values.dtype, np.floating) and values.ndim <= 2:
-            lighter.point_data[name] = np.einsum("nk,nk...->n...", weights, values[at]).astype(values.dtype)
-        elif np.issubdtype(values.dtype, np.number) or values.dtype == np.bool_:
-            lighter.point_data[name] = values[np.take_along_axis(at, weights.argmax(1)[:, None], axis=1)[:, 0]]

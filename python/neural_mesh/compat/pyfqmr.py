@@ -5,6 +5,7 @@ The parameters of its thresholds (`update_rate`, `aggressiveness`, `max_iteratio
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -43,9 +44,7 @@ class Simplify:
         K: int = 3,
         preserve_border: bool = True,
     ) -> None:
-        """Simplifies to `target_count` faces, or with `lossless` to the fewest within `threshold_lossless` of the original.
-
-        The threshold is in the unit of the mesh. `preserve_border` fixes the boundary."""
+        """Simplifies to `target_count` faces, or with `lossless` as `simplify_mesh_lossless`. `preserve_border` fixes the boundary."""
         options: dict[str, Any] = {"lock_boundaries": bool(preserve_border)}
         if lossless:
             self._simplify_within(threshold_lossless, options)
@@ -55,13 +54,15 @@ class Simplify:
     def simplify_mesh_lossless(
         self, verbose: bool = True, epsilon: float = 1e-3, max_iterations: int = 9999, preserve_border: bool = False
     ) -> None:
-        """Simplifies to the fewest faces within `epsilon` of the original, in the unit of the mesh."""
+        """Simplifies to the fewest faces within a proved distance of a third of the root of `epsilon`.
+
+        `epsilon` is a bound of squared distances in the original; its results are that far from the mesh."""
         self._simplify_within(epsilon, {"lock_boundaries": bool(preserve_border)})
 
-    def _simplify_within(self, error: float, options: dict[str, Any]) -> None:
+    def _simplify_within(self, squared: float, options: dict[str, Any]) -> None:
         if len(self._faces) == 0:
             return
-        light = _simplify((self._vertices, self._faces), error=float(error), **{**QUIET, **options})
+        light = _simplify((self._vertices, self._faces), error=math.sqrt(max(squared, 0.0)) / 3, **{**QUIET, **options})
         self._vertices, self._faces = np.asarray(light.vertices), np.asarray(light.faces)
 
     def getMesh(self) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float64]]:

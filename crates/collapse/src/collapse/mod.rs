@@ -76,6 +76,8 @@ pub struct CollapseResult {
     pub error: f32,
     /// Whether the size was reached.
     pub outcome: CollapseOutcome,
+    /// True if the input was no manifold, so that vertices were cut into copies.
+    pub was_cut: bool,
 }
 
 /// Simplifies a mesh to a size.
@@ -210,6 +212,7 @@ impl Run {
         let mut faces = rings.to_faces();
         prepared.join_copies(&mut faces, (&mut out, &mut origins), &mut record);
         let outcome = if is_reached { CollapseOutcome::Reached } else { CollapseOutcome::Stopped };
-        CollapseResult { positions: out, faces, origins, record, error, outcome }
+        let was_cut = prepared.cut_faces().is_some();
+        CollapseResult { positions: out, faces, origins, record, error, outcome, was_cut }
     }
 }

@@ -19,7 +19,9 @@ pub use prune::prune_components;
 pub use buffers::{IndexBuffers, IndexResult, measure_extent};
 
 use groups::GroupWedges;
-use weld::{Compact, weld};
+pub use weld::weld;
+
+use weld::Compact;
 
 /// Settings of [`simplify_indices`].
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 use super::buffers::{IndexBuffers, IndexResult};
 
 /// Returns for each point the first at the same position; zeros of both signs are equal.
-pub(super) fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
+pub fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
     const EMPTY: u32 = u32::MAX;
     let n_slots = (positions.len() + positions.len() / 4 + 1).next_power_of_two();
     let mut slots = vec![EMPTY; n_slots];
