@@ -43,7 +43,8 @@ def is_plain(options: Mapping[str, Any], target: Mapping[str, Any]) -> bool:
 def _is_unasked(name: str, value: Any) -> bool:
     """Returns whether an option changes nothing on the small path; wrong values are for the whole way to refuse."""
     if name in ("seed", "strict", "keep_components", "lock_boundaries"):
-        return isinstance(plain(value), bool if name != "seed" else int) and 0 <= value < 1 << 64
+        number = plain(value)
+        return isinstance(number, int if name == "seed" else bool) and 0 <= number < 1 << 64
     if name in ("threads", "on_dirty", "effort"):
         return True
     is_scalar = isinstance(value, (bool, np.bool_)) or isinstance(value, np.ndarray) and value.shape == ()
