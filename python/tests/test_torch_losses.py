@@ -65,7 +65,8 @@ def test_values_of_the_library() -> None:
     assert check(lambda p: losses.coverage(near, 8.0, p), [0.5, 0.5]) == 0.5 * 0.5 * 2 + 0.25 * 8
     at_boundary, edges = torch.tensor([False, True, True, True, True]), torch.tensor([[0, 1, 2], [0, 3, 4]])
     assert check(lambda p: losses.closure(edges, at_boundary, p), [0.5, 1.0]) == 0.5 / 4
-    assert check(lambda p: losses.closure(edges, at_boundary, p), [0.0, 0.0]) == 1.0
+    # The empty mesh has no slope: the quotient jumps there.
+    assert losses.closure(edges, at_boundary, double([0.0, 0.0])) == 1.0
     labels = torch.tensor([True, False])
     assert check(lambda p: losses.quotient_agreement(labels, p, 0.0), [0.5, 0.5]) == pytest.approx(np.log(2))
     conflicts = torch.tensor([[0, 0, 1], [1, 2, 0]])
@@ -216,7 +217,7 @@ def test_objective_falls_end_to_end() -> None:
     v, f = (torch.from_numpy(x) for x in torus(20, 14))
     layer = nmt.Simplifier(nmt.PointSampler(3, 2, 8), nmt.EdgePredictor(8, 8, 8), nmt.FaceClassifier(2, 8))
     optimizer, values = torch.optim.Adam(layer.parameters(), lr=0.02), []
-    for step in range(60):
+    for step in range(120):
         terms = losses.objective_terms(layer(v, f, 0.3, seed=step % 4), v, f)
         loss = losses.total(terms)
         optimizer.zero_grad()
@@ -224,7 +225,7 @@ def test_objective_falls_end_to_end() -> None:
         optimizer.step()
         values.append(float(loss.detach()))
     assert {"sampler", "smoothness", "forward", "coverage", "closure", "collision", "crossing", "overlap", "agreement"} == set(terms)
-    assert np.mean(values[-5:]) < 0.8 * np.mean(values[:5])
+    assert np.mean(values[-5:]) < 0.5 * np.mean(values[:5])
     printed = losses.objective_terms(layer(v, f, 0.3, seed=1), v, f, losses.PRINTED)
     assert {"sampler", "forward", "reverse", "collision", "crossing", "overlap"} == set(printed)
     losses.total(printed).backward()

@@ -7,7 +7,7 @@ use neural_mesh::io::write_path;
 
 use super::bench::{Bench, Blocks, root};
 use super::versions::{Subsystem, restamp, stale_pages};
-use super::{assets, benchmark, paper, performance, pictures, weights};
+use super::{assets, benchmark, paper, performance, pictures, samplers, weights};
 use crate::tables::fill;
 
 /// Arguments of `measure`.
@@ -29,18 +29,27 @@ pub struct MeasureArgs {
 
 struct Page {
     name: &'static str,
+    // File without its ending, if it is not the name: several entries can make parts of a page.
+    file: Option<&'static str>,
     // The figures depend on these parts of the library.
     subsystems: &'static [Subsystem],
     measure: fn(&Bench) -> Result<Blocks>,
 }
 
-const PAGES: [Page; 6] = [
-    Page { name: "benchmark", subsystems: &[Subsystem::Closed], measure: benchmark::measure },
-    Page { name: "performance", subsystems: &[Subsystem::Closed], measure: performance::measure },
-    Page { name: "paper", subsystems: &[Subsystem::Paper], measure: paper::measure },
-    Page { name: "weights", subsystems: &[Subsystem::Closed, Subsystem::Paper], measure: weights::measure },
-    Page { name: "assets", subsystems: &[Subsystem::Closed, Subsystem::Carried], measure: assets::measure },
-    Page { name: "pictures", subsystems: &[Subsystem::Closed, Subsystem::Paper], measure: pictures::measure },
+const PAGES: [Page; 7] = [
+    Page { name: "benchmark", file: None, subsystems: &[Subsystem::Closed], measure: benchmark::measure },
+    Page { name: "performance", file: None, subsystems: &[Subsystem::Closed], measure: performance::measure },
+    Page { name: "paper", file: None, subsystems: &[Subsystem::Paper], measure: paper::measure },
+    // Table 2 of that page alone, which takes minutes and not hours.
+    Page { name: "samplers", file: Some("paper"), subsystems: &[Subsystem::Paper], measure: samplers::measure },
+    Page { name: "weights", file: None, subsystems: &[Subsystem::Closed, Subsystem::Paper], measure: weights::measure },
+    Page { name: "assets", file: None, subsystems: &[Subsystem::Closed, Subsystem::Carried], measure: assets::measure },
+    Page {
+        name: "pictures",
+        file: None,
+        subsystems: &[Subsystem::Closed, Subsystem::Paper],
+        measure: pictures::measure,
+    },
 ];
 
 pub fn run(MeasureArgs { data, work, out, only }: MeasureArgs) -> Result<()> {
@@ -51,7 +60,7 @@ pub fn run(MeasureArgs { data, work, out, only }: MeasureArgs) -> Result<()> {
     for page in PAGES.iter().filter(|page| only.is_empty() || only.iter().any(|name| name == page.name)) {
         // A page that fails does not prevent the others.
         match Bench::new(&data, &work, &out, page.subsystems).and_then(|bench| make_page(&bench, page)) {
-            Ok(()) => eprintln!("wrote docs/measured/{}.md", page.name),
+            Ok(()) => eprintln!("wrote docs/measured/{}.md", page.file.unwrap_or(page.name)),
             Err(error) => failed.push(format!("{}: {error:#}", page.name)),
         }
     }
@@ -60,7 +69,7 @@ pub fn run(MeasureArgs { data, work, out, only }: MeasureArgs) -> Result<()> {
 }
 
 fn make_page(bench: &Bench, page: &Page) -> Result<()> {
-    let path = bench.output(&format!("docs/measured/{}.md", page.name));
+    let path = bench.output(&format!("docs/measured/{}.md", page.file.unwrap_or(page.name)));
     let blocks = (page.measure)(bench)?;
     let text = restamp(&std::fs::read_to_string(&path)?, page.subsystems)?;
     let text = blocks.iter().try_fold(text, |text, (name, content)| fill(&text, name, content))?;
@@ -84,8 +93,8 @@ mod tests {
     // Blocks of a page are known only after measuring; every mark that opens must close.
     #[test]
     fn marks_of_the_pages_are_in_pairs() {
-        for Page { name, .. } in PAGES {
-            let page = root().join("docs/measured").join(name).with_extension("md");
+        for Page { name, file, .. } in PAGES {
+            let page = root().join("docs/measured").join(file.unwrap_or(name)).with_extension("md");
             let text = std::fs::read_to_string(page).unwrap();
             let marks: Vec<&str> =
                 text.split("<!-- ").skip(1).filter_map(|rest| Some(rest.split_once(" -->")?.0)).collect();

@@ -1,13 +1,14 @@
 //! The paper's Table 2: drawn points against all vertices of the input, with noise and without.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::Result;
 use glam::{DVec3, Vec3};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{chamfer, curvature_error};
-use neural_mesh::model::{Weights, in_edge_lengths};
-use neural_mesh::simplify::{edge_graph, gumbel_top_k, network_scores, scattered_samples};
+use neural_mesh::model::{Weights, in_edge_lengths, vertex_scores};
+use neural_mesh::simplify::{Draw, edge_graph, gumbel_top_k};
 use neural_mesh::spatial::farthest_points;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -86,23 +87,28 @@ fn draw(sampler: &str, mesh: &TriMesh, n: usize, weights: &Weights) -> Vec<[f32;
     let drawn = match sampler {
         UNIFORM => with_replacement(mesh.positions().len(), n),
         "uniform, without replacement" => gumbel_top_k(&even(), n, 0),
-        "evenly apart" => draw_scattered(mesh, &even(), n),
+        "evenly apart" => draw_by_scores(mesh, None, n, Draw::Scattered),
         "farthest points" => farthest_points(mesh.positions(), n, 0),
         "farthest points, all distances" => farthest_by_all_distances(mesh.positions(), n),
         "potamias" => {
             let weights = LearnedWeights::load_shipped(LearnedBaseline::Potamias);
             return simplify_points(mesh.positions(), n, 0, weights.tensors());
         }
-        "network" => draw_scattered(mesh, &network_scores(mesh, weights), n),
-        _ => gumbel_top_k(&network_scores(mesh, weights), n, 0),
+        "network" => draw_by_scores(mesh, Some(weights), n, Draw::Scattered),
+        _ => draw_by_scores(mesh, Some(weights), n, Draw::Multinomial),
     };
     drawn.iter().map(|&v| mesh.positions()[v as usize]).collect()
 }
 
-/// Draws vertices by score and apart from each other, as the paper's assembly does.
-fn draw_scattered(mesh: &TriMesh, scores: &[f32], n: usize) -> Vec<u32> {
-    let rings = edge_graph(mesh);
-    scattered_samples(&in_edge_lengths(mesh.positions(), &rings), &rings, scores, n, 0)
+/// Draws vertices as the paper's assembly does, by the scores of a network, or by equal ones.
+fn draw_by_scores(mesh: &TriMesh, weights: Option<&Weights>, n: usize, draw: Draw) -> Vec<u32> {
+    let rings = Arc::new(edge_graph(mesh));
+    let points = in_edge_lengths(mesh.positions(), &rings);
+    let scores = match weights {
+        Some(weights) => vertex_scores(weights, &points, None, &rings),
+        None => vec![0.0; points.len()],
+    };
+    draw.draw_samples(&points, &rings, &scores, n, 0)
 }
 
 /// Draws the points of [`farthest_points`] as Sec. 3.1 has it, with a distance from each sample to each point.

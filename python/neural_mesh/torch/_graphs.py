@@ -149,6 +149,13 @@ def is_among(faces: Any, surface: Any, n: int) -> Any:
     return find_sorted(_triangle_keys(surface, n), _triangle_keys(faces, n))[1]
 
 
+def unite_triangles(some: Any, others: Any, n: int) -> Any:
+    """Returns the triangles of both lists (ascending corners below n), sorted, each once."""
+    keys = torch.unique(_triangle_keys(torch.cat([some, others]), n))
+    first = torch.div(keys, n, rounding_mode="floor")
+    return torch.stack([torch.div(first, n, rounding_mode="floor"), first % n, keys % n], 1)
+
+
 def _have_largest_prior(entries: Any, adjacency: Any, rows: Any, per_point: int, batch: Any, n: int) -> Any:
     """Marks the candidates of largest prior, `per_point` times the points of each mesh; the first of equal ones."""
     prior = adjacency[entries[:, 0]] + adjacency[entries[:, 1]] + adjacency[entries[:, 2]]

@@ -104,6 +104,32 @@ def choose_faces(entries: Any, probabilities: Any, n_entries: int) -> Any:
     return order[(rank[:, None] >= second[edges]).all(1)].sort().values
 
 
+def choose_manifold(faces: Any, probabilities: Any, n: int) -> Any:
+    """Chooses wound faces (corners below n), the likeliest first, as long as no half-edge has two; ascending.
+
+    First those of probability above 0.5, then others of which two edges have one face. By rounds: those are chosen that are the likeliest
+    left at all three of their half-edges."""
+    order = probabilities.detach().argsort(descending=True, stable=True)
+    corners, ends = faces[order], faces[order].roll(-1, 1)
+    keys, sides = torch.unique(torch.cat([corners * n + ends, ends * n + corners]), return_inverse=True)
+    sides, twins = sides[: len(order)], sides[len(order) :]
+    rank = torch.arange(len(order), 0, -1, device=faces.device)
+    is_taken, is_chosen = torch.zeros_like(keys, dtype=torch.bool), torch.zeros_like(rank, dtype=torch.bool)
+    is_likely, is_filling = probabilities.detach()[order] > 0.5, False
+    while True:
+        is_left = ~is_chosen & ~is_taken[sides].any(1)
+        is_left &= is_taken[twins].sum(1) > 1 if is_filling else is_likely
+        if not bool(is_left.any()):
+            if is_filling:
+                return order[is_chosen].sort().values
+            is_filling = True
+            continue
+        best = most_by(torch.where(is_left, rank, 0)[:, None].expand_as(sides).reshape(-1), sides.reshape(-1), len(keys), 0)
+        now = is_left & (best[sides] == rank[:, None]).all(1)
+        is_chosen |= now
+        is_taken[sides[now]] = True
+
+
 def pooling_matrices(regions: Any, n_samples: int, dtype: Any) -> tuple[Any, Any]:
     """Returns the mean over each region, n_samples x n, and the copy of its value to its vertices, n x n_samples; sparse."""
     kept = (regions >= 0).nonzero()[:, 0]

@@ -12,10 +12,11 @@ import torch
 
 from .. import _native
 from .._native import NeuralMeshError
-from ._graphs import candidate_faces, in_edge_lengths, is_among, mesh_graph, vertex_normals
+from ._clouds import cloud_faces, star_triangles
+from ._graphs import candidate_faces, in_edge_lengths, is_among, mesh_graph, unite_triangles, vertex_normals
 from ._network import EdgePredictor, Edges, FaceClassifier, PointSampler
 from ._packed import Packed, pack_meshes
-from ._regions import Quotient, assign_to_samples, choose_faces, orient_faces, pooling_matrices, quotient
+from ._regions import Quotient, assign_to_samples, choose_faces, choose_manifold, orient_faces, pooling_matrices, quotient
 from ._sampling import inclusion, log_probability, multinomial_samples, sample_counts, scattered_samples
 
 Draw = Literal["scattered", "multinomial"]
@@ -74,6 +75,8 @@ class Simplified:
     """All candidate faces."""
     chosen: Any
     """The candidates that are faces, ascending: n_faces."""
+    surface: Any
+    """Faces of the input, m x 3; of a cloud, the triangles on which its points agree."""
 
     @cached_property
     def inclusion(self) -> Any:
@@ -168,31 +171,40 @@ class Simplifier(torch.nn.Module):
     def forward(
         self,
         vertices: Any,
-        faces: Any,
+        faces: Any = None,
         ratio: float | None = None,
         batch: Any = None,
         *,
         n_samples: Any = None,
         samples: Any = None,
         seed: int | Any = None,
+        normals: Any = None,
     ) -> Simplified:
-        """Simplifies meshes to a share of their vertices.
+        """Simplifies meshes to a share of their vertices, or clouds of points to surfaces over a share of them.
 
         vertices: n x 3, of the network's device; a list of such; or B x n x 3
-        faces: n_faces x 3; a list of such; or one for B meshes
+        faces: n_faces x 3; a list of such; or one for B meshes; none for clouds
         ratio: share of the vertices that become samples, rounded down
         batch: mesh of each vertex, ascending, for several meshes packed into one
         n_samples: number of samples of each mesh instead of `ratio`
         samples: vertices to keep instead of a draw
         seed: whole number, or one for each mesh; mesh i of a batch draws as alone with `seed + i`. From torch's generator by default
+        normals: those towards which the faces of clouds look, n x 3 for all points; outward by default
         """
         packed = pack_meshes(vertices, faces, batch)
-        vertices, faces, batch, n_meshes = packed
+        vertices, _, batch, n_meshes = packed
+        is_cloud = packed.faces is None
+        several = batch if n_meshes > 1 else None
+        if normals is not None and not is_cloud:
+            raise NeuralMeshError("normals: only clouds need them: leave out normals or faces")
+        if is_cloud:
+            packed = packed._replace(faces=cloud_faces(vertices, several, normals))
+        surface = packed.faces
         if sum(given is not None for given in (ratio, n_samples, samples)) != 1:
             raise NeuralMeshError("give exactly one of ratio, n_samples and samples")
         if ratio is not None and not 0 < ratio <= 1:
             raise NeuralMeshError(f"ratio: {ratio}: give a share above 0, at most 1")
-        graph = mesh_graph(faces, len(vertices))
+        graph = mesh_graph(surface, len(vertices))
         points = in_edge_lengths(vertices, graph, batch, n_meshes).to(self.face_classifier.output.bias.dtype)
         scores = self.point_sampler(points, graph, self._normals(packed))
         if samples is None:
@@ -203,16 +215,20 @@ class Simplifier(torch.nn.Module):
             counts = torch.bincount(batch[samples], minlength=n_meshes)
         sample_batch = batch[samples]
         regions = assign_to_samples(points, graph, samples)
-        between = quotient(vertices, faces, graph, regions, len(samples))
+        between = quotient(vertices, surface, graph, regions, len(samples))
         chances = None
         if self.gradient == "straight-through" and scores.requires_grad:
             chances = inclusion(scores, counts, batch)
-        candidates = self._classify(points[samples], between, sample_batch, n_meshes, None if chances is None else chances[samples])
-        chosen = choose_faces(candidates.entries, candidates.probabilities, candidates.graph.shape[1])
+        gates = None if chances is None else chances[samples]
+        candidates = self._classify(points[samples], between, sample_batch, n_meshes, gates, is_cloud)
         positions = vertices[samples]
+        if is_cloud:
+            chosen = choose_manifold(orient_faces(candidates.faces, positions, between), candidates.probabilities, len(samples))
+        else:
+            chosen = choose_faces(candidates.entries, candidates.probabilities, candidates.graph.shape[1])
         faces = orient_faces(candidates.faces[chosen], positions, between)
         judged = candidates.probabilities[chosen]
-        result = Simplified(positions, faces, judged, samples, sample_batch, scores, counts, batch, regions, candidates, chosen)
+        result = Simplified(positions, faces, judged, samples, sample_batch, scores, counts, batch, regions, candidates, chosen, surface)
         if chances is not None:
             result.__dict__["inclusion"] = chances
         return result
@@ -227,14 +243,17 @@ class Simplifier(torch.nn.Module):
             return multinomial_samples(scores, counts, batch, seeds)
         return scattered_samples(points, graph, scores, counts, batch, seeds)
 
-    def _classify(self, points: Any, between: Quotient, batch: Any, n_meshes: int, chances: Any) -> Candidates:
+    def _classify(self, points: Any, between: Quotient, batch: Any, n_meshes: int, chances: Any, is_cloud: bool) -> Candidates:
         """Predicts edges between the samples, and judges the candidate faces."""
         points = in_edge_lengths(points, between.edges, batch, n_meshes)
         several = batch if n_meshes > 1 else None
         graph, product = self.edge_predictor.extend(points, between.edges, several)
         edges = self.edge_predictor(points, graph, product)
         per_point = self.face_classifier.sizes["face_candidates"]
-        faces, entries = candidate_faces(graph, edges.adjacency, between.triangles, per_point, several, len(points))
+        certain = between.triangles
+        if is_cloud:
+            certain = unite_triangles(certain, star_triangles(points, several)[0], len(points))
+        faces, entries = candidate_faces(graph, edges.adjacency, certain, per_point, several, len(points))
         prior = edges.adjacency[entries].mean(1)
         neighbours = self.face_classifier.join(points, faces, several)
         probabilities = self.face_classifier(points, faces, prior, neighbours)

@@ -1,0 +1,176 @@
+"""The layer of PyTorch on clouds of points: stars, winding, results, batches, gradients, tiny clouds."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+import neural_mesh as nm  # noqa: E402
+import neural_mesh.torch as nmt  # noqa: E402
+from conftest import MESHES, torus  # noqa: E402
+from neural_mesh.torch import _clouds, losses  # noqa: E402
+from neural_mesh.torch._regions import choose_manifold  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def layer() -> Any:
+    return nmt.Simplifier.from_weights("paper-open")
+
+
+def sphere(n: int, center: float = 0.0) -> Any:
+    """Returns points of a unit sphere along a spiral."""
+    i = np.arange(n) + 0.5
+    z, turn = 1 - 2 * i / n, i * np.pi * (1 + 5**0.5)
+    r = np.sqrt(1 - z * z)
+    return torch.from_numpy(np.stack([r * np.cos(turn), r * np.sin(turn), z], 1).astype(np.float32) + np.float32(center))
+
+
+def half_edges(faces: Any) -> list[tuple[int, int]]:
+    return [(int(a), int(b)) for face in faces.tolist() for a, b in zip(face, face[1:] + face[:1], strict=True)]
+
+
+def open_share(faces: Any) -> float:
+    """Returns the share of edges without two faces that are wound alike."""
+    found = half_edges(faces)
+    assert len(set(found)) == len(found)
+    sides = set(found)
+    return sum((b, a) not in sides for a, b in sides) / len({frozenset(side) for side in sides})
+
+
+def volume(vertices: Any, faces: Any) -> float:
+    a, b, c = vertices.detach()[faces].double().unbind(1)
+    return float((a * torch.linalg.cross(b, c)).sum() / 6)
+
+
+def test_stars_are_those_of_empty_circles() -> None:
+    """In a plane, all three corners agree on the Delaunay triangles, found here by testing every circle."""
+    random = np.random.default_rng(3)
+    points = torch.from_numpy(np.concatenate([random.random((40, 2)), np.zeros((40, 1))], 1))
+    triangles, votes, nearest = nmt._clouds.star_triangles(points)
+    flat = _clouds._jitter(points, nearest, None)[:, :2].numpy()
+    naive = set()
+    for i, j, k in itertools.combinations(range(40), 3):
+        a, b, c = flat[[i, j, k]]
+        center = np.linalg.solve(2 * np.array([b - a, c - a]), np.array([b @ b - a @ a, c @ c - a @ a]))
+        others = np.delete(flat, [i, j, k], axis=0)
+        # Beyond the cloud, circles are larger than the neighbourhoods.
+        if ((others - center) ** 2).sum(1).min() > ((a - center) ** 2).sum() and ((center - 0.5) ** 2).max() < 0.12:
+            naive.add((i, j, k))
+    agreed = {tuple(t) for t in triangles[votes == 3].tolist()}
+    assert len(naive) > 20 and len(naive & agreed) >= 0.95 * len(naive)
+    assert all(tuple(sorted(t)) == tuple(t) for t in triangles.tolist())
+
+
+def test_normals_of_neighbours_agree_whatever_their_signs() -> None:
+    points = sphere(300).double()
+    signs = torch.from_numpy(np.random.default_rng(1).choice([-1.0, 1.0], 300))
+    both = torch.cat([points * signs[:, None], points * signs[:, None]])
+    nearest = nmt.nearest_neighbours(torch.cat([points, points + 9]), 8)
+    turned, component = _clouds._turn_alike(both, nearest)
+    assert component.unique().shape == (2,) and component[:300].unique().shape == (1,)
+    for half, place in ((turned[:300], points), (turned[300:], points)):
+        along = (half * place).sum(1)
+        assert bool((along > 0.99).all()) or bool((along < -0.99).all())
+
+
+@pytest.mark.parametrize("sign", [None, 1, -1])
+def test_faces_of_a_sphere_are_closed_and_look_along_the_normals(sign: int | None) -> None:
+    points = sphere(2000, 5.0)
+    normals = None if sign is None else sign * (points - 5)
+    faces = nmt._clouds.cloud_faces(points, None, normals)
+    # Two stars may disagree with the two others at an edge.
+    sides = set(half_edges(faces))
+    assert sum((b, a) in sides for a, b in sides) > 0.99 * len(sides) > 0.98 * 3 * len(faces)
+    assert volume(points - 5, faces) == pytest.approx(4 / 3 * np.pi * (sign or 1), rel=0.02)
+
+
+def test_chosen_faces_are_those_of_one_choice_after_the_other() -> None:
+    random = np.random.default_rng(5)
+    faces = torch.from_numpy(np.array([random.permutation(9)[:3] for _ in range(120)]))
+    p = torch.from_numpy(random.random(120))
+    expected: list[int] = []
+    taken: set[tuple[int, int]] = set()
+    order = p.argsort(descending=True).tolist()
+    for at in order:
+        sides = half_edges(faces[at : at + 1])
+        if p[at] > 0.5 and not taken & set(sides):
+            expected.append(at)
+            taken |= set(sides)
+    n_likely = len(expected)
+    found = choose_manifold(faces, p, 9)
+    assert set(expected) <= set(found.tolist()) and bool((p[found] > 0.5).sum() >= n_likely)
+    sides = half_edges(faces[found])
+    assert len(sides) == len(set(sides))
+    for at in set(found.tolist()) - set(expected):
+        others = set(sides) - set(half_edges(faces[at : at + 1]))
+        assert sum((b, a) in others for a, b in half_edges(faces[at : at + 1])) > 1
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.3])
+def test_a_cloud_becomes_a_surface(layer: Any, ratio: float) -> None:
+    light = nm.simplify(MESHES / "spot.ply", ratio=1.0, weld=True)
+    whole = volume(torch.from_numpy(np.asarray(light.vertices)), torch.from_numpy(np.asarray(light.faces, np.int64)))
+    points = torch.from_numpy(np.asarray(light.vertices, np.float32))
+    result = layer(points, ratio=ratio, seed=1)
+    assert torch.equal(result.vertices, points[result.samples]) and len(result.samples) == int(ratio * len(points))
+    assert open_share(result.faces) < 0.01
+    assert volume(result.vertices, result.faces) == pytest.approx(whole, rel=0.05)
+    assert result.pool.shape == (len(result.samples), len(points))
+
+
+def test_losses_reach_all_stages(layer: Any) -> None:
+    points = torch.from_numpy(torus(24, 16)[0]).requires_grad_()
+    result = layer(points, ratio=0.4, seed=1)
+    layer.zero_grad()
+    losses.total(losses.objective_terms(result, points, result.surface)).backward()
+    assert all(p.grad is not None and p.grad.isfinite().all() for p in layer.parameters())
+    result = layer(points, ratio=0.4, seed=1)
+    result.candidates.probabilities.sum().backward()
+    assert bool(points.grad.isfinite().all()) and float(points.grad.abs().max()) > 0
+
+
+def test_packed_clouds_are_those_alone(layer: Any) -> None:
+    clouds = [sphere(300), torch.from_numpy(torus(20, 16)[0]), sphere(20)]
+    alone = [layer(points, ratio=0.5, seed=4 + at) for at, points in enumerate(clouds)]
+    batch = torch.arange(3).repeat_interleave(torch.tensor([len(points) for points in clouds]))
+    for packed in (layer(clouds, ratio=0.5, seed=4), layer(torch.cat(clouds), None, 0.5, batch, seed=4)):
+        for one, (vertices, faces) in zip(alone, packed.unpack(), strict=True):
+            assert torch.equal(one.vertices, vertices) and torch.equal(one.faces, faces)
+    pair = layer(torch.stack([sphere(100), sphere(100, 2.0)]), ratio=0.5, seed=1)
+    assert [len(vertices) for vertices, _ in pair.unpack()] == [50, 50]
+
+
+@pytest.mark.parametrize("n", range(3, 11))
+def test_tiny_clouds(layer: Any, n: int) -> None:
+    random = torch.Generator().manual_seed(n)
+    line = torch.arange(n)[:, None] * torch.tensor([[1.0, 2.0, 0.5]])
+    for points in (torch.rand((n, 3), generator=random), line, torch.zeros((n, 3))):
+        for n_samples in (1, 2, n):
+            result = layer(points, n_samples=n_samples, seed=0)
+            assert result.scores.isfinite().all() and len(result.samples) == n_samples
+            assert points is not line or len(result.faces) == 0
+    corners = torch.tensor([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    assert nmt._clouds.cloud_faces(corners).sort().values.tolist() == [[0, 1, 2]]
+
+
+def test_errors(layer: Any) -> None:
+    points = sphere(30)
+    wrong = [
+        (r"vertices: a cloud of 2 points: .*at least three", lambda: layer(points[:2], ratio=1.0)),
+        (r"vertices: a cloud of 0 points", lambda: layer(points[:0], ratio=1.0)),
+        (r"vertices: a cloud of 1 points", lambda: layer([points, points[:1]], ratio=1.0)),
+        (r"vertices: give a list of at least one cloud", lambda: layer([], ratio=1.0)),
+        (r"vertices: .*give n x 3", lambda: layer(points[:, :2], ratio=1.0)),
+        (r"vertices: a number is not finite", lambda: layer(points / 0, ratio=1.0)),
+        (r"batch: .*ascending", lambda: layer(points, None, 0.5, torch.arange(30).flip(0))),
+        (r"normals: .*give 30 x 3", lambda: layer(points, ratio=0.5, normals=points[1:])),
+        (r"normals: .*only clouds", lambda: layer(points, torch.tensor([[0, 1, 2]]), 0.5, normals=points)),
+    ]  # fmt: skip
+    for said, call in wrong:
+        with pytest.raises(nm.NeuralMeshError, match=said):
+            call()
