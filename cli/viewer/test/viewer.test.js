@@ -51,7 +51,7 @@ test('both meshes are drawn', () => withPage(SEVERAL, {}, async (page) => {
 test('a headline says size, closeness and whether the surface is closed', async () => {
   await withPage(SEVERAL, {}, async (page) => {
     const parts = () => page.locator('#headline strong').allTextContents();
-    assert.match((await parts()).join(), /^4[89]× smaller|fewer triangles,0\.\d+ % off,closed$/);
+    assert.match((await parts()).join(), /^\d+× smaller,0\.\d+ % off,closed$/);
   });
   await withPage(OPEN, {}, async (page) => assert.equal(await page.locator('#headline .poor strong').last().textContent(), 'holes'));
 });
