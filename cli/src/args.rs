@@ -342,8 +342,8 @@ pub struct LimitsArgs {
 }
 
 const COMPARE_NOTES: &str = "\
-Reads the formats of simplify. --html writes one file that needs no network: the meshes side by side in \
-3-D under one camera, coloured by distance, with all measures. The JSON and the page explain the measures. A result that cannot be \
+Reads the formats of simplify. --html writes one file that needs no network: the meshes in 3-D under \
+a wipe or side by side, their distances as colours, a map of what the eye notices, and all measures. The JSON and the page explain the measures. A result that cannot be \
 read gets a line on standard error, and the others are still compared. Exit codes: 0 success, 1 problem with the input, the disk or \
 standard output, 2 wrong usage, 130 interrupted.";
 

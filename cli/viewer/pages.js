@@ -19,6 +19,7 @@ export async function bundle(file, { alias = {}, format = 'iife' } = {}) {
     alias,
     target: ['chrome110', 'firefox113', 'safari16.4'],
     legalComments: 'none',
+    loader: { '.webp': 'dataurl' },
   });
   return outputFiles[0].text.trim();
 }

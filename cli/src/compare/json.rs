@@ -1,5 +1,6 @@
 //! Comparison as JSON.
 
+use neural_mesh::mesh::irregular_edges;
 use neural_mesh::metrics::Figure;
 use serde_json::{Map, Value, json};
 
@@ -15,7 +16,7 @@ pub fn to_json(comparison: &Comparison) -> Value {
             "samples": options.samples,
             "seed": options.seed,
         },
-        "original": mesh_entry(original),
+        "original": original_entry(original),
         "figures": figures.iter().map(figure_entry).collect::<Vec<_>>(),
         "results": results.iter().map(result_entry).collect::<Vec<_>>(),
     })
@@ -30,6 +31,16 @@ fn mesh_entry(named: &NamedMesh) -> Map<String, Value> {
     map.insert("name".into(), named.name.clone().into());
     map.insert("vertices".into(), named.mesh.positions().len().into());
     map.insert("faces".into(), named.mesh.faces().len().into());
+    map.extend(named.bytes.map(|bytes| ("bytes".to_string(), bytes.into())));
+    map
+}
+
+/// Describes the original with its irregular edges, by which a reader judges those of results.
+fn original_entry(original: &NamedMesh) -> Map<String, Value> {
+    let mut map = mesh_entry(original);
+    let edges = irregular_edges(&original.mesh);
+    map.insert("boundary_edges".into(), edges.open.len().into());
+    map.insert("non_manifold_edges".into(), edges.non_manifold.len().into());
     map
 }
 

@@ -16,6 +16,8 @@ use crate::request::Source;
 pub struct NamedMesh {
     /// File name, or the whole path if two files share the name.
     pub name: String,
+    /// Bytes of the file; `None` for standard input and files that refer to others.
+    pub bytes: Option<u64>,
     /// Cleaned mesh, around the origin that all meshes of a comparison share.
     pub mesh: TriMesh,
     pub cover: Option<MeshCover>,
@@ -63,10 +65,12 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>, read: &FilesRe
     }
     let framed = move_to_common_frame(framed).map_err(|error| Failure::Failed(error.to_string()))?;
     let mut named = Vec::new();
-    for ((mesh, (attributes, looks, notes)), name) in framed.into_iter().zip(carried).zip(short_names(&paths)) {
+    let paths_and_names = paths.iter().zip(short_names(&paths));
+    for ((mesh, (attributes, looks, notes)), (path, name)) in framed.into_iter().zip(carried).zip(paths_and_names) {
         let normals = CornerNormals::new(&attributes);
         let cover = mesh_cover(attributes, looks, texture.as_ref());
-        named.push(NamedMesh { name, mesh, cover, normals, notes });
+        let bytes = lone_file_bytes(path, cover.is_some());
+        named.push(NamedMesh { name, bytes, mesh, cover, normals, notes });
     }
     let simplified = named.split_off(1);
     let original = named.pop().ok_or_else(|| Failure::Usage("the original is missing: name its file".into()))?;
@@ -110,6 +114,13 @@ fn with_looks(given: ReadMesh, read: &FilesRead) -> (RawMesh, Looks, Vec<String>
     let (looks, missing) = io::read_looks(&given.extra, false);
     given.extra.folder.iter().for_each(|folder| drop(read.join(&folder.files_read())));
     (given.mesh, looks, missing)
+}
+
+/// Returns the bytes of a file that holds all of a mesh, which a glTF never does and a covered OBJ not.
+fn lone_file_bytes(path: &Path, is_covered: bool) -> Option<u64> {
+    let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+    let refers = ending.is_some_and(|ending| ending == "gltf" || (ending == "obj" && is_covered));
+    (!refers && path.as_os_str() != "-").then(|| std::fs::metadata(path).ok().map(|file| file.len())).flatten()
 }
 
 fn short_names(paths: &[&Path]) -> Vec<String> {

@@ -2,6 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use neural_mesh::appearance::{FlipMap, USUAL_HEIGHT, VIEWS, flip_map};
 use neural_mesh::metrics::closest_point_tree;
 use neural_mesh::picture::toward_eye;
 use serde_json::{Value, json};
@@ -12,9 +13,13 @@ use super::images::{FittedImage, Gallery};
 use super::json;
 use super::meshes::NamedMesh;
 use crate::page::empty_pages::empty_page;
+use crate::page::packed::pack_bytes;
 use crate::page::pairs::{Distances, common_colour_scale, pack_surface};
 use crate::page::surface_data::SurfaceData;
 use crate::page::{data_script, fill_page, json_script};
+
+/// Views of the maps: from front and back on both sides.
+const MAPPED_VIEWS: [usize; 4] = [0, 1, 2, 3];
 
 /// Page, with notes on missing or reduced content.
 pub struct Page {
@@ -40,6 +45,7 @@ fn page_data(comparison: &Comparison) -> (String, Vec<String>) {
         scripts.push(data_script(&format!("surface-{}", at + 1), &result.text));
         scripts.push(data_script(&format!("distances-{}", at + 1), &pair.pack(&surfaces[0], result, scale.max)));
     }
+    let flip_layouts = pack_flip_maps(comparison, &mut scripts);
     let PackedCovers { covers, images, scripts: cover_scripts, notes } = pack_covers(&meshes, &surfaces);
     scripts.extend(cover_scripts);
     let layouts: Vec<_> = surfaces.iter().map(|surface| &surface.layout).collect();
@@ -48,11 +54,27 @@ fn page_data(comparison: &Comparison) -> (String, Vec<String>) {
         "surfaces": layouts,
         "covers": covers,
         "images": images,
+        "flip": flip_layouts,
         "scale": { "p95": scale.p95, "p99": scale.p99, "max": scale.max },
         "eye": toward_eye(&original.mesh),
     });
     scripts.insert(0, json_script("comparison", &json));
     (scripts.concat(), notes)
+}
+
+/// Packs maps of the FLIP error of each result, a byte per pixel, from four of the directions in which it is measured.
+fn pack_flip_maps(comparison: &Comparison, scripts: &mut Vec<String>) -> Vec<Vec<[usize; 2]>> {
+    let original = comparison.original.to_shaded();
+    let mut layouts = Vec::new();
+    for (at, result) in comparison.results.iter().enumerate() {
+        let map = |&at: &usize| flip_map(original, result.mesh.to_shaded(), VIEWS[at], USUAL_HEIGHT);
+        let maps: Vec<FlipMap> = MAPPED_VIEWS.iter().filter_map(map).collect();
+        let byte = |error: &f32| (255.0 * error).round() as u8;
+        let bytes: Vec<u8> = maps.iter().flat_map(|map| &map.errors).map(byte).collect();
+        scripts.push(data_script(&format!("flip-{}", at + 1), &pack_bytes(&bytes)));
+        layouts.push(maps.iter().map(|map| [map.width, map.errors.len() / map.width]).collect());
+    }
+    layouts
 }
 
 struct PackedCovers {
@@ -98,8 +120,14 @@ mod tests {
     use neural_mesh::metrics::CompareOptions;
 
     fn html(name: &str) -> String {
-        let named =
-            |mesh: TriMesh| NamedMesh { name: name.into(), mesh, cover: None, normals: None, notes: Vec::new() };
+        let named = |mesh: TriMesh| NamedMesh {
+            name: name.into(),
+            bytes: None,
+            mesh,
+            cover: None,
+            normals: None,
+            notes: Vec::new(),
+        };
         let result = MeasuredResult { mesh: named(shapes::icosphere(1)), figures: Vec::new() };
         create_page(&Comparison {
             original: named(shapes::icosphere(2)),
@@ -113,7 +141,7 @@ mod tests {
     fn names_are_escaped() {
         let page = html("</script><!-- data --><img src=x onerror=alert(1)>&amp;");
         assert!(!page.contains("<img src=x"));
-        assert_eq!(page.matches("</script>").count(), empty_page("viewer.html").matches("</script>").count() + 4);
+        assert_eq!(page.matches("</script>").count(), empty_page("viewer.html").matches("</script>").count() + 5);
         assert!(page.contains("<title>&lt;/script&gt;"));
         assert!(page.contains("&amp;amp;"));
     }

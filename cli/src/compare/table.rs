@@ -111,7 +111,8 @@ mod tests {
 
     #[test]
     fn skipped_measures_are_explained() {
-        let named = |mesh| NamedMesh { name: "a.ply".into(), mesh, cover: None, normals: None, notes: Vec::new() };
+        let named =
+            |mesh| NamedMesh { name: "a.ply".into(), bytes: None, mesh, cover: None, normals: None, notes: Vec::new() };
         let figure = |name, value| Figure::new(name, "", "", value);
         let result_with = |value| {
             let figures = vec![figure("genus_added", None), figure("distance_max", value)];

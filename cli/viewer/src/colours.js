@@ -29,7 +29,7 @@ function texels() {
 }
 
 /** Returns red, green and blue at a share of the scale, 0 to 255 each. */
-function colourAt(share) {
+export function colourAt(share) {
   const along = share * (STEPS.length - 1);
   const step = Math.min(Math.floor(along), STEPS.length - 2);
   const [low, high] = [channels(STEPS[step]), channels(STEPS[step + 1])];

@@ -31,6 +31,7 @@ async function makeCover(model, load, wardrobe) {
   const materials = cover.paints.map((paint) => materialOf(paint, wardrobe));
   model.covered = new Mesh(geometry, await Promise.all(materials));
   model.covered.visible = false;
+  model.covered.castShadow = true;
   model.group.add(model.covered);
 }
 

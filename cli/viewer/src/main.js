@@ -2,12 +2,16 @@
 
 import { makeBar } from './bar.js';
 import { fillCaption } from './caption.js';
+import { GRADIENT } from './colours.js';
+import { drawFlip } from './flip.js';
+import { fillHeadline } from './headline.js';
 import { packedSource } from './packed.js';
 import { makeScene, placeOf, setColourEnd, setSceneTheme, showPair } from './scene.js';
 import { attempt, fail, markFirstDraw, offerTexture, wait, wireStage } from './stage.js';
 import { fillMeanings, fillTable, showColumn } from './table.js';
 import { makeTheme } from './theme.js';
 import { makeView } from './view.js';
+import { wireWipe } from './wipe.js';
 import { count } from './words.js';
 
 const at = (id) => document.getElementById(id);
@@ -25,14 +29,18 @@ function start() {
   makeTheme((colours) => setSceneTheme(scene, colours));
   makeBar((share) => setColourEnd(scene, share))(scale, Math.hypot(...surfaces[0].sides));
   offerTexture(covers.some(Boolean));
+  at('texture').checked = covers.some(Boolean);
   wireStage(scene);
+  wireWipe(view);
   wireSlider(scene, comparison, data, panes);
 }
 
-function writeWords({ original, results, settings, program, figures }) {
+function writeWords(comparison) {
+  at('flip-gradient').style.background = GRADIENT;
+  const { original, results, settings, program, figures } = comparison;
   at('name').textContent = original.name;
   at('how-many').textContent = results.length === 1 ? 'and one simplified mesh' : `and ${results.length} simplified meshes`;
-  fillTable(at('figures'), { figures, results });
+  fillTable(at('figures'), comparison);
   fillMeanings(at('meanings'), figures);
   at('settings').textContent = `${program}, ${count(settings.samples)} samples on each surface, seed ${settings.seed}`;
 }
@@ -43,9 +51,10 @@ function wordsOfCover(cover) {
   return cover.borrowed ? 'texture of the original' : '';
 }
 
-function wireSlider(scene, { original, results }, { surfaces, covers }, panes) {
+function wireSlider(scene, { original, results }, { surfaces, covers, flip }, panes) {
   const slider = at('result');
   slider.max = results.length;
+  slider.value = 1;
   at('results').hidden = results.length === 1;
   fillCaption(panes[0], 'Original', original, surfaces[0].marked, wordsOfCover(covers[0]));
   const show = async () => {
@@ -54,7 +63,10 @@ function wireSlider(scene, { original, results }, { surfaces, covers }, panes) {
     slider.setAttribute('aria-valuetext', name);
     at('which').textContent = `${name} (${index} of ${results.length})`;
     fillCaption(panes[1], 'Simplified', results[index - 1], surfaces[index].marked, wordsOfCover(covers[index]));
+    fillHeadline(at('headline'), original, results[index - 1]);
     showColumn(at('figures'), index - 1);
+    at('flip').hidden = flip[index - 1].length === 0;
+    if (!at('flip').hidden) attempt(drawFlip(at('flip-map'), `flip-${index}`, flip[index - 1]));
     wait('Unpacking the meshes');
     if (await showPair(scene, index - 1)) {
       wait('');

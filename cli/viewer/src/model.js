@@ -11,17 +11,22 @@ import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js
 /** Colours of open, non-manifold and turned edges; the page's legend has equal ones. */
 const MARKS = ['#0a84ff', '#00a88f', '#6cae00'];
 
-/** Creates the materials of surfaces, edges and marks. */
+/** Creates the materials of surfaces, of the original and of results, and of edges and marks. */
 export function makeMaterials() {
-  const solid = new MeshPhongMaterial({
-    side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
-  });
-  solid.onBeforeCompile = tintInside;
+  const [solid, tinted] = [makeSolid(), makeSolid()];
   const wire = new LineBasicMaterial({ transparent: true });
   const marks = MARKS.map((color) => new LineMaterial({
     color, linewidth: 4, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -100,
   }));
-  return { solid, wire, marks, plain: new Color() };
+  return { solid, tinted, wire, marks, plain: new Color(), tint: new Color() };
+}
+
+function makeSolid() {
+  const solid = new MeshPhongMaterial({
+    side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+  });
+  solid.onBeforeCompile = tintInside;
+  return solid;
 }
 
 /**
@@ -44,11 +49,12 @@ export function tintInside(shader) {
   shader.fragmentShader = shader.fragmentShader.replace(after, `${after}${INSIDE}`);
 }
 
-/** Creates the objects of a surface, drawn as its `fine` version; edges and marks follow when they are shown. */
-export function makeModel(surface, radius, materials) {
+/** Creates the objects of a surface of a material, drawn as its `fine` version; edges and marks follow when they are shown. */
+export function makeModel(surface, radius, material) {
   const geometry = geometryOf(surface.fine, radius);
   const group = new Group();
-  const plain = new Mesh(geometry, materials.solid);
+  const plain = new Mesh(geometry, material);
+  plain.castShadow = true;
   group.add(plain);
   return {
     group, geometry, plain, surface, painted: null, marks: null, marking: null, wire: null, wiring: null, covered: null, covering: null,
@@ -65,9 +71,10 @@ function geometryOf({ positions, normals, faces }, radius) {
 }
 
 /** Adds the surface on which distances are known, if it is not the one that is drawn without them. */
-export function addPainted(model, fine, materials) {
+export function addPainted(model, fine) {
   if (model.painted) return;
-  model.painted = new Mesh(geometryOf(fine, model.geometry.boundingSphere.radius), materials.solid);
+  model.painted = new Mesh(geometryOf(fine, model.geometry.boundingSphere.radius), model.plain.material);
+  model.painted.castShadow = true;
   model.painted.visible = false;
   model.group.add(model.painted);
 }
@@ -137,21 +144,24 @@ export function setShares({ painted, plain }, shares) {
 }
 
 /** Sets the colours of surface and edges for a theme. */
-export function setTheme(materials, { surface, wire }) {
+export function setTheme(materials, { surface, result, wire }) {
   materials.plain = new Color(surface);
+  materials.tint = new Color(result);
   materials.wire.color.set(wire);
 }
 
 /** Moves the surface behind its edges in depth while they are shown; otherwise that would let back faces show at outlines. */
 export function makeRoomForWire(materials, isShown) {
-  materials.solid.polygonOffset = isShown;
+  for (const material of [materials.solid, materials.tinted]) material.polygonOffset = isShown;
 }
 
 /** Shows distances as colours, or the plain surface if `texture` is null. */
 export function paint(materials, texture) {
-  materials.solid.map = texture;
-  materials.solid.color.copy(texture ? new Color(0xffffff) : materials.plain);
-  materials.solid.needsUpdate = true;
+  for (const [material, colour] of [[materials.solid, materials.plain], [materials.tinted, materials.tint]]) {
+    material.map = texture;
+    material.color.copy(texture ? new Color(0xffffff) : colour);
+    material.needsUpdate = true;
+  }
 }
 
 /** Frees the graphics memory of a model. */

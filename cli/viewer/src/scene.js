@@ -8,14 +8,15 @@
 //   cover(index, surface)   positions, normals, uvs, colours, faces by paint, runs, and the paints {image, wrap, color, coloured}
 //   image(index)            the file of an image as a blob
 
-import { Group } from 'three';
+import { Group, Mesh } from 'three';
 import { colourTexture } from './colours.js';
 import { addCover, disposeWardrobe, makeWardrobe, setCovers } from './cover.js';
 import { farthestOf, makeRing } from './farthest.js';
 import {
   addMarks, addPainted, addWire, disposeModel, makeMaterials, makeModel, makeRoomForWire, nPoints, paint, setShares, setTheme,
 } from './model.js';
-import { askToDraw, lookAt, lookFromStart, setLight, setPlace } from './view.js';
+import { addGround, layGround } from './ground.js';
+import { askForThumbnail, askToDraw, lookAt, lookFromStart, renewShadows, setFour, setLight, setPlace } from './view.js';
 
 /** Returns the placement of a comparison in the scene: the original's box is centered and its diagonal 2. */
 export function placeOf(surfaces, eye) {
@@ -36,7 +37,10 @@ export function makeScene(view, content) {
     return root;
   });
   const scene = { view, roots, materials: makeMaterials(), texture: colourTexture(), switches: {}, rings: roots.map(makeRing) };
-  return fill(scene, content);
+  addGround(view);
+  fill(scene, content);
+  layGround(view);
+  return scene;
 }
 
 /**
@@ -72,17 +76,18 @@ function remembered(known, key, make) {
   return known.get(key);
 }
 
-async function loadModel({ source, materials }, index, place) {
-  return { model: makeModel(await source.surface(index, place), place.radius, materials) };
+async function loadModel({ source }, index, place, material) {
+  return { model: makeModel(await source.surface(index, place), place.radius, material) };
 }
 
 /** Loads a result, and its original with the first one. */
 async function loadPair(scene, pair) {
-  const { source, loaded, places } = scene;
+  const { source, loaded, places, materials } = scene;
   const place = places[pair.original];
-  const { model: original } = await remembered(loaded.models, pair.original, () => loadModel(scene, pair.original, place));
+  const { model: original } = await remembered(loaded.models, pair.original, () => (
+    loadModel(scene, pair.original, place, materials.solid)));
   if (pair.result === undefined) return { original, model: null, shares: null };
-  const { model } = await loadModel(scene, pair.result, place);
+  const { model } = await loadModel(scene, pair.result, place, materials.tinted);
   const shares = await source.shares(pair, { nOfOriginal: nPoints(original), nOfResult: nPoints(model) });
   return { original, model, shares };
 }
@@ -104,6 +109,19 @@ export async function showPair(scene, at) {
   return scene.wanted === at && scene.loaded === loaded;
 }
 
+/** Draws the result of a pair as it is first seen, with its materials if it has any, into a 2-D canvas. */
+export async function drawThumbnail(scene, at, canvas) {
+  const { loaded, source, wardrobe, pairs, view, switches } = scene;
+  const { model } = await remembered(loaded.results, at, () => loadPair(scene, pairs[at]));
+  const index = pairs[at].result;
+  if (source.hasCover(index)) await addCover(model, () => source.cover(index, model.surface), wardrobe);
+  if (scene.loaded !== loaded) return;
+  const { geometry, material } = model.covered ?? model.plain;
+  const object = new Mesh(geometry, material);
+  object.rotation.x = switches.zUp ? -Math.PI / 2 : 0;
+  askForThumbnail(view, object, canvas);
+}
+
 /** Forgets a pair that will not be shown again. */
 export function dropPair({ loaded }, at) {
   loaded.results.get(at)?.then(({ model }) => { if (model) disposeModel(model); }, () => {});
@@ -113,8 +131,8 @@ export function dropPair({ loaded }, at) {
 function wearShares(scene, shares) {
   scene.shares = shares;
   if (!shares) return;
-  const { models, materials } = scene;
-  shares.surfaces?.forEach((fine, i) => addPainted(models[i], fine, materials));
+  const { models } = scene;
+  shares.surfaces?.forEach((fine, i) => addPainted(models[i], fine));
   setShares(models[0], shares.ofOriginal);
   setShares(models[1], shares.ofResult);
 }
@@ -138,11 +156,12 @@ function goTo(scene, place) {
   turn(scene);
 }
 
-/** Draws as the switches say: {wire, flat, colours, texture, marks, zUp, farthest}. */
+/** Draws as the switches say: {wire, flat, colours, texture, marks, zUp, farthest, four}. */
 export async function setSwitches(scene, switches) {
   const isTurned = Boolean(switches.zUp) !== Boolean(scene.switches.zUp);
   const isAsked = switches.farthest && !scene.switches.farthest;
   scene.switches = switches;
+  setFour(scene.view, Boolean(switches.four));
   if (isTurned) turn(scene);
   await applySwitches(scene);
   if (isAsked) goToFarthest(scene);
@@ -169,12 +188,13 @@ function turn({ view, roots, place, switches }) {
   const [x, y, z] = place.half;
   view.half = switches.zUp ? [x, z, y] : [x, y, z];
   roots.forEach((root) => { root.rotation.x = switches.zUp ? -Math.PI / 2 : 0; });
+  layGround(view);
   lookFromStart(view);
 }
 
 async function applySwitches(scene) {
   const { view, materials, switches, models, shown } = scene;
-  materials.solid.flatShading = switches.flat;
+  for (const material of [materials.solid, materials.tinted]) material.flatShading = switches.flat;
   paintSolid(scene);
   setLight(view, hasColours(scene) || switches.texture);
   makeRoomForWire(materials, switches.wire);
@@ -192,7 +212,7 @@ async function applySwitches(scene) {
     if (model.painted) model.painted.visible = isPainted;
     if (model.covered) model.covered.visible = switches.texture;
   }
-  askToDraw(view);
+  renewShadows(view);
 }
 
 /** Returns whether distances are shown as colours: switched on and known. */
@@ -222,7 +242,7 @@ export function setColourEnd(scene, share) {
 /** Applies the colours of the page's theme. */
 export function setSceneTheme(scene, colours) {
   setTheme(scene.materials, colours);
-  scene.view.renderer.setClearColor(colours.stage);
+  scene.view.renderer.setClearColor(colours.stage, 0);
   paintSolid(scene);
   askToDraw(scene.view);
 }

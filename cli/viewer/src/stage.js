@@ -10,7 +10,8 @@ const at = (id) => document.getElementById(id);
 export function wireStage(scene) {
   listen(scene.view, at('canvas'));
   at('reset').addEventListener('click', () => lookFromStart(scene.view));
-  wireTexture();
+  exclude(at('texture'), at('colours'));
+  exclude(at('wipe'), document.querySelector('[data-switch="four"]'));
   return wireSwitches(scene);
 }
 
@@ -20,11 +21,15 @@ export function offerTexture(isThere) {
   at('texture').parentElement.hidden = !isThere;
 }
 
-/** Keeps distances and textures exclusive, as a surface shows one kind of colours. */
-function wireTexture() {
-  const [texture, colours] = [at('texture'), at('colours')];
-  texture.addEventListener('change', () => { if (texture.checked) colours.checked = false; });
-  colours.addEventListener('change', () => { if (colours.checked) texture.checked = false; });
+/** Keeps two switches exclusive: a surface shows one kind of colours, and four views have no common divider. */
+function exclude(one, other) {
+  for (const [box, its] of [[one, other], [other, one]]) {
+    box.addEventListener('change', () => {
+      if (!box.checked || !its.checked) return;
+      its.checked = false;
+      its.dispatchEvent(new Event('change'));
+    });
+  }
 }
 
 function wireSwitches(scene) {

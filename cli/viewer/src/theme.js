@@ -17,6 +17,6 @@ export function makeTheme(changed) {
 
 function colours() {
   const style = getComputedStyle(document.documentElement);
-  const [stage, surface, wire] = ['--stage', '--surface', '--wire'].map((name) => style.getPropertyValue(name).trim());
-  return { stage, surface, wire };
+  const names = ['stage', 'surface', 'result', 'wire'];
+  return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }

@@ -7,11 +7,12 @@ import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
 /** Creates the view of a canvas with panes as elements over it, of a box around the origin, first seen from `eye`. */
 export function makeView(canvas, panes, { half, radius, eye }) {
-  const renderer = new WebGLRenderer({ canvas, antialias: true });
+  // The page shows through where nothing is drawn.
+  const renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
   renderer.setScissorTest(true);
   renderer.info.autoReset = false;
   const camera = new PerspectiveCamera(30, 1, 0.01, 100);
-  const view = { renderer, camera, panes, half, radius, eye: new Vector3(...eye), wipe: null, asked: false, isMoved: false };
+  const view = { renderer, camera, panes, half, radius, eye: new Vector3(...eye), wipe: null, isFour: false, asked: false, isMoved: false, isShadowOld: true, grounds: [], thumbnails: [] };
   view.scenes = panes.map(makeScene);
   view.controls = new OrbitControls(camera, canvas);
   view.controls.addEventListener('change', () => askToDraw(view));
@@ -23,10 +24,13 @@ export function makeView(canvas, panes, { half, radius, eye }) {
 
 function makeScene() {
   const scene = new Scene();
-  const sky = new HemisphereLight(0xffffff, 0xa6a6ac, 1);
+  const sky = new HemisphereLight(0xffffff, 0x8d8a86, 1);
   const lamp = new DirectionalLight(0xffffff, 1);
-  scene.add(sky, lamp, lamp.target);
-  return { scene, sky, lamp };
+  // Sets outlines off from the background.
+  const rim = new DirectionalLight(0xffffff, 0.5);
+  rim.position.set(0.4, 0.7, -1);
+  scene.add(sky, lamp, lamp.target, rim);
+  return { scene, sky, lamp, rim };
 }
 
 /** Returns the corners of a box. */
@@ -34,9 +38,10 @@ const SIGNS = [-1, 1].flatMap((x) => [-1, 1].flatMap((y) => [-1, 1].map((z) => n
 
 /** Sets even light for meaningful colours, and more shading on a plain surface. */
 export function setLight(view, isEven) {
-  for (const { sky, lamp } of view.scenes) {
-    sky.intensity = isEven ? 2.3 : 1.3;
-    lamp.intensity = isEven ? 1.1 : 2.1;
+  for (const { sky, lamp, rim } of view.scenes) {
+    sky.intensity = isEven ? 2.3 : 1.25;
+    lamp.intensity = isEven ? 1.1 : 2;
+    rim.intensity = isEven ? 0.2 : 0.7;
   }
 }
 
@@ -58,21 +63,90 @@ export function askToDraw(view) {
 
 function draw(view) {
   view.asked = false;
+  // A frame after the copying of another has rough outlines.
+  if (view.thumbnails.length > 0) askToDraw(view);
+  drawThumbnails(view);
   const stage = view.renderer.domElement.getBoundingClientRect();
   fitDepth(view);
   view.panes.forEach((pane, i) => {
     const box = pane.getBoundingClientRect();
     const frame = [box.left - stage.left, stage.bottom - box.bottom, box.width, box.height];
-    view.renderer.setViewport(...frame);
-    view.renderer.setScissor(...shownPart(frame, i, view.wipe));
-    view.camera.aspect = box.width / Math.max(box.height, 1);
-    view.camera.updateProjectionMatrix();
+    const shown = shownPart(frame, i, view.wipe);
     view.beforePane?.(box);
-    view.scenes[i].lamp.position.copy(lampPosition(view));
-    view.scenes[i].lamp.target.position.copy(view.controls.target);
-    view.renderer.render(view.scenes[i].scene, view.camera);
+    // The first drawing of a pane makes its shadow.
+    view.renderer.shadowMap.needsUpdate = view.isShadowOld;
+    if (view.isFour) drawFour(view, view.scenes[i], frame, shown);
+    else drawScene(view, view.scenes[i], view.camera, frame, shown);
   });
+  view.isShadowOld = false;
   view.drawn?.();
+}
+
+function drawScene({ renderer, controls }, { scene, lamp }, camera, frame, shown) {
+  // Three.js rounds a frame, and rounds it down after it has made a shadow.
+  renderer.setViewport(...frame.map(Math.round));
+  renderer.setScissor(...shown);
+  camera.aspect = frame[2] / Math.max(frame[3], 1);
+  camera.updateProjectionMatrix();
+  lamp.position.copy(lampPosition({ camera, controls }));
+  lamp.target.position.copy(controls.target);
+  renderer.render(scene, camera);
+}
+
+/** Draws a pane from four sides: as the reader looks, a quarter turn to the right, from behind, and from above. */
+function drawFour(view, scene, [left, bottom, width, height], [shownLeft, shownBottom, shownWidth, shownHeight]) {
+  const { camera, controls } = view;
+  const place = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+  const sides = [[0, place.phi], [Math.PI / 2, place.phi], [Math.PI, place.phi], [0, 0.02]];
+  sides.forEach(([turn, phi], at) => {
+    const [x, y] = [left + (at % 2) * 0.5 * width, bottom + (at < 2 ? 0.5 : 0) * height];
+    const other = camera.clone();
+    other.position.setFromSpherical(new Spherical(place.radius, phi, place.theta + turn)).add(controls.target);
+    other.lookAt(controls.target);
+    const [from, to] = [Math.max(x, shownLeft), Math.min(x + 0.5 * width, shownLeft + shownWidth)];
+    const [low, high] = [Math.max(y, shownBottom), Math.min(y + 0.5 * height, shownBottom + shownHeight)];
+    if (to <= from || high <= low) return;
+    drawScene(view, scene, other, [x, y, 0.5 * width, 0.5 * height], [from, low, to - from, high - low]);
+  });
+}
+
+/** Draws each pane from one side, or from four at once. */
+export function setFour(view, isFour) {
+  view.isFour = isFour;
+  askToDraw(view);
+}
+
+/** Makes the shadows anew with the next drawing, as the meshes have changed. */
+export function renewShadows(view) {
+  view.isShadowOld = true;
+  askToDraw(view);
+}
+
+/** Draws an object from the first side into a 2-D canvas with the next frame. */
+export function askForThumbnail(view, object, canvas) {
+  view.thumbnails.push({ object, canvas });
+  askToDraw(view);
+}
+
+/** Draws the waiting thumbnails in a corner of the canvas, from which they are copied; the frame is drawn over it. */
+function drawThumbnails(view) {
+  const { renderer, controls } = view;
+  const ratio = renderer.getPixelRatio();
+  for (const { object, canvas } of view.thumbnails.splice(0)) {
+    const frame = [0, 0, canvas.width / ratio, canvas.height / ratio];
+    const scene = makeScene();
+    setLight({ scenes: [scene] }, true);
+    scene.scene.add(object);
+    const camera = view.camera.clone();
+    camera.position.copy(view.eye);
+    camera.lookAt(0, 0, 0);
+    camera.position.setLength(0.92 * distanceToFit({ camera, half: view.half }, canvas.width / canvas.height));
+    Object.assign(camera, { near: 0.01, far: 100 });
+    drawScene({ renderer, controls: { target: controls.target.clone().set(0, 0, 0) } }, scene, camera, frame, frame);
+    const context = canvas.getContext('2d');
+    context.clearRect(0, 0, canvas.width, canvas.height);
+    context.drawImage(renderer.domElement, 0, renderer.domElement.height - canvas.height, canvas.width, canvas.height, 0, 0, canvas.width, canvas.height);
+  }
 }
 
 /** Returns the drawn rectangle of a pane: all of it, or its side of the divider under a wipe. */
@@ -100,7 +174,8 @@ function lampPosition({ camera, controls }) {
 function fitDepth({ camera, controls, radius }) {
   const distance = camera.position.length();
   camera.near = Math.max(distance - 1.1 * radius, 0.02 * camera.position.distanceTo(controls.target));
-  camera.far = distance + 1.1 * radius;
+  // Behind the meshes there may be a ground.
+  camera.far = distance + 4.5 * radius;
 }
 
 /** Changes the box and the direction from which it is first seen. */
@@ -115,7 +190,8 @@ export function lookFromStart(view) {
   controls.target.set(0, 0, 0);
   camera.position.copy(view.eye);
   camera.lookAt(controls.target);
-  camera.position.setLength(1.06 * distanceToFit(view));
+  const { width, height } = view.panes[0].getBoundingClientRect();
+  camera.position.setLength(1.06 * distanceToFit(view, Math.max(width, 1) / Math.max(height, 1)));
   controls.minDistance = 0.01 * radius;
   controls.maxDistance = 40 * radius;
   controls.update();
@@ -132,11 +208,10 @@ export function lookAt(view, point, direction) {
   askToDraw(view);
 }
 
-/** Returns the distance of the camera from the center at which every corner of the box is inside the pane. */
-function distanceToFit({ camera, panes, half }) {
-  const { width, height } = panes[0].getBoundingClientRect();
+/** Returns the distance of the camera from the center at which every corner of the box is inside a pane of this aspect. */
+function distanceToFit({ camera, half }, aspect) {
   const up = Math.tan((camera.fov / 2) * (Math.PI / 180));
-  const right = up * (width / Math.max(height, 1));
+  const right = up * aspect;
   const toCamera = camera.quaternion.clone().invert();
   const needed = (sign) => {
     const corner = new Vector3(...half).multiply(sign).applyQuaternion(toCamera);

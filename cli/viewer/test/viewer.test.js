@@ -22,7 +22,11 @@ before(async () => {
 });
 after(() => browser.close());
 
-const withPage = (path, options, use) => visit(browser, path, options, use);
+/** Opens a page with the meshes side by side, for comparisons of panes. */
+const withPage = (path, options, use) => visit(browser, path, options, async (page) => {
+  await page.keyboard.press('v');
+  await use(page);
+});
 
 /** Holds that a view is again what it was. */
 async function isAgain(page, selector, shot) {
@@ -44,10 +48,31 @@ test('both meshes are drawn', () => withPage(SEVERAL, {}, async (page) => {
   }
 }));
 
+test('a headline says size, closeness and whether the surface is closed', async () => {
+  await withPage(SEVERAL, {}, async (page) => {
+    const parts = () => page.locator('#headline strong').allTextContents();
+    assert.match((await parts()).join(), /^\d+× smaller,0\.\d+ % off,closed$/);
+  });
+  await withPage(OPEN, {}, async (page) => assert.equal(await page.locator('#headline .poor strong').last().textContent(), 'holes'));
+});
+
+test('the best value of each row is marked', () => withPage(SEVERAL, {}, async (page) => {
+  const best = await page.locator('#figures tbody:first-of-type tr').evaluateAll((rows) => rows.map((row) => (
+    [row.cells[0].firstChild.textContent, [...row.cells].findIndex((cell) => cell.classList.contains('best'))])));
+  // The results have 2, 10 and 50 percent of the vertices.
+  assert.equal(Object.fromEntries(best).Triangles, 1);
+  assert.equal(Object.fromEntries(best)['Mean distance'], 3);
+}));
+
+test('a map shows what the eye notices', () => withPage(SEVERAL, {}, async (page) => {
+  await page.waitForFunction(() => document.getElementById('flip-map').width > 300);
+  assert.ok(await eye.covered(await shoot(page, '#flip-map')) > 0.05);
+}));
+
 test('every switch changes the picture, and back', () => withPage(SEVERAL, {}, async (page) => {
   const first = await shoot(page, '.stage');
-  for (const key of ['c', 'w', 'f', 'z']) {
-    await changes(page, '.stage', () => page.click(`label:has([data-key="${key}"])`), 0.01);
+  for (const key of ['c', 'w', 'f', 'z', 'v', 'q']) {
+    await changes(page, '.stage', () => page.keyboard.press(key), 0.01);
     await page.keyboard.press(key);
     await isAgain(page, '.stage', first);
   }
@@ -142,6 +167,7 @@ test('AltGr writes characters and presses no switch', () => withPage(SEVERAL, {}
 }));
 
 test('the colours end where the reader says', () => withPage(SEVERAL, {}, async (page) => {
+  await page.keyboard.press('c');
   const last = page.locator('#ticks span:last-child');
   const before = Number(await last.textContent());
   await changes(page, '.stage', () => page.selectOption('#end', 'max'), 0.01);
@@ -171,9 +197,7 @@ async function showsNoTexture(page, pane) {
 }
 
 test('textures are shown where the meshes have them', () => withPage(TEXTURED, {}, async (page) => {
-  await page.uncheck('[data-switch="marks"]');
-  await page.keyboard.press('t');
-  assert.equal(await page.isChecked('#colours'), false);
+  assert.equal(await page.isChecked('#texture'), true);
   for (const pane of ['#pane-0', '#pane-1']) await showsTexture(page, pane);
   assert.equal(await page.textContent('#pane-1 .of-cover'), '');
   await page.click('#next');
@@ -188,8 +212,6 @@ test('textures are shown where the meshes have them', () => withPage(TEXTURED, {
 }));
 
 test('the texture gives way to other colours, facets and edges, and comes back', () => withPage(TEXTURED, {}, async (page) => {
-  await page.uncheck('[data-switch="marks"]');
-  await page.keyboard.press('t');
   const first = await shoot(page, '.stage');
   // The light is even, so facets show little.
   for (const [key, least] of [['w', 0.005], ['f', 0.0005]]) {

@@ -72,7 +72,7 @@ export async function look(input, { name, beside, signal, worker } = {}) {
     return images.get(number);
   };
   const groups = mesh.groups.map(({ image, ...group }) => (Number.isInteger(image) ? { ...group, image: imageOf(image) } : group));
-  return { mesh: { ...arrays, origin: mesh.origin, groups }, notes };
+  return { mesh: { ...arrays, origin: mesh.origin, eye: mesh.eye, groups }, notes };
 }
 
 /** Lists the formats that are read and written. */

@@ -129,6 +129,7 @@ test('look gives a surface to draw', async () => {
   assert.ok(mesh.faces.every((vertex) => vertex < mesh.positions.length / 3));
   assert.equal(mesh.groups.reduce((sum, { faces: n }) => sum + n, 0), mesh.faces.length / 3);
   assert.equal(mesh.origin.length, 3);
+  assert.ok(Math.abs(Math.hypot(...mesh.eye) - 1) < 1e-5);
 });
 
 test('compare measures distances', async () => {

@@ -248,6 +248,8 @@ export interface LookMesh {
   positions: Float32Array;
   /** Offset of all positions. */
   origin: [number, number, number];
+  /** Direction toward the eye that shows the most telling side, if y is up. */
+  eye: [number, number, number];
   /** Vertices of each face, m x 3, in the order of `groups`. */
   faces: Uint32Array;
   /** Normals of length 1, n x 3. */

@@ -2,27 +2,30 @@
 
 import { makeBar } from '../../../cli/viewer/src/bar.js';
 import { fillCaption } from '../../../cli/viewer/src/caption.js';
+import { fillHeadline } from '../../../cli/viewer/src/headline.js';
 import {
-  dropPair, makeScene, placeOf, refreshShares, setColourEnd, setContent, setSceneTheme, showPair,
+  drawThumbnail, dropPair, makeScene, placeOf, refreshShares, setColourEnd, setContent, setSceneTheme, showPair,
 } from '../../../cli/viewer/src/scene.js';
 import { markFirstDraw, offerTexture, wait, wireStage } from '../../../cli/viewer/src/stage.js';
 import { makeTheme } from '../../../cli/viewer/src/theme.js';
+import { spokenBytes } from '../../../cli/viewer/src/verdicts.js';
 import { makeView } from '../../../cli/viewer/src/view.js';
+import { wireWipe } from '../../../cli/viewer/src/wipe.js';
 import { listFormats } from './engine.js';
-import { makeExample } from './example.js';
 import { endingOf, meshesAmong, readMesh } from './files.js';
 import { cancel, makeJobs } from './jobs.js';
-import { makeDownloads, makeLevels, showChosen, showDownloads, showFigures, showLevels, showNotes, showRecipes } from './panel.js';
+import { levelCanvas, makeDownloads, makeLevels, showChosen, showDownloads, showFigures, showLevels, showNotes, showRecipes } from './panel.js';
 import { attempt, oneLine, showWork, warn } from './status.js';
 import { COLOURS, convert, forget, makeSession, measure, NOW, outdatedResults, prepareLevels, readSession, resultOf } from './session.js';
 import { percent, placeOfShare, readOptions, readWish, shareAt } from './sizes.js';
 import { makeSource } from './surfaces.js';
-import { save, spokenSize } from './save.js';
+import { save, sizeOf } from './save.js';
 import { wireDoors, wireSizes } from './wiring.js';
-import { wireWipe } from './wipe.js';
 
-/** Direction from which a mesh is first seen. */
+/** Direction from which a mesh is first seen whose most telling side is not known. */
 const EYE = [0.5, 0.3, 0.82];
+/** Corners of faces of a level above which it has no thumbnail, as making one takes as long as showing it. */
+const MOST_CORNERS = 3e6;
 /** Formats whose up axis is z by convention. */
 const Z_UP = ['stl', '3mf'];
 
@@ -37,7 +40,7 @@ function start() {
   });
   makeStage(app);
   makeLevels((share) => { wireShare(share); attempt(fulfil(app)); });
-  wireDoors((files) => attempt(open(app, files)), () => attempt(openFile(app, makeExample())));
+  wireDoors((files) => attempt(open(app, files)), (make) => attempt(openFile(app, make())));
   wireSizes({ drag: () => showNearest(app), settle: () => attempt(fulfil(app)) });
   at('cancel').addEventListener('click', () => stop(app));
   wireShare(0.1);
@@ -47,7 +50,7 @@ function start() {
   attempt(app.endings.then((endings) => makeDownloads(endings, (ending) => attempt(download(app, ending)))));
 }
 
-/** Creates the empty view and its switches; colours and marks are off without a mesh. */
+/** Creates the empty view and its switches. */
 function makeStage(app) {
   const place = placeOf([{ low: [-1, -1, -1], sides: [2, 2, 2] }], EYE);
   const view = makeView(at('canvas'), panes, place);
@@ -56,8 +59,6 @@ function makeStage(app) {
   view.drawn = markFirstDraw;
   makeTheme((colours) => setSceneTheme(app.scene, colours));
   app.showScale = makeBar((share) => setColourEnd(app.scene, share));
-  for (const id of ['colours', 'texture']) at(id).checked = false;
-  document.querySelector('[data-switch="marks"]').checked = false;
   offerTexture(false);
   app.applySwitches = wireStage(app.scene);
   wireWipe(view);
@@ -107,7 +108,9 @@ async function openFile(app, file) {
 async function showOriginal(app) {
   const { session } = app;
   const source = makeSource(({ key }) => session.results.get(key)?.shares ?? null);
-  const place = placeOf([source.boxOf(source.add(session.mesh))], EYE);
+  const isZUp = Z_UP.includes(endingOf(session.file.name));
+  // The most telling side is found as if y were up.
+  const place = placeOf([source.boxOf(source.add(session.mesh))], isZUp ? EYE : session.mesh.eye ?? EYE);
   Object.assign(session, { source, place });
   setContent(app.scene, { source, pairs: [{ original: 0 }], places: [place] });
   setOpen(true);
@@ -116,12 +119,13 @@ async function showOriginal(app) {
   at('faces').value = Math.max(Math.round(session.mesh.faces.length / 30), 1);
   fillCaption(panes[0], 'Original', captionOf(session.file, session.mesh));
   panes[1].querySelector('.caption').replaceChildren();
+  at('headline').replaceChildren();
   showLevels(session, readOptions());
   showDownloads(session);
   showNotes(session);
   for (const name of ['texture', 'zUp']) {
     const box = document.querySelector(`[data-switch="${name}"]`);
-    box.checked = name === 'zUp' ? Z_UP.includes(endingOf(session.file.name)) : source.hasCover(0);
+    box.checked = name === 'zUp' ? isZUp : source.hasCover(0);
     if (name === 'texture' && box.checked) at('colours').checked = false;
   }
   offerTexture(source.hasCover(0));
@@ -131,7 +135,7 @@ async function showOriginal(app) {
 }
 
 function captionOf(file, mesh) {
-  return { name: `${file.name}, ${spokenSize(file)}`, faces: mesh.faces.length / 3 };
+  return { name: `${file.name}, ${spokenBytes(sizeOf(file))}`, faces: mesh.faces.length / 3 };
 }
 
 /** Makes and shows the chosen result, then the levels, then the figures. */
@@ -146,8 +150,25 @@ async function fulfil(app) {
   const result = await resultOf(app.jobs, session, wish, NOW);
   if (app.session !== session || session.wanted !== wish.key) return;
   await show(app, result);
-  prepareLevels(app.jobs, session, wish.options, () => { if (app.session === session) showLevels(session, readOptions()); });
-  await measureShown(app);
+  // The headline waits for the figures, so they come before the other levels.
+  const measuring = measureShown(app, COLOURS);
+  prepareLevels(app.jobs, session, wish.options, () => { if (app.session === session) attempt(showMade(app)); });
+  await measuring;
+}
+
+/** Shows the levels that exist, each with a thumbnail. */
+async function showMade(app) {
+  const { session, scene } = app;
+  const options = readOptions();
+  showLevels(session, options);
+  for (const result of session.results.values()) {
+    const canvas = levelCanvas(result, options);
+    if (!canvas || canvas.dataset.key === result.wish.key || result.mesh.faces.length > MOST_CORNERS) continue;
+    canvas.dataset.key = result.wish.key;
+    if (result.pair === undefined) addPair(app, result);
+    await drawThumbnail(scene, result.pair, canvas);
+    if (app.session !== session) return;
+  }
 }
 
 /** Shows a result next to the original. */
@@ -158,6 +179,7 @@ async function show(app, result) {
   if (result.pair === undefined) addPair(app, result);
   fillCaption(panes[1], 'Lighter', captionOf(result.file, result.mesh));
   showBeside(app);
+  attempt(showMade(app));
   if (result.scale) showScaleOf(app, result);
   if (await showPair(scene, result.pair)) {
     document.documentElement.dataset.shown = result.wish.title;
@@ -182,7 +204,8 @@ function showBeside({ session }) {
   showLevels(session, options);
   showChosen(options);
   showDownloads(session);
-  showFigures(session, options);
+  showFigures(session);
+  sayHeadline(session);
   showRecipes(session);
   showNotes(session);
 }
@@ -214,10 +237,20 @@ async function measureShown(app, urgency) {
   if (!result) return;
   await measure(app.jobs, session, result, urgency);
   if (app.session !== session) return;
-  showFigures(session, readOptions());
+  showFigures(session);
+  sayHeadline(session);
+  showLevels(session, readOptions());
   await refreshShares(app.scene, result.pair);
   if (session.shown === result) showScaleOf(app, result);
   document.documentElement.dataset.measured = result.wish.title;
+}
+
+/** Says what became of the mesh; without a measurement, only its size. */
+function sayHeadline({ file, mesh, shown }) {
+  const { comparison } = shown;
+  const original = { ...comparison?.original, bytes: sizeOf(file), faces: mesh.faces.length / 3 };
+  const result = { bytes: sizeOf(shown.file), faces: shown.mesh.faces.length / 3, values: comparison?.results[0].values };
+  fillHeadline(at('headline'), original, result);
 }
 
 function showScaleOf({ session, showScale }, { scale }) {
@@ -238,7 +271,6 @@ function stop(app) {
 /** Returns whether a mesh is open. */
 function setOpen(isOpen) {
   at('welcome').hidden = isOpen;
-  for (const part of document.querySelectorAll('[data-needs-mesh]')) part.inert = !isOpen;
   document.documentElement.toggleAttribute('data-open', isOpen);
 }
 

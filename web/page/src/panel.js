@@ -1,25 +1,21 @@
 // The panel next to the view: buttons for levels and downloads, figures, recipes, notes.
 
 import { element } from '../../../cli/viewer/src/element.js';
+import { percentOff, spokenBytes } from '../../../cli/viewer/src/verdicts.js';
 import { fillMeanings, fillTable, showColumn } from '../../../cli/viewer/src/table.js';
-import { spoken } from '../../../cli/viewer/src/words.js';
+import { count, spoken } from '../../../cli/viewer/src/words.js';
 import { recipesOf } from './recipes.js';
 import { attempt, oneLine } from './status.js';
 import { LEVELS, percent, wishOfShare } from './sizes.js';
-import { copy, spokenSize } from './save.js';
-
-/** Figures of the table, as in the program's own. */
-const FIRST = [
-  'vertices', 'faces', 'distance_mean', 'distance_max', 'normal_angle', 'boundary_edges', 'non_manifold_edges',
-  'self_intersecting_faces', 'components_added', 'volume_change',
-];
+import { copy, sizeOf } from './save.js';
 
 const at = (id) => document.getElementById(id);
 
 /** Creates a button for each level, the finest last; `choose(share)` is called on a click. */
 export function makeLevels(choose) {
   for (const share of [...LEVELS].sort((a, b) => a - b)) {
-    const button = element('button', percent(share), { type: 'button' });
+    const button = element('button', '', { type: 'button' });
+    button.append(element('canvas', '', { width: 176, height: 132, ariaHidden: 'true' }), element('strong', percent(share)), element('span', ''), element('span', ''));
     button.dataset.share = share;
     button.addEventListener('click', () => choose(share));
     at('levels').append(button);
@@ -33,7 +29,22 @@ export function showLevels({ results, failed, shown }, options) {
     button.ariaPressed = String(shown?.wish.key === key);
     button.dataset.state = stateOf(key, results, failed);
     button.title = failed.get(key) ?? (results.has(key) ? 'ready' : 'not made yet');
+    smallWords(results.get(key)).forEach((words, i) => { button.querySelectorAll('span')[i].textContent = words; });
+    button.firstChild.dataset.wished = key;
   }
+}
+
+/** Returns the canvas of the level that a result is; null if it is none. */
+export function levelCanvas({ wish }, options) {
+  if (JSON.stringify(wish.options) !== JSON.stringify(options)) return null;
+  return [...at('levels').querySelectorAll('canvas')].find(({ dataset }) => dataset.wished === wish.key) ?? null;
+}
+
+/** Returns the size and, once measured, the distance of a level. */
+function smallWords(result) {
+  if (!result) return ['', ''];
+  const mean = result.comparison?.results[0].values.distance_mean;
+  return [`${count(result.mesh.faces.length / 3)} faces`, Number.isFinite(mean) ? percentOff(mean) : ''];
 }
 
 function stateOf(key, results, failed) {
@@ -51,28 +62,28 @@ export function makeDownloads(endings, choose) {
   }));
 }
 
-/** Shows the file size on the button of the format that exists already. */
+/** Shows the file size of the format that exists already, whose button stands out. */
 export function showDownloads({ ending: ready, shown }) {
+  at('ready-size').textContent = shown ? `${ready.toUpperCase()}: ${spokenBytes(sizeOf(shown.file))}` : '';
   for (const button of at('downloads').children) {
     const { ending } = button.dataset;
-    const size = ending === ready && shown ? ` ${spokenSize(shown.file)}` : '';
-    button.replaceChildren(ending.toUpperCase(), element('span', size, { className: 'unit' }));
     button.classList.toggle('main', ending === ready);
     button.disabled = !shown;
   }
 }
 
-/** Fills the table with the results under the present options that have been measured, the finest first. */
-export function showFigures({ results, shown }, options) {
-  const isListed = ({ comparison, wish }) => comparison && JSON.stringify(wish.options) === JSON.stringify(options);
-  const measured = [...results.values()].filter(isListed).sort((a, b) => b.mesh.faces.length - a.mesh.faces.length);
-  at('no-figures').hidden = measured.length > 0;
+/** Fills the table with the figures of the shown result; those that are not measured yet are empty. */
+export function showFigures({ file, mesh, shown }) {
+  const { comparison } = shown;
+  const original = { vertices: mesh.positions.length / 3, ...comparison?.original, faces: mesh.faces.length / 3, bytes: sizeOf(file) };
+  const values = comparison?.results[0].values ?? { faces: shown.mesh.faces.length / 3 };
+  at('no-figures').hidden = Boolean(comparison);
   at('figures').replaceChildren();
-  if (measured.length === 0) return;
-  const figures = measured[0].comparison.figures.filter(({ name }) => FIRST.includes(name));
-  fillTable(at('figures'), { figures, results: measured.map(({ wish, comparison }) => ({ ...comparison.results[0], name: wish.title })) });
-  if (measured.includes(shown)) showColumn(at('figures'), measured.indexOf(shown));
-  if (at('meanings').children.length === 0) fillMeanings(at('meanings'), figures);
+  fillTable(at('figures'), {
+    original, figures: comparison?.figures ?? [], results: [{ name: shown.wish.title, bytes: sizeOf(shown.file), values }],
+  }, { hasAll: true });
+  showColumn(at('figures'), 0);
+  if (comparison && at('meanings').children.length === 0) fillMeanings(at('meanings'), comparison.figures);
 }
 
 /** Marks the options that differ from the defaults. */

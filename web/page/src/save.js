@@ -32,10 +32,7 @@ export async function copy(text) {
   }
 }
 
-/** Formats the size of a file. */
-export function spokenSize({ bytes, beside }) {
-  const n = Object.values(beside).reduce((sum, other) => sum + other.length, bytes.length);
-  if (n < 1000) return `${n} bytes`;
-  const [unit, name] = n < 1e6 ? [1e3, 'kB'] : [1e6, 'MB'];
-  return `${Number((n / unit).toPrecision(3))} ${name}`;
+/** Returns the number of bytes of a file with those that belong to it. */
+export function sizeOf({ bytes, beside }) {
+  return Object.values(beside).reduce((sum, other) => sum + other.length, bytes.length);
 }

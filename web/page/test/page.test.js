@@ -10,7 +10,7 @@ import { after, before, test } from 'node:test';
 import { launch } from '../../../cli/viewer/test/browser.js';
 import { makeEye, shoot } from '../../../cli/viewer/test/pixels.js';
 import { brokenFiles, fileOf, TINY, waveGlb, zipped } from './files.js';
-import { dragFolder, drop, isIdle, isShown, onDisk, serve, swipe, visit } from './visit.js';
+import { dragFolder, drop, EXAMPLE, isIdle, isShown, onDisk, serve, swipe, visit } from './visit.js';
 
 const REAL = !process.env.MOCK;
 
@@ -30,7 +30,7 @@ after(async () => {
 
 const withPage = (options, use) => visit(browser, server.url, options, use);
 const withExample = (options, use) => withPage(options, async (page) => {
-  await page.click('#example');
+  await page.click(EXAMPLE);
   await isShown(page, '10 %');
   await use(page);
 });
@@ -58,7 +58,7 @@ async function facesIn(page, pane) {
 test('an example can be tried at once, also from the disk', async () => {
   for (const url of [server.url, onDisk]) {
     await visit(browser, url, {}, async (page) => {
-      await page.click('#example');
+      await page.click(EXAMPLE);
       await isShown(page, '10 %');
       for (const pane of ['#pane-0', '#pane-1']) {
         const covered = await eye.covered(await shoot(page, pane));
@@ -173,8 +173,7 @@ test('figures and colours come when the result is measured', () => withExample({
     await page.waitForSelector('html[data-measured="10 %"]');
   }, 0.1);
   assert.ok(await page.isVisible('#scale'));
-  const rows = await page.locator('#figures tbody tr').count();
-  assert.equal(rows, REAL ? 10 : 3);
+  assert.equal(await page.locator('#figures tbody:first-of-type tr').count(), 11);
   const last = page.locator('#ticks span:last-child');
   const end = Number(await last.textContent());
   assert.ok(end > 0);
@@ -184,7 +183,31 @@ test('figures and colours come when the result is measured', () => withExample({
   assert.equal(await page.isChecked('#colours'), !REAL);
 }));
 
+test('a headline says size, closeness and whether the surface is closed', { skip: !REAL }, () => withMesh({}, async (page) => {
+  await page.waitForSelector('html[data-measured="10 %"]');
+  const parts = await page.locator('#headline strong').allTextContents();
+  assert.match(parts[0], /^1[0-9]× smaller$/);
+  assert.match(parts[1], /^0\.0\d % off$/);
+  assert.equal(parts[2], 'closed');
+}));
+
+test('nothing on the page moves by itself', () => withPage({}, async (page) => {
+  await page.evaluate(() => {
+    globalThis.shifts = [];
+    new PerformanceObserver((list) => globalThis.shifts.push(...list.getEntries().map(({ value, sources }) => (
+      [value, ...sources.map(({ node }) => node?.id || node?.className || node?.nodeName)]))))
+      .observe({ type: 'layout-shift', buffered: true });
+  });
+  await drop(page, [fileOf('spot.ply')]);
+  await page.waitForSelector('html[data-measured="10 %"]');
+  await page.waitForSelector('#levels:not(:has([data-state="missing"]))');
+  await isIdle(page);
+  assert.deepEqual(await page.evaluate(() => globalThis.shifts), []);
+}));
+
 test('every switch changes the picture, and back', () => withMesh({}, async (page) => {
+  await page.waitForSelector('#levels:not(:has([data-state="missing"]))');
+  await page.waitForSelector('html[data-measured]');
   await isIdle(page);
   const first = await shoot(page, '.stage');
   for (const key of ['w', 'f', 'z', 'v']) {
@@ -198,7 +221,6 @@ test('every switch changes the picture, and back', () => withMesh({}, async (pag
 
 test('the divider of the wipe follows pointer, touch and keys', () => withMesh({ hasTouch: true }, async (page) => {
   await isIdle(page);
-  await page.keyboard.press('v');
   const value = async () => Number(await page.getAttribute('#divider', 'aria-valuenow'));
   const box = await page.locator('#frame').boundingBox();
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
@@ -248,7 +270,7 @@ async function cancelAndGoOn(page) {
   await page.click('#cancel');
   await isIdle(page);
   assert.ok(Date.now() - began < 3000);
-  await page.click(await page.isVisible('#example') ? '#example' : '#levels [data-share="0.1"]');
+  await page.click(await page.isVisible(EXAMPLE) ? EXAMPLE : '#levels [data-share="0.1"]');
   await isShown(page, '10 %');
 }
 
@@ -280,7 +302,7 @@ test('what a mesh cannot become is said, too', { skip: !REAL }, () => withMesh({
 test('after a reload the page begins again', () => withMesh({}, async (page) => {
   await page.reload();
   await page.waitForSelector('#welcome:not([hidden])');
-  await page.click('#example');
+  await page.click(EXAMPLE);
   await isShown(page, '10 %');
 }));
 
@@ -291,7 +313,7 @@ test('a second mesh takes the place of the first, whatever is going on', () => w
   await isIdle(page);
   if (!REAL) return;
   assert.equal(await facesIn(page, 0), 968);
-  const faces = await page.textContent('#figures tbody tr:nth-child(2) td');
+  const faces = await page.textContent('#figures tbody tr:first-child td');
   assert.equal(Number(faces), await facesIn(page, 1));
 }));
 
@@ -308,13 +330,15 @@ const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile:
 test('a phone has room for all of it, and fingers do what mice do', () => withPage(PHONE, async (page) => {
   const width = () => page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(await width() <= 390);
-  await page.tap('#example');
+  await page.tap(EXAMPLE);
   await isShown(page, '10 %');
   await isIdle(page);
   for (const id of ['#options summary', '#recipes summary', 'label:has(#colours)', 'label:has(#wipe)']) await page.tap(id);
   await page.waitForSelector('html[data-measured="10 %"]');
   assert.ok(await width() <= 390, `the page is ${await width()} wide`);
   assert.ok(await eye.covered(await shoot(page, '.stage')) > 0.05);
+  await page.evaluate(() => scrollTo(0, 0));
+  await page.evaluate(() => scrollTo(0, 0));
   const box = await page.locator('#canvas').boundingBox();
   const low = box.y + 0.8 * box.height;
   await changes(page, '.stage', () => swipe(page, { x: 60, y: low }, { x: 200, y: low - 40 }), 0.02);
@@ -325,11 +349,10 @@ test('a phone has room for all of it, and fingers do what mice do', () => withPa
 
 test('the keyboard reaches every control, and the focus is seen', () => withMesh({}, async (page) => {
   await isIdle(page);
-  await page.keyboard.press('v');
   await page.click('#recipes summary');
   await page.click('#options summary');
   const wanted = await page.evaluate(() => {
-    const reachable = 'button, input, select, summary, canvas, [tabindex="0"]';
+    const reachable = 'button, input, select, summary, [tabindex="0"]';
     const all = [...document.querySelectorAll(reachable)].filter((one) => one.checkVisibility() && !one.disabled);
     all.forEach((one, i) => { one.dataset.walk = i; });
     document.activeElement.blur();
@@ -354,7 +377,7 @@ test('the keyboard reaches every control, and the focus is seen', () => withMesh
 }));
 
 test('every control has a name', () => withMesh({}, async (page) => {
-  const nameless = await page.evaluate(() => [...document.querySelectorAll('button, input:not([hidden]), select, canvas, [role]')]
+  const nameless = await page.evaluate(() => [...document.querySelectorAll('button, input:not([hidden]), select, canvas:not([aria-hidden]), [role]')]
     .filter((one) => !['alert', 'status'].includes(one.role) && !one.getAttribute('aria-labelledby'))
     .filter((one) => !(one.ariaLabel || one.labels?.length || one.textContent.trim()))
     .map((one) => one.outerHTML));

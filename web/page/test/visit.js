@@ -102,3 +102,9 @@ export async function isShown(page, title) {
 export async function isIdle(page) {
   await page.waitForSelector('#work.idle', { state: 'attached' });
 }
+
+/** Names of the examples. */
+export const EXAMPLE_NAMES = ['Knot', 'Gear', 'Planet'];
+
+/** Button of the first example. */
+export const EXAMPLE = '[data-example="Knot"]';

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use neural_mesh::io::Folder;
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{TriMesh, move_to_common_frame};
+use neural_mesh::mesh::{TriMesh, irregular_edges, move_to_common_frame};
 use neural_mesh::metrics::{CompareOptions, Figure, PaintedMesh, ReferenceMesh, closest_point_tree, compare};
 use neural_mesh::spatial::NearestOnTriangles;
 use serde::Deserialize;
@@ -57,7 +57,7 @@ pub fn compare_files(
     let comparison = json!({
         "program": concat!("neural-mesh ", env!("CARGO_PKG_VERSION")),
         "settings": { "samples": options.samples, "seed": options.seed },
-        "original": size_of(&request_json.original.name, original),
+        "original": original_entry(&request_json.original.name, original),
         "figures": figures.iter().map(|it| json!({ "name": it.name, "unit": it.unit, "about": it.about })).collect::<Vec<_>>(),
         "results": named.map(|((file, mesh), figures)| with_values(size_of(&file.name, mesh), figures)).collect::<Vec<_>>(),
     });
@@ -90,6 +90,14 @@ fn size_of(name: &str, mesh: &TriMesh) -> Map<String, Value> {
     let counts = [("vertices", mesh.positions().len()), ("faces", mesh.faces().len())];
     let named = std::iter::once(("name".to_string(), json!(name)));
     named.chain(counts.map(|(of, n)| (of.to_string(), json!(n)))).collect()
+}
+
+fn original_entry(name: &str, mesh: &TriMesh) -> Map<String, Value> {
+    let mut entry = size_of(name, mesh);
+    let edges = irregular_edges(mesh);
+    entry.insert("boundary_edges".into(), json!(edges.open.len()));
+    entry.insert("non_manifold_edges".into(), json!(edges.non_manifold.len()));
+    entry
 }
 
 fn with_values(mut size: Map<String, Value>, figures: &[Figure]) -> Value {

@@ -3,6 +3,7 @@
 use neural_mesh::io::{self, Asset, Folder};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Attributes, Channel, Look, Looks, RawMesh, Role, TriMesh, Wrap, linear_light};
+use neural_mesh::picture::toward_eye;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
@@ -25,6 +26,7 @@ pub fn describe_surface(message: &Message, json: Value, answer: &mut Answer) -> 
     let (mesh, attributes) = sort_by_group(cleaned.mesh, cleaned.attributes);
     let mut arrays = add_arrays(&mesh, &attributes, &looks, answer);
     arrays.insert("origin".into(), json!(cleaned.frame.origin));
+    arrays.insert("eye".into(), json!(toward_eye(&mesh)));
     Ok(json!({ "mesh": arrays, "notes": notes }))
 }
 

@@ -41,7 +41,7 @@ function dynamic(array, width) {
 function removeScene({ view, root, solid, wire, materials }) {
   view.scenes[0].scene.remove(root);
   for (const object of [solid, wire]) object?.geometry.dispose();
-  for (const material of [materials.solid, materials.wire, ...materials.marks]) material.dispose();
+  for (const material of [materials.solid, materials.tinted, materials.wire, ...materials.marks]) material.dispose();
 }
 
 /** Sets the colours of a theme. */

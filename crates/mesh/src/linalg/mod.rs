@@ -14,6 +14,8 @@ mod neighbour_max;
 mod neighbour_softmax;
 mod pair_relu;
 mod product;
+#[doc(hidden)]
+pub mod rounded;
 mod scored_dev_conv;
 mod sparse_product;
 #[cfg(any(test, feature = "test-support"))]

@@ -92,6 +92,22 @@ fn compare_views(meshes: &[ShadedMesh; 2], view: [f32; 2], height: usize) -> Opt
     Some((of_view, [a, b].map(Vec::into_flattened)))
 }
 
+/// FLIP error of each pixel of two pictures, 0 to 1, row by row.
+#[doc(hidden)]
+pub struct FlipMap {
+    pub width: usize,
+    pub errors: Vec<f32>,
+}
+
+/// Maps the FLIP error of pictures of two meshes in a view; `None` if there are no pictures.
+#[doc(hidden)]
+pub fn flip_map(original: ShadedMesh, simplified: ShadedMesh, view: [f32; 2], height: usize) -> Option<FlipMap> {
+    let views = view_shaded(&[original, simplified], view, height);
+    let [first, second] = views.as_slice() else { return None };
+    let errors = flip(first.shaded.width, &first.shaded.colours(), &second.shaded.colours())?;
+    Some(FlipMap { width: first.shaded.width, errors: errors.into_iter().map(|error| error as f32).collect() })
+}
+
 fn channels_ssim(a: &Image, b: &Image, channels: &[fn([u8; 4]) -> u8]) -> Option<f64> {
     let take_channel = |image: &Image, channel: fn([u8; 4]) -> u8| -> Vec<u8> {
         image.rgba.chunks_exact(4).map(|p| channel([p[0], p[1], p[2], p[3]])).collect()

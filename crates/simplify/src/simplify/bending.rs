@@ -1,6 +1,6 @@
 //! Vertex scores by a formula: larger where the surface bends more.
 
-use crate::linalg::Csr;
+use crate::linalg::{Csr, rounded};
 use glam::Vec3;
 
 const EXPONENT: f32 = 0.5;
@@ -44,7 +44,7 @@ pub fn bending_scores(points: &[[f32; 3]], normals: &[[f32; 3]], areas: &[f64], 
     };
     let smooth: Vec<f64> = (0..points.len()).map(average).collect();
     let mean = smooth.iter().zip(areas).map(|(b, area)| b * area).sum::<f64>() / areas.iter().sum::<f64>();
-    let log = |b: &f64| EXPONENT * ((b / mean) as f32).clamp(1.0 / MOST_RATIO, MOST_RATIO).ln();
+    let log = |b: &f64| EXPONENT * rounded::ln(((b / mean) as f32).clamp(1.0 / MOST_RATIO, MOST_RATIO));
     (mean > 0.0 && mean.is_finite()).then(|| smooth.iter().map(log).collect())
 }
 

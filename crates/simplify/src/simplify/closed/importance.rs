@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::prepare::surface::PreparedSurface;
 use super::request::Importance;
-use crate::linalg::{Csr, Stars};
+use crate::linalg::{Csr, Stars, rounded};
 use crate::mesh::pulse::Pulse;
 use crate::model::{Weights, star_scores, surface_scores};
 
@@ -51,7 +51,7 @@ fn bending_scores(surface: &PreparedSurface) -> Vec<f32> {
         let ([xx, xy, xz, yy, yz, zz], n) = (surface.quadrics[v], surface.normals[v]);
         let along = n.x * (xx * n.x + 2.0 * (xy * n.y + xz * n.z)) + n.y * (yy * n.y + 2.0 * yz * n.z) + zz * n.z * n.z;
         let all = xx + yy + zz;
-        0.5 * ((1.0 - along / all).max(0.0) + LEAST_BENDING).ln()
+        0.5 * rounded::ln((1.0 - along / all).max(0.0) + LEAST_BENDING)
     };
     surface.pulse.counting_if(false).map_numbers(surface.n_vertices(), score)
 }
@@ -119,7 +119,7 @@ fn importance_with_pulse(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32
     let finite = |s: f32| if s.is_finite() { s } else { 0.0 };
     // The mean by area, so that dense regions do not shift it.
     let mean = scores.iter().zip(areas).map(|(&s, area)| area * f64::from(finite(s))).sum::<f64>() / total;
-    pulse.counting_if(false).map(scores, |&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp())
+    pulse.counting_if(false).map(scores, |&s| rounded::exp((finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE)))
 }
 
 fn vertex_weights(surface: &PreparedSurface) -> Vec<f64> {

@@ -1,6 +1,6 @@
 // The divider between the original on its left and the result on its right, moved by pointer and keys.
 
-import { setWipe } from '../../../cli/viewer/src/view.js';
+import { setWipe } from './view.js';
 
 const STEP = 0.02;
 
@@ -34,6 +34,7 @@ export function wireWipe(view) {
     move((clientX - left) / width);
   };
   box.addEventListener('change', show);
+  show();
   divider.addEventListener('pointerdown', (event) => {
     divider.setPointerCapture(event.pointerId);
     divider.focus();
