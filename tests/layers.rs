@@ -204,9 +204,14 @@ fn no_code_panics_on_purpose() {
 #[test]
 fn unsafe_code_for_c_stands_in_one_file_and_says_why_it_is_sound() {
     let all: Vec<Source> = sources("c/src").into_iter().chain(sources("c/core/src")).collect();
+    let (allocator, all): (Vec<Source>, Vec<Source>) =
+        all.into_iter().partition(|source| source.path == "c/core/src/allocator.rs");
     let (pointers, others): (Vec<Source>, Vec<Source>) =
         all.into_iter().partition(|source| source.path == "c/core/src/pointers.rs");
-    // Other files only declare names and functions with pointers.
+    // Other files only declare names and functions with pointers; an allocator is unsafe as a whole.
+    let [Source { code, text, .. }] = &allocator[..] else { panic!("c/core/src/allocator.rs is missing") };
+    assert_eq!(code.matches("unsafe impl GlobalAlloc for").count(), 1);
+    assert!(text.contains("// SAFETY: ") && text.lines().count() <= 140);
     assert_eq!(find_words(&others, &["unsafe {", "unsafe impl"]), Vec::<String>::new());
     for Source { path, code, text } in &others {
         let [names, functions] = ["#[unsafe(no_mangle)]", "unsafe extern"].map(|word| code.matches(word).count());

@@ -11,9 +11,6 @@
 
 #include "neural_mesh_core.h"
 
-// Number of this interface; it grows when functions change or go.
-#define NM_ABI_VERSION 1
-
 // Number of a missing group.
 #define NM_NO_GROUP UINT32_MAX
 
@@ -68,9 +65,6 @@ typedef int32_t (*nm_progress)(void *user, float done, const char *stage);
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
-
-// Returns the interface number of the library, to be compared with `NM_ABI_VERSION`.
-uint32_t nm_abi_version(void);
 
 // Returns the hierarchy of a mesh, to be freed by `nm_clusters_free`; null on failure.
 //

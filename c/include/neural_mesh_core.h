@@ -12,6 +12,9 @@
 // Result of functions that return a number of indices, on failure.
 #define NM_FAILED SIZE_MAX
 
+// Number of this interface; it grows when functions change or go.
+#define NM_ABI_VERSION 1
+
 
 
 // Option that keeps vertices on boundaries.
@@ -43,6 +46,17 @@ typedef struct nm_pool nm_pool;
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+// Returns the interface number of the library, to be compared with `NM_ABI_VERSION`.
+uint32_t nm_abi_version(void);
+
+// Makes the library allocate by `allocate` and free by `deallocate`; returns 1, or 0 on failure.
+//
+// To be called once, before all other functions: later the allocator is chosen. Blocks of `allocate` are aligned as those
+// of `malloc`; null ends the program. Both functions may be called from any thread, in any order, and as long as a thread
+// lives that has called the library.
+int32_t nm_set_allocator(void *(*allocate)(size_t size),
+                         void (*deallocate)(void *block));
 
 // Returns why this thread's last call failed, as one line of UTF-8; empty after success.
 //

@@ -9,14 +9,4 @@ pub mod job;
 mod options;
 
 use neural_mesh_core::pointers;
-pub use neural_mesh_core::{errors, indices, pool};
-
-/// Number of this interface; it grows when functions change or go.
-pub const NM_ABI_VERSION: u32 = 1;
-
-/// Returns the interface number of the library, to be compared with `NM_ABI_VERSION`.
-// SAFETY: no other function has this name.
-#[unsafe(no_mangle)]
-pub extern "C" fn nm_abi_version() -> u32 {
-    NM_ABI_VERSION
-}
+pub use neural_mesh_core::{allocator, errors, indices, pool};

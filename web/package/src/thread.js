@@ -1,7 +1,7 @@
 // Wraps workers of browsers and of Node, Deno and Bun in one interface.
 
 /** Returns whether workers are those of `node:worker_threads`: in Node, Deno and Bun. */
-const inNode = () => typeof globalThis.process?.versions?.node === 'string' && typeof document === 'undefined';
+export const inNode = () => typeof globalThis.process?.versions?.node === 'string' && typeof document === 'undefined';
 
 /**
  * Starts a worker.

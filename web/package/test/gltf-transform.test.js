@@ -6,9 +6,11 @@ import test from 'node:test';
 import { Document, NodeIO } from '@gltf-transform/core';
 import { KHRMeshQuantization } from '@gltf-transform/extensions';
 import { simplify, weld } from '@gltf-transform/functions';
+import { MeshoptSimplifier } from 'meshoptimizer';
 
 import { built } from './built.js';
 import { openEdges, torus, unrolledTorus } from './shapes.js';
+import { spot } from './spot.js';
 
 const { neuralSimplify } = await built('gltf-transform');
 const { NeuralSimplifier } = await built('simplifier');
@@ -224,4 +226,20 @@ test('NeuralSimplifier serves simplify of glTF-Transform', async () => {
   await document.transform(weld(), simplify({ simplifier: NeuralSimplifier, ratio: 0.5, error: 0.01 }));
   const after = surfaceOf(mesh).faces.length;
   assert.ok(after <= 0.5 * before && after > 0.3 * before, `${after} of ${before}`);
+});
+
+test('the default of glTF-Transform, an error without a size, simplifies as with MeshoptSimplifier', async () => {
+  await MeshoptSimplifier.ready;
+  const { positions, faces } = spot();
+  const left = [];
+  for (const simplifier of [MeshoptSimplifier, NeuralSimplifier]) {
+    const document = new Document().setLogger(silent);
+    const accessor = (type, array) => document.createAccessor('', document.getRoot().listBuffers()[0] ?? document.createBuffer()).setType(type).setArray(array);
+    const primitive = document.createPrimitive().setAttribute('POSITION', accessor('VEC3', positions.slice())).setIndices(accessor('SCALAR', faces.slice()));
+    document.createMesh().addPrimitive(primitive);
+    await document.transform(weld(), simplify({ simplifier }));
+    left.push(primitive.getIndices().getCount() / 3);
+  }
+  const [theirs, ours] = left;
+  assert.ok(ours <= theirs && ours > 0.9 * theirs && theirs < faces.length / 3, `${ours} and ${theirs}`);
 });

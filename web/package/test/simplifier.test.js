@@ -158,6 +158,36 @@ test('simplifyPoints chooses points', () => {
   assert.equal(NeuralSimplifier.simplifyPoints(positions, 3, 0).length, 0);
 });
 
+test('simplifySloppy reaches sizes and errors', () => {
+  // Four tori side by side, which join.
+  const n = positions.length / 3;
+  const [many, shifted] = [new Uint32Array(4 * faces.length), new Float32Array(4 * positions.length)];
+  for (let k = 0; k < 4; k++) {
+    many.set(faces.map((v) => v + k * n), k * faces.length);
+    shifted.set(positions.map((x, i) => (i % 3 === 2 ? x + 3 * k : x)), k * positions.length);
+  }
+  const [indices, error] = NeuralSimplifier.simplifySloppy(many, shifted, 3, null, 240, 1);
+  assert.ok(indices instanceof Uint32Array);
+  assert.ok(indices.length > 0 && indices.length <= 240 && indices.every((v) => v < 4 * n), `${indices.length}`);
+  assert.ok(error > 0.01 && error < 1, `${error}`);
+  // Above the error nothing changes.
+  assert.deepEqual(NeuralSimplifier.simplifySloppy(many, shifted, 3, null, 240, error / 2), [many, 0]);
+  // More triangles are nearer.
+  assert.ok(NeuralSimplifier.simplifySloppy(many, shifted, 3, null, 3000, 1)[1] < error);
+});
+
+test('simplifySloppy keeps a triangle that is locked, strides and the class of indices', () => {
+  const small = Uint16Array.from(faces);
+  const locks = new Uint8Array(positions.length / 3);
+  const locked = faces.subarray(0, 3);
+  locked.forEach((v) => { locks[v] = 1; });
+  const [indices] = NeuralSimplifier.simplifySloppy(small, widened(positions, 3, 5), 5, locks, 300, 1);
+  assert.ok(indices instanceof Uint16Array);
+  assert.ok(locked.every((v) => indices.includes(v)));
+  assert.deepEqual(indices, Uint16Array.from(NeuralSimplifier.simplifySloppy(faces, positions, 3, locks, 300, 1)[0]));
+  assert.throws(() => NeuralSimplifier.simplifySloppy(faces, positions, 3, new Uint8Array(3), 300, 1), /vertex_lock/);
+});
+
 test('simplifyPrune drops small components', () => {
   const small = torus(6, 5);
   const both = Float32Array.from([...positions, ...small.positions.map((x) => 0.01 * x + 9)]);
