@@ -49,7 +49,8 @@ const TABLE_2: [(&str, [[f64; 6]; 2]); 4] = [
 pub fn measure(bench: &Bench) -> Result<Blocks> {
     let meshes = bench.some_of_classes()?;
     let measured = |noise: f64| {
-        let name = format!("table-2-noise-{noise}");
+        // Whole numbers: what follows a dot would be taken for the ending of the file.
+        let name = format!("table-2-noise-{}", 10.0 * noise);
         bench.measure(&name, &FIGURES, meshes.clone(), |name, path| measure_mesh(name, path, noise))
     };
     let [none, some, most] = NOISE.map(measured);

@@ -66,7 +66,46 @@ impl Csr {
     /// Builds the symmetric graph over `n` nodes with these edges; drops loops and repeats.
     pub fn from_edges(n: usize, edges: impl IntoIterator<Item = [u32; 2], IntoIter: Clone>) -> Self {
         let edges = edges.into_iter().filter(|[a, b]| a != b);
-        Self::from_entries(n, n, edges.flat_map(|[a, b]| [[a, b], [b, a]]))
+        let mut starts = vec![0u32; n + 1];
+        edges.clone().for_each(|edge| edge.iter().for_each(|&end| starts[end as usize + 1] += 1));
+        for row in 0..n {
+            starts[row + 1] = starts[row].checked_add(starts[row + 1]).expect("at most 2^32 - 1 entries");
+        }
+        let mut next = starts.clone();
+        let mut append = |columns: &mut [u32], row: u32, column: u32| {
+            columns[next[row as usize] as usize] = column;
+            next[row as usize] += 1;
+        };
+        let mut others = vec![0u32; starts[n] as usize];
+        edges.for_each(|[a, b]| {
+            append(&mut others, a, b);
+            append(&mut others, b, a);
+        });
+        Self::from_unsorted_symmetric(&starts, &others)
+    }
+
+    /// Builds a symmetric graph from the neighbours of each node, in any order and with repeats.
+    // Nodes in order are appended to the rows of their neighbours, so that these ascend: faster than sorting each row.
+    fn from_unsorted_symmetric(starts: &[u32], others: &[u32]) -> Self {
+        let n = starts.len() - 1;
+        let (mut columns, mut ends) = (vec![0u32; others.len()], starts[..n].to_vec());
+        for node in 0..n {
+            for &row in &others[starts[node] as usize..starts[node + 1] as usize] {
+                let (start, end) = (starts[row as usize], &mut ends[row as usize]);
+                if *end == start || columns[*end as usize - 1] != node as u32 {
+                    columns[*end as usize] = node as u32;
+                    *end += 1;
+                }
+            }
+        }
+        let mut offsets = vec![0u32; n + 1];
+        for row in 0..n {
+            let (begin, end, to) = (starts[row] as usize, ends[row] as usize, offsets[row] as usize);
+            columns.copy_within(begin..end, to);
+            offsets[row + 1] = (to + end - begin) as u32;
+        }
+        columns.truncate(offsets[n] as usize);
+        Self { offsets, columns, n_cols: n }
     }
 
     /// Builds rows from (row, column) entries; drops repeats.
@@ -301,6 +340,21 @@ mod tests {
         assert!(graph.is_symmetric());
         assert_eq!(graph.position(1, 3), Some(2));
         assert_eq!(graph.position(0, 3), None);
+    }
+
+    #[test]
+    fn edges_in_any_order_give_the_entries_of_both_directions() {
+        let mut state = 1u64;
+        let mut draw = |n: u64| {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            ((state >> 33) % n) as u32
+        };
+        for n in [1, 2, 7, 40] {
+            let edges: Vec<[u32; 2]> = (0..5 * n).map(|_| [draw(n), draw(n)]).collect();
+            let both = edges.iter().filter(|[a, b]| a != b).flat_map(|&[a, b]| [[a, b], [b, a]]);
+            assert_eq!(Csr::from_edges(n as usize, edges.clone()), Csr::from_entries(n as usize, n as usize, both));
+        }
+        assert_eq!(Csr::from_edges(0, []).n_rows(), 0);
     }
 
     #[test]

@@ -33,7 +33,9 @@ pub use group_max::{GroupMax, group_max, group_max_affine, group_max_affine_back
 #[doc(hidden)]
 pub use isa::{Isa, Work};
 pub use matrix::Matrix;
-pub use neighbour_max::{neighbour_max, neighbour_max_backward, neighbour_max_product_relu};
+pub use neighbour_max::{
+    neighbour_max, neighbour_max_backward, neighbour_max_product_relu, neighbour_max_two_products,
+};
 pub use neighbour_softmax::{neighbour_dots, neighbour_dots_backward, neighbour_softmax, neighbour_softmax_backward};
 pub use pair_relu::{PairReluGradients, concat_pair_relu_product, pair_relu, pair_relu_backward, pair_relu_product};
 #[doc(hidden)]

@@ -1,7 +1,7 @@
 //! Largest difference to a neighbour: the core of DevConv (Eq. 1).
 
 use super::isa::{ColumnKernel, Isa, RowKernel, relu};
-use super::product::multiply_rows;
+use super::product::{add_bias, multiply_rows};
 use super::{Csr, Matrix};
 use std::ops::Range;
 
@@ -54,6 +54,34 @@ fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
         u.n_rows(),
         weights.n_cols(),
     )
+}
+
+/// Computes `max(y w, 0) w' + b'` for `y` of [`neighbour_max`], without storing the features between the products.
+///
+/// # Shapes
+/// - `u`, `graph`: as for [`neighbour_max`]
+/// - `weights`: width x n_features
+/// - `next`: w', n_features x n_out, and b', n_out or empty
+/// - returns n x n_out
+///
+/// ```
+/// # use neural_mesh_mesh as neural_mesh;
+/// use neural_mesh::linalg::{Csr, Matrix, neighbour_max_two_products};
+/// let number = |x: f32| Matrix::new(1, 1, vec![x]);
+/// let u = Matrix::new(3, 1, vec![1.0, 5.0, 7.0]);
+/// let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
+/// assert_eq!(neighbour_max_two_products(&u, &path, &number(10.0), (&number(2.0), &[1.0])).data(), [1.0, 81.0, 41.0]);
+/// ```
+pub fn neighbour_max_two_products(u: &Matrix, graph: &Csr, weights: &Matrix, next: (&Matrix, &[f32])) -> Matrix {
+    two_products_on(Isa::best(), u, graph, weights, next)
+}
+
+fn two_products_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix, (next, bias): (&Matrix, &[f32])) -> Matrix {
+    assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
+    assert_eq!([u.n_cols(), weights.n_cols()], [weights.n_rows(), next.n_rows()], "sizes of the layers must match");
+    assert!(bias.is_empty() || bias.len() == next.n_cols(), "one bias per column");
+    let first = NeighbourMaxProductKernel { largest: NeighbourMaxKernel { u, graph }, weights };
+    isa.compute_matrix(&TwoProductsKernel { first, next, bias }, u.n_rows(), next.n_cols())
 }
 
 /// Computes the derivative of [`neighbour_max`] to `u`; ties go to the first neighbour.
@@ -135,6 +163,22 @@ impl RowKernel for NeighbourMaxProductKernel<'_> {
         self.largest.compute::<FMA>(rows, &mut largest);
         multiply_rows::<FMA>(&largest, self.weights, out);
         out.iter_mut().for_each(|y| *y = relu(*y));
+    }
+}
+
+struct TwoProductsKernel<'a> {
+    first: NeighbourMaxProductKernel<'a>,
+    next: &'a Matrix,
+    bias: &'a [f32],
+}
+
+impl RowKernel for TwoProductsKernel<'_> {
+    #[inline(always)]
+    fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
+        let mut features = vec![0.0; rows.len() * self.next.n_rows()];
+        self.first.compute::<FMA>(rows, &mut features);
+        multiply_rows::<FMA>(&features, self.next, out);
+        add_bias(out, self.bias);
     }
 }
 
@@ -223,7 +267,13 @@ mod tests {
                 assert_close(neighbour_max_on(isa, &u, &graph).data(), largest.data(), 1e-6);
                 let weights = random(width, 20, 6);
                 let expected: Vec<f32> = product(&largest, &weights, &[]).data().iter().map(|y| y.max(0.0)).collect();
-                assert_close(product_on(isa, &u, &graph, &weights).data(), &expected, 1e-5);
+                let features = product_on(isa, &u, &graph, &weights);
+                assert_close(features.data(), &expected, 1e-5);
+                for n_out in [1, 9, 32] {
+                    let (next, bias) = (random(20, n_out, 7), random(1, n_out, 8));
+                    let both = two_products_on(isa, &u, &graph, &weights, (&next, bias.data()));
+                    assert_close(both.data(), product(&features, &next, bias.data()).data(), 1e-5);
+                }
             }
         }
     }

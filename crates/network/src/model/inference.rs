@@ -2,11 +2,11 @@
 
 use super::tiles::{TILE, compute_in_tiles};
 use super::{
-    Architecture, CandidateFaces, Vertices, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
-    in_edge_lengths, point_sampler, prior, triangle_graph,
+    Architecture, CandidateFaces, PointSampler, Vertices, Weights, candidate_faces, edge_predictor, extended_graph,
+    face_classifier, in_edge_lengths, point_sampler, prior, triangle_graph,
 };
 use crate::autodiff::{Tape, Value};
-use crate::linalg::{Csr, Matrix, Stars, scored_stars};
+use crate::linalg::{Csr, Matrix, Stars, neighbour_max_two_products, product, scored_stars};
 use crate::spatial::coherent_order;
 use std::sync::Arc;
 
@@ -63,10 +63,27 @@ pub fn surface_scores<P: Copy + Into<[f32; 3]>>(
 }
 
 fn scores(weights: &Weights, points: Matrix, normals: Option<Matrix>, rings: &Arc<Csr>) -> Vec<f32> {
+    let net = weights.constants().point_sampler;
+    if net.hidden.is_none() && net.dev_convs.first().is_some_and(|layer| layer.theta.matrix().n_rows() == 3) {
+        return scores_of_positions(&net, &points, rings);
+    }
     let (points, normals) = (Value::constant(points), normals.map(Value::constant));
     let vertices = Vertices { points: &points, normals: normals.as_ref() };
-    let scores = point_sampler(&mut Tape::default(), &weights.constants().point_sampler, vertices, rings);
-    scores.matrix().data().to_vec()
+    point_sampler(&mut Tape::default(), &net, vertices, rings).matrix().data().to_vec()
+}
+
+/// Scores with the bits of [`point_sampler`], without storing the features between two DevConv.
+fn scores_of_positions(net: &PointSampler<Value>, points: &Matrix, rings: &Csr) -> Vec<f32> {
+    let mut layers = net.dev_convs.iter().peekable();
+    let mut mapped = layers.peek().map_or_else(|| points.clone(), |first| product(points, first.theta.matrix(), &[]));
+    while let Some(layer) = layers.next() {
+        let next = match layers.peek() {
+            Some(next) => (next.theta.matrix(), [].as_slice()),
+            None => (net.score.weights.matrix(), net.score.bias.matrix().data()),
+        };
+        mapped = neighbour_max_two_products(&mapped, rings, layer.phi.matrix(), next);
+    }
+    mapped.into_data()
 }
 
 /// Scores some vertices like [`surface_scores`], from their neighbours alone.
@@ -203,4 +220,20 @@ pub fn predict_faces(
     let order = || (0..candidates.triangles.len() as u32).collect();
     let probabilities = compute_in_tiles(&graph, order, (TILE, net.tri_convs.len()), classify);
     PredictedFaces { candidates, prior, probabilities }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::test_values::{ragged_graph, random};
+
+    #[test]
+    fn scores_of_positions_have_the_bits_of_the_sampler() {
+        let (weights, rings) = (Weights::random(3), Arc::new(ragged_graph(201)));
+        let (net, points) = (weights.constants().point_sampler, random(201, 3, 1));
+        let values = Value::constant(points.clone());
+        let vertices = Vertices { points: &values, normals: None };
+        let scores = point_sampler(&mut Tape::default(), &net, vertices, &rings);
+        assert_eq!(scores_of_positions(&net, &points, &rings), scores.matrix().data());
+    }
 }

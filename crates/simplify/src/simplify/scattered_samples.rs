@@ -21,6 +21,9 @@ const SHRINKING: f64 = 0.92;
 // Only vertices at one position are that near.
 const MOST_ROUNDS: usize = 128;
 
+/// Vertices whose edges a thread measures at once.
+const BLOCK: usize = 1024;
+
 /// Draws k different vertices with a density proportional to `exp(score)`, kept apart from each other.
 ///
 /// Dart throwing (Cook 1986; McCool and Fiume 1992): vertices come in the order of
@@ -133,8 +136,15 @@ impl<'a> DistanceField<'a> {
     /// Builds the field without samples; `stretch` is the factor on lengths at each vertex.
     fn new(points: &[[f32; 3]], rings: &'a Csr, stretch: &[f64]) -> Self {
         let length = |v: usize, w: usize| 0.5 * (stretch[v] + stretch[w]) * distance2(points[v], points[w]).sqrt();
-        let of_vertex = |v: usize| rings.row(v).iter().map(move |&w| length(v, w as usize));
-        let lengths = (0..points.len()).into_par_iter().flat_map_iter(of_vertex).collect();
+        let of_block = |begin: usize| {
+            let rows = begin..(begin + BLOCK).min(points.len());
+            let mut lengths = Vec::with_capacity(rings.rows_range(rows.clone()).len());
+            rows.for_each(|v| lengths.extend(rings.row(v).iter().map(|&w| length(v, w as usize))));
+            lengths
+        };
+        let blocks: Vec<Vec<f64>> =
+            (0..points.len().div_ceil(BLOCK)).into_par_iter().map(|at| of_block(at * BLOCK)).collect();
+        let lengths = blocks.concat();
         Self { rings, lengths, distance: vec![f64::INFINITY; points.len()], front: VecDeque::new() }
     }
 
