@@ -15,6 +15,7 @@
 use std::collections::HashMap;
 
 use crate::collapse::build::is_face;
+use crate::collapse::roots::find_root;
 use crate::collapse::vector::{Point, cross, dot, subtract};
 
 /// The faces of a mesh whose bad vertices are cut, and whose copies they are.
@@ -155,8 +156,8 @@ impl Cuts {
 }
 
 // A number per corner, equal for corners in one chain of faces around the vertex.
-fn group_corners(vertex: u32, corners: &[Corner], pairs: &HashMap<(u32, u32, usize), usize>) -> Vec<usize> {
-    let mut groups: Vec<usize> = (0..corners.len()).collect();
+fn group_corners(vertex: u32, corners: &[Corner], pairs: &HashMap<(u32, u32, usize), usize>) -> Vec<u32> {
+    let mut groups: Vec<u32> = (0..corners.len() as u32).collect();
     let mut by_next: HashMap<u32, Vec<usize>> = HashMap::new();
     let mut n_previous: HashMap<u32, usize> = HashMap::new();
     for (i, corner) in corners.iter().enumerate() {
@@ -171,16 +172,9 @@ fn group_corners(vertex: u32, corners: &[Corner], pairs: &HashMap<(u32, u32, usi
         let partner = pairs.get(&(end, vertex, corners[a].face));
         let next = others.iter().find(|&&b| is_plain || partner == Some(&corners[b].face));
         if let Some(&b) = next {
-            let (one, other) = (find_root(&groups, a), find_root(&groups, b));
-            groups[one.max(other)] = one.min(other);
+            let (one, other) = (find_root(&mut groups, a as u32), find_root(&mut groups, b as u32));
+            groups[one.max(other) as usize] = one.min(other);
         }
     }
-    (0..corners.len()).map(|i| find_root(&groups, i)).collect()
-}
-
-fn find_root(groups: &[usize], mut i: usize) -> usize {
-    while groups[i] != i {
-        i = groups[i];
-    }
-    i
+    (0..corners.len() as u32).map(|i| find_root(&mut groups, i)).collect()
 }

@@ -11,24 +11,26 @@ pub(crate) struct UnitFrame {
     scale: f64,
 }
 
+/// Returns the lowest and highest coordinates of points; zeros for none.
+pub(crate) fn bounding_box(positions: &[Point]) -> [Point; 2] {
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for p in positions {
+        for k in 0..3 {
+            low[k] = low[k].min(p[k]);
+            high[k] = high[k].max(p[k]);
+        }
+    }
+    if positions.is_empty() { [[0.0; 3]; 2] } else { [low, high] }
+}
+
 impl UnitFrame {
     /// Measures the bounding box; refuses coordinates that are not finite.
     pub(crate) fn new(positions: &[Point]) -> Result<UnitFrame, CollapseError> {
-        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for (vertex, p) in positions.iter().enumerate() {
-            // A sum of zeros, else NaN.
-            if (p[0] * 0.0 + p[1] * 0.0) + p[2] * 0.0 != 0.0 {
-                return Err(CollapseError::NotFinite { vertex });
-            }
-            for k in 0..3 {
-                low[k] = low[k].min(p[k]);
-                high[k] = high[k].max(p[k]);
-            }
+        // A sum of zeros, else NaN.
+        if let Some(vertex) = positions.iter().position(|p| (p[0] * 0.0 + p[1] * 0.0) + p[2] * 0.0 != 0.0) {
+            return Err(CollapseError::NotFinite { vertex });
         }
-        if positions.is_empty() {
-            (low, high) = ([0.0; 3], [0.0; 3]);
-        }
-        let [low, high] = [low, high].map(|bound| bound.map(f64::from));
+        let [low, high] = bounding_box(positions).map(|corner| corner.map(f64::from));
         let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
         let scale = if size > 0.0 { 1.0 / size } else { 1.0 };
         Ok(UnitFrame { center: [0, 1, 2].map(|k| 0.5 * (low[k] + high[k])), size: 1.0 / scale, scale })

@@ -1,6 +1,6 @@
 //! Vertex and index buffers of the caller, before and after.
 
-use crate::collapse::CollapseError;
+use crate::collapse::{CollapseError, bounding_box};
 
 /// Triangles of the caller, with what holds and weighs.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,13 +48,7 @@ impl IndexResult {
 
 /// Returns the longest side of the box around points.
 pub fn measure_extent(positions: &[[f32; 3]]) -> f32 {
-    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    for p in positions {
-        for k in 0..3 {
-            low[k] = low[k].min(p[k]);
-            high[k] = high[k].max(p[k]);
-        }
-    }
+    let [low, high] = bounding_box(positions);
     (0..3).map(|k| high[k] - low[k]).fold(0.0, f32::max)
 }
 

@@ -4,9 +4,9 @@
 
 use std::collections::HashMap;
 
-use crate::collapse::CollapseError;
+use crate::collapse::{CollapseError, bounding_box};
 
-use super::buffers::{IndexBuffers, measure_extent};
+use super::buffers::IndexBuffers;
 
 /// Most cells along a side.
 const MOST_CELLS: u32 = 1 << 10;
@@ -110,9 +110,8 @@ struct Points {
 
 impl Points {
     fn new(positions: &[[f32; 3]], weights: Vec<f32>) -> Points {
-        let mut low = [f32::INFINITY; 3];
-        positions.iter().for_each(|p| (0..3).for_each(|k| low[k] = low[k].min(p[k])));
-        let extent = measure_extent(positions);
+        let [low, high] = bounding_box(positions);
+        let extent = (0..3).map(|k| high[k] - low[k]).fold(0.0, f32::max);
         let scale = if extent > 0.0 { 1.0 / extent } else { 0.0 };
         let row = |p: &[f32; 3]| [0, 1, 2, 3, 4, 5].map(|k| if k < 3 { (p[k] - low[k]) * scale } else { 0.0 });
         Points { rows: positions.iter().map(row).collect(), weights }

@@ -1,6 +1,6 @@
 //! Components whose loss is smaller than what it would cost to keep them.
 
-use crate::collapse::CollapseError;
+use crate::collapse::{CollapseError, find_root};
 
 use super::buffers::{IndexBuffers, IndexResult, measure_extent};
 use super::weld::weld;
@@ -101,13 +101,4 @@ impl BufferComponents {
     fn find(&self, vertex: u32) -> usize {
         self.numbers[vertex as usize] as usize
     }
-}
-
-fn find_root(parents: &mut [u32], mut v: u32) -> u32 {
-    while parents[v as usize] != v {
-        let above = parents[parents[v as usize] as usize];
-        parents[v as usize] = above;
-        v = above;
-    }
-    v
 }
