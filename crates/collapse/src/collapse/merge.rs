@@ -17,8 +17,10 @@ use crate::collapse::rings::Vertex;
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
 use crate::collapse::vector;
 
-/// Least cosine, squared, between a face's normals before and after a merge: 78 degrees.
-pub(crate) const LEAST_COSINE_SQUARED: f32 = 0.04;
+/// Least cosine, squared, between a face's normals before and after a merge: 60 degrees.
+///
+/// At 78 degrees, 14 in place of 5 faces are turned over in 96 results.
+pub(crate) const LEAST_COSINE_SQUARED: f32 = 0.25;
 
 /// Cosine, squared, between a normal and the star's mean from which on the face counts as flat: 60 degrees.
 const FLAT_COSINE_SQUARED: f32 = 0.25;
@@ -74,7 +76,7 @@ pub(crate) fn merge_inside<L: EightLanes>(
     let d = vector::subtract(stretch.vertices[v as usize].position, pu);
     let star = EdgeStar { vertices: stretch.vertices, border, origin: splat_vector::<L>(pu), d: splat_vector(d) };
     let plane = star.sum_volume();
-    let (qu, qv) = (&pass.quadrics[edge.u as usize], &pass.quadrics[edge.v as usize]);
+    let (qu, qv) = (&pass.terms.quadrics[edge.u as usize], &pass.terms.quadrics[edge.v as usize]);
     let x = if edge.is_fixed { [0.0; 3] } else { place_pair(qu, qv, d, Some(plane)) };
     let is_flat = star.check_turns(x, plane.normal)?;
     // Errors add up over passes. On a flat star planes tell how far the surface moves.
