@@ -22,6 +22,9 @@ use crate::collapse::vector;
 /// At 78 degrees, 14 in place of 5 faces are turned over in 96 results.
 pub(crate) const LEAST_COSINE_SQUARED: f32 = 0.25;
 
+/// Height of a face over its edge, squared, below which a merge may not bring it.
+const THINNEST_SQUARED: f32 = 1e-10;
+
 /// Cosine, squared, between a normal and the star's mean from which on the face counts as flat: 60 degrees.
 const FLAT_COSINE_SQUARED: f32 = 0.25;
 
@@ -239,7 +242,11 @@ impl<L: EightLanes> EdgeStar<'_, L> {
             let new = subtract(c, cross(x, edge));
             let (along, new_squared) = (dot(old, new), dot(new, new));
             let bound = L::splat(LEAST_COSINE_SQUARED) * dot(old, old) * new_squared;
-            let keeps = along.greater(zero).and((along * along).greater(bound)).to_bits();
+            // A face that becomes a line has no normal that the next merge could keep.
+            let squared = dot(edge, edge);
+            let thin = (L::splat(THINNEST_SQUARED) * squared * squared).min(L::splat(0.5) * dot(old, old));
+            let keeps =
+                along.greater(zero).and((along * along).greater(bound)).and(new_squared.greater(thin)).to_bits();
             let live = live.to_bits() & 255;
             if keeps & live != live {
                 return Err(Refusal::Turn);
