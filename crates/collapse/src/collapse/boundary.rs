@@ -38,7 +38,7 @@ pub(crate) fn merge_at_boundary(
     }
     let [pu, pv] = [u, v].map(|w| stretch.vertices[w as usize].position);
     let d = subtract(pv, pu);
-    let (qu, qv) = (&pass.quadrics[edge.u as usize], &pass.quadrics[edge.v as usize]);
+    let (qu, qv) = (&pass.terms.quadrics[edge.u as usize], &pass.terms.quadrics[edge.v as usize]);
     let x = if edge.is_fixed { [0.0; 3] } else { place_pair(qu, qv, d, None) };
     let x = [pu[0] + x[0], pu[1] + x[1], pu[2] + x[2]];
     check_turns(stretch, ring_u, pu, x, edge.v, false)?;

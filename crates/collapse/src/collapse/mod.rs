@@ -1,8 +1,8 @@
 //! Edge collapse of plain triangle meshes: [`collapse`] takes positions and faces, and returns fewer of both.
 //!
 //! The method is that of Garland and Heckbert (Surface Simplification Using Quadric Error Metrics, 1997) with quadrics of
-//! the present faces without memory and placements that keep the volume (Lindstrom and Turk, Evaluation of Memoryless
-//! Simplification, 1999), in passes that merge many edges each.
+//! the present faces without memory and placements toward the kept volume (Lindstrom and Turk, Evaluation of Memoryless
+//! Simplification, 1999), in passes that merge many edges each. Quadrics count more where the surface bends.
 //!
 //! - The mesh is its one-rings and nothing else (`rings`): no faces, no corners.
 //! - A pass (`passes`) sums a quadric per vertex (`quadric`), prices every edge once (`price`), finds the price up to
@@ -10,7 +10,7 @@
 //!   (`rebuild`).
 //! - At the end vertices may move nearer to the input (`fit`), without a search: the [`CollapseRecord`] tells what became what.
 //!
-//! A manifold stays manifold, what is closed stays closed, and no face turns by more than 78 degrees in a merge.
+//! A manifold stays manifold, what is closed stays closed, and no face turns by more than 60 degrees in a merge.
 //! Results have the same bits on any number of threads and with any instruction set: no operation is fused, and all
 //! sums have one order.
 

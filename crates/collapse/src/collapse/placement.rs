@@ -1,8 +1,13 @@
-//! Where a merged vertex goes: the point of least quadric error on the plane that keeps the volume.
+//! Where a merged vertex goes: the point of least quadric error, and a part of the way to the plane that keeps the volume.
 
 use crate::collapse::lanes::VertexQuadric;
 use crate::collapse::price::REACH;
 use crate::collapse::vector::Point64;
+
+/// The part of the way from least error to kept volume that a placement goes.
+///
+/// At 1 the mean distance without a fit is 5 % smaller, the largest 16 % larger.
+const VOLUME_SHARE: f64 = 0.25;
 
 /// Pivots below this share of the trace count as zero.
 const LEAST_PIVOT: f64 = 1e-9;
@@ -89,7 +94,7 @@ pub(crate) fn place_pair(qu: &VertexQuadric, qv: &VertexQuadric, d: [f32; 3], pl
             let direction = factors.solve(normal);
             let rise = dot(normal, direction);
             if rise > 0.0 {
-                let t = (f64::from(plane.offset) - dot(normal, x)) / rise;
+                let t = VOLUME_SHARE * (f64::from(plane.offset) - dot(normal, x)) / rise;
                 x = [x[0] + t * direction[0], x[1] + t * direction[1], x[2] + t * direction[2]];
             }
         }
@@ -168,10 +173,12 @@ mod tests {
     }
 
     #[test]
-    fn the_volume_is_kept_where_it_costs_least() {
+    fn a_placement_goes_toward_the_kept_volume_where_it_costs_least() {
         let plane = VolumePlane { normal: [0.2, 0.9, 0.4], offset: 0.25 };
         let x = widen(place_pair(&U, &V, D, Some(plane)));
-        assert!((dot(x, widen(plane.normal)) - 0.25).abs() < 1e-6);
+        let rise = |x: Point64| f64::from(plane.offset) - dot(x, widen(plane.normal));
+        let least = rise(widen(place_pair(&U, &V, D, None)));
+        assert!((rise(x) - (1.0 - VOLUME_SHARE) * least).abs() < 1e-6 && least.abs() > 1e-3);
         // Steps within the plane cost.
         for step in [[0.9, -0.2, 0.0], [0.4, 0.0, -0.2]] {
             for t in [1e-2, -1e-2] {

@@ -20,6 +20,8 @@ pub(crate) struct PriceTerms<'a> {
     pub moves: bool,
     /// Loss of a vertex' attributes if it is merged into a neighbour, one number per entry of the rings; empty: none.
     pub losses: &'a [f32],
+    /// Those of the vertices; attributes count by their importance.
+    pub quadrics: &'a [VertexQuadric],
 }
 
 impl PriceTerms<'_> {
@@ -29,19 +31,13 @@ impl PriceTerms<'_> {
         }
         let start = rings.starts[goes as usize] as usize;
         let place = rings.ring(goes).iter().position(|&w| w == into);
-        place.map_or(f32::INFINITY, |i| self.losses[start + i])
+        let importance = self.quadrics[goes as usize].importance();
+        place.map_or(f32::INFINITY, |i| importance * self.losses[start + i])
     }
 
     /// Returns the price of a merge of `goes` into `stays`, which keeps its place.
-    pub(crate) fn price_at(
-        &self,
-        rings: RingsView,
-        quadrics: &[VertexQuadric],
-        goes: u32,
-        stays: u32,
-        d: Point,
-    ) -> f32 {
-        let q = &quadrics[goes as usize].0;
+    pub(crate) fn price_at(&self, rings: RingsView, goes: u32, stays: u32, d: Point) -> f32 {
+        let q = &self.quadrics[goes as usize].0;
         let rows = [[q[0], q[1], q[2]], [q[1], q[3], q[4]], [q[2], q[4], q[5]]];
         let qd = rows.map(|row| vector::dot(row, d));
         vector::dot(qd, d).max(0.0) + self.loss(rings, goes, stays)
@@ -64,7 +60,6 @@ impl PriceTerms<'_> {
 /// Edges are priced from their lower end; what belongs to vertices outside of `best` is added to `elsewhere`.
 pub(crate) struct PriceEdges<'a> {
     pub rings: &'a Rings,
-    pub quadrics: &'a [VertexQuadric],
     pub terms: PriceTerms<'a>,
     pub first: usize,
     pub best: &'a mut [u64],
@@ -129,8 +124,8 @@ impl PriceEdges<'_> {
     fn price_eight<L: EightLanes>(&mut self, us: &EightIndices, vs: &EightIndices, n: usize) {
         let vertices = &self.rings.vertices;
         let d = subtract(L::load_points(vertices, vs), L::load_points(vertices, us));
-        let (qu, qv) = (L::load_quadrics(self.quadrics, us), L::load_quadrics(self.quadrics, vs));
-        let special = qu[7].max(qv[7]).greater(L::splat(mark::FREE)).to_bits();
+        let (qu, qv) = (L::load_quadrics(self.terms.quadrics, us), L::load_quadrics(self.terms.quadrics, vs));
+        let special = qu[7].max(qv[7]).greater(L::splat(mark::SPECIAL)).to_bits();
         let special = if self.terms.losses.is_empty() { special } else { 255 };
         let prices = if self.terms.moves { price_pairs(&qu, &qv, d) } else { price_either_end(&qu, &qv, d) };
         if special == 0 && L::lower_prices(self.best, self.first as u32, us, vs, prices) {
@@ -165,7 +160,7 @@ impl PriceEdges<'_> {
         let view = rings.view();
         let price_at = |goes: u32, stays: u32| {
             let d = vector::subtract(rings.vertices[stays as usize].position, rings.vertices[goes as usize].position);
-            terms.price_at(view, self.quadrics, goes, stays, d)
+            terms.price_at(view, goes, stays, d)
         };
         match (view.may_go((u, su), (v, sv)), view.may_go((v, sv), (u, su))) {
             (true, true) if terms.moves => free + terms.loss_between(view, u, v),
@@ -259,8 +254,7 @@ mod tests {
         let (mut best, mut elsewhere) = (vec![0; n], Vec::new());
         dispatch(PriceEdges {
             rings: &rings,
-            quadrics: &quadrics,
-            terms: PriceTerms { moves: true, losses: &[] },
+            terms: PriceTerms { moves: true, losses: &[], quadrics: &quadrics },
             first: 0,
             best: &mut best,
             elsewhere: &mut elsewhere,
@@ -288,9 +282,8 @@ mod tests {
             let (mut best, mut elsewhere) = (vec![0; n], Vec::new());
             for (i, best) in best.chunks_mut(size).enumerate() {
                 let first = i * size;
-                let terms = PriceTerms { moves: true, losses: &[] };
-                let kernel =
-                    PriceEdges { rings: &rings, quadrics: &quadrics, terms, first, best, elsewhere: &mut elsewhere };
+                let terms = PriceTerms { moves: true, losses: &[], quadrics: &quadrics };
+                let kernel = PriceEdges { rings: &rings, terms, first, best, elsewhere: &mut elsewhere };
                 if is_plain { run_plain(kernel) } else { dispatch(kernel) }
             }
             for (v, packed) in elsewhere {

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::collapse::lanes::{VertexQuadric, dispatch};
+use crate::collapse::lanes::dispatch;
 use crate::collapse::price::PriceTerms;
 use crate::collapse::rings::{Rings, RingsView};
 use crate::collapse::stretch::{PassView, VertexStretch};
@@ -35,7 +35,6 @@ pub(crate) struct Selection {
 /// A mesh and what its merges go by.
 pub(crate) struct PassMesh<'a> {
     pub rings: &'a mut Rings,
-    pub quadrics: &'a [VertexQuadric],
     pub terms: PriceTerms<'a>,
     /// The best edge of each vertex; after a merge, the other end.
     pub best: &'a mut [u64],
@@ -79,7 +78,7 @@ impl PassMesh<'_> {
         let Selection { threshold, guard, max_error, unit, .. } = self.selection;
         let rings = &mut *self.rings;
         let kept = RingsView { starts: &rings.starts, neighbors: &rings.neighbors, lines: &rings.lines };
-        let pass = PassView { rings: kept, quadrics: self.quadrics, terms: self.terms, threshold, guard, max_error };
+        let pass = PassView { rings: kept, terms: self.terms, threshold, guard, max_error };
         let lengths = || pieces.iter().map(|piece| piece.len());
         let mut vertices = split(&mut rings.vertices, lengths()).into_iter();
         let mut degrees = split(&mut rings.degrees, lengths()).into_iter();

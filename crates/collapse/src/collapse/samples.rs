@@ -9,6 +9,9 @@ use crate::collapse::vector::{self, Point};
 /// Stars that a sample may try.
 const N_STARS: usize = 5;
 
+/// Squared distance, over the usual, up to which samples have about the same weight.
+const FULL_WEIGHT: f32 = 0.3;
+
 /// Largest ring of a star; vertices beyond are left where they are.
 const LARGEST_RING: usize = 16;
 
@@ -19,12 +22,14 @@ pub(crate) struct Sample {
     pub weight: f32,
 }
 
-/// The normal equations of one vertex: the matrix as xx, xy, xz, yy, yz, zz, the right side, and squared distances.
+/// The normal equations of one vertex: the matrix as xx, xy, xz, yy, yz, zz and the right side, in which near samples count
+/// more; and sums of squared distances and of areas.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct SampleMoments {
     pub matrix: [f32; 6],
     pub right: Point,
     pub squares: f32,
+    pub area: f32,
 }
 
 impl SampleMoments {
@@ -36,6 +41,7 @@ impl SampleMoments {
             self.right[k] += other.right[k];
         }
         self.squares += other.squares;
+        self.area += other.area;
     }
 
     pub(crate) fn trace(&self) -> f32 {
@@ -72,6 +78,8 @@ pub(crate) struct SumSamples<'a> {
     pub starts: &'a [u32],
     pub samples: &'a [Sample],
     pub farthest: f32,
+    /// Mean squared distance of all samples, about.
+    pub usual: f32,
     pub first: usize,
     pub out: &'a mut [SampleMoments],
     pub elsewhere: &'a mut Vec<(u32, SampleMoments)>,
@@ -146,16 +154,20 @@ impl SumSamples<'_> {
         let scale = 1.0 / vector::dot(direction, direction).max(1e-37).sqrt();
         let n = [direction[0] * scale, direction[1] * scale, direction[2] * scale];
         let height = vector::dot(n, rest);
+        // Heights in place of squared heights become least: one far sample moves little.
+        let count = 1.0 / (height * height / self.usual.max(1e-37) + FULL_WEIGHT).sqrt();
         for (v, weight) in [(face[0], 1.0 - s - t), (face[1], s), (face[2], t)] {
             if weight <= 0.0 {
                 continue;
             }
-            let w = sample.weight * weight;
+            let area = sample.weight * weight;
+            let w = area * count;
             let wn = [n[0] * w, n[1] * w, n[2] * w];
             let moments = SampleMoments {
                 matrix: [n[0] * wn[0], n[0] * wn[1], n[0] * wn[2], n[1] * wn[1], n[1] * wn[2], n[2] * wn[2]],
                 right: [wn[0] * height, wn[1] * height, wn[2] * height],
-                squares: w * height * height,
+                squares: area * height * height,
+                area,
             };
             match self.out.get_mut((v as usize).wrapping_sub(self.first)) {
                 Some(sum) => sum.add(&moments),

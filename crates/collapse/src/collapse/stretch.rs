@@ -1,6 +1,5 @@
 //! What merges read and write: the rings of a pass, and the part of the vertices that one piece of work may change.
 
-use crate::collapse::lanes::VertexQuadric;
 use crate::collapse::price::PriceTerms;
 use crate::collapse::rings::{RingsView, Vertex, state};
 
@@ -8,7 +7,6 @@ use crate::collapse::rings::{RingsView, Vertex, state};
 #[derive(Clone, Copy)]
 pub(crate) struct PassView<'a> {
     pub rings: RingsView<'a>,
-    pub quadrics: &'a [VertexQuadric],
     pub terms: PriceTerms<'a>,
     /// Bits of the price up to which vertices are visited.
     pub threshold: u32,

@@ -108,7 +108,7 @@ impl Visit<'_> {
     // The end that stays, then the one that goes, and whether both could go; none if neither may.
     #[inline(always)]
     fn direct(&self, u: u32, v: u32, [state_u, state_v]: [u8; 2]) -> Option<([u32; 2], bool)> {
-        let PassView { rings, terms, quadrics, .. } = self.pass;
+        let PassView { rings, terms, .. } = self.pass;
         if (state_u | state_v) & state::HELD != 0 {
             match (rings.may_go((u, state_u), (v, state_v)), rings.may_go((v, state_v), (u, state_u))) {
                 (false, false) => return None,
@@ -122,8 +122,7 @@ impl Visit<'_> {
         }
         let position = |w: u32| self.stretch.vertices[(w - self.stretch.first) as usize].position;
         let d = subtract(position(v), position(u));
-        let is_reversed =
-            terms.price_at(rings, quadrics, u, v, d) < terms.price_at(rings, quadrics, v, u, d.map(|x| -x));
+        let is_reversed = terms.price_at(rings, u, v, d) < terms.price_at(rings, v, u, d.map(|x| -x));
         Some((if is_reversed { [v, u] } else { [u, v] }, true))
     }
 

@@ -11,17 +11,24 @@ use crate::collapse::rings::Vertex;
 /// Eight indices of vertices.
 pub(crate) type EightIndices = [u32; 8];
 
-/// The quadric of a vertex: xx, xy, xz, yy, yz, zz of its matrix, a third of the area around it, and a [`mark`].
+/// The quadric of a vertex: xx, xy, xz, yy, yz, zz of its matrix, a third of the area around it, and its importance.
 ///
 /// The matrix is the sum of n nᵀ over the faces around, n the unit normal, each times a third of the face's area; offsets
-/// are counted from the vertex itself, so there is no linear term.
+/// are counted from the vertex itself, so there is no linear term. Matrix and area are times the importance, at most 1, to
+/// which a [`mark`] is added.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Default, Debug, PartialEq)]
 pub(crate) struct VertexQuadric(pub [f32; 8]);
 
-/// Marks of the last number of a [`VertexQuadric`]: edges of a marked vertex take the slow lane of the prices.
+impl VertexQuadric {
+    /// Returns the importance without its mark.
+    pub(crate) fn importance(&self) -> f32 {
+        if self.0[7] > mark::SPECIAL { self.0[7] - mark::SPECIAL } else { self.0[7] }
+    }
+}
+
+/// What the last number of a [`VertexQuadric`] is above for marked vertices, whose edges take the slow lane of the prices.
 pub(crate) mod mark {
-    pub const FREE: f32 = 0.0;
     pub const SPECIAL: f32 = 1.0;
 }
 

@@ -25,7 +25,7 @@ fn closed_meshes_stay_closed_manifold_near_and_reach_the_size() {
                 assert!(is_manifold(&small));
                 assert_eq!(count_boundary_edges(&small), 0);
                 assert_eq!(count_boundary_edges(&small.weld()), 0);
-                assert_eq!(count_turned(&small, &mesh), 0);
+                assert_eq!(count_turned(&small, &mesh), 0, "{most} {n} {n_fit_steps}");
                 let (mean, largest) = distance(&small, &mesh);
                 assert!(mean < most && largest < 8.0 * most, "{n}: {mean} {largest}");
                 assert!((volume(&small) / volume(&mesh) - 1.0).abs() < 0.02);
