@@ -52,9 +52,9 @@ uint32_t nm_abi_version(void);
 
 // Makes the library allocate by `allocate` and free by `deallocate`; returns 1, or 0 on failure.
 //
-// To be called once, before all other functions: later the allocator is chosen. Blocks of `allocate` are aligned as those
-// of `malloc`; null ends the program. Both functions may be called from any thread, in any order, and as long as a thread
-// lives that has called the library.
+// To be called once, first: after any other call, or a refused one, the allocator is chosen. Blocks of `allocate` are
+// aligned as those of `malloc`; null ends the program. Both functions may be called from any thread, in any order, and as
+// long as a thread lives that has called the library.
 int32_t nm_set_allocator(void *(*allocate)(size_t size),
                          void (*deallocate)(void *block));
 

@@ -58,13 +58,15 @@ def is_plain_mesh(source: MeshInput) -> bool:
 
 def simplify_plain(sources: Sequence[MeshInput], target: Mapping[str, Any], options: Mapping[str, Any]) -> list[Light[Any] | None]:
     """Simplifies plain meshes in one call; `None` for each that takes the whole way."""
+    if not sources:
+        return []
     threads = n_threads(options["threads"])
     fit, locks = _FIT_STEPS[options["effort"]], bool(plain(options["lock_boundaries"]))
     results = _native.simplify_plain(to_native(target), [source.arrays[:2] for source in sources], fit, locks, False, threads)
     if results is None:
         return [None] * len(sources)
     seed = int(options["seed"] or 0)
-    return [result and _make_light(result, source, seed, threads or 1) for result, source in zip(results, sources)]
+    return [result and _make_light(result, source, seed) for result, source in zip(results, sources)]
 
 
 def merge_plain(
@@ -81,7 +83,7 @@ def merge_plain(
     return result.vertices, result.faces, result.origins, result.became
 
 
-def _make_light(result: _native.PlainResult, source: MeshInput, seed: int, threads: int) -> Light[Any]:
+def _make_light(result: _native.PlainResult, source: MeshInput, seed: int) -> Light[Any]:
     vertices, faces = source.convert_like(result.vertices), source.convert_like(result.faces)
     report: Report = {
         "input": {"vertices": result.n_used, "faces": len(source.arrays[1])},
@@ -90,7 +92,7 @@ def _make_light(result: _native.PlainResult, source: MeshInput, seed: int, threa
         "outcome": "reached",
         "scores": "geometry",
         "seed": seed,
-        "threads": threads,
+        "threads": result.threads,
         "seconds": {"read": 0.0, "simplify": result.seconds, "write": 0.0, "check": 0.0, "stages": {}},
         "cleaned": {"unreferenced_vertices": len(source.arrays[0]) - result.n_used, **dict.fromkeys(_CLEANED, 0)},  # type: ignore[typeddict-item]
         "distance": None,

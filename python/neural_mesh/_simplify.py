@@ -151,6 +151,9 @@ def _fill_defaults(name: str, options: Mapping[str, Any], sizes: Sequence[str]) 
             nearest = difflib.get_close_matches(option, known, 1)
             advice = f"; did you mean {nearest[0]}?" if nearest else f": choose from {', '.join(known)}"
             raise _native.OptionError(f"{name}: no such option: {option[:80]}{advice}")
+    on_dirty = options.get("on_dirty", "warn")
+    if on_dirty not in ("warn", "raise", "ignore"):
+        raise _native.OptionError(f"on_dirty={on_dirty!r}: choose from warn, raise, ignore")
     others = {option: value for option, value in options.items() if option not in sizes}
     return {**dict.fromkeys(Shared.__annotations__), **DEFAULTS, **others}
 
@@ -169,8 +172,6 @@ def _n_cores() -> int:
 
 
 def _simplify_levels(mesh: Any, triangles: Any, target: Mapping[str, Any], options: dict[str, Any]) -> tuple[Light[Any], ...]:
-    if options["on_dirty"] not in ("warn", "raise", "ignore"):
-        raise _native.OptionError(f"on_dirty={options['on_dirty']!r}: choose from warn, raise, ignore")
     # The input with its attributes, and the options of the simplifier apart from those about files.
     source = read_input(mesh if triangles is None else (mesh, triangles), options["attributes"], options["groups"], options["on_dirty"])
     if is_plain(options, target) and is_plain_mesh(source):
@@ -318,4 +319,4 @@ def _warn_of_surprises(lights: Sequence[Light[Any]], source: MeshInput, options:
     lines += [note for note in first.report.get("notes", ()) if note.startswith("lost: ")]
     for line in lines:
         # The level of the line that called `simplify` or `lods`.
-        warnings.warn(line, NeuralMeshWarning, stacklevel=4)
+        warnings.warn(line, NeuralMeshWarning, stacklevel=5)

@@ -24,6 +24,7 @@ pub struct PlainResult {
     faces: Py<PyAny>,
     /// Number of input vertices that have a face.
     n_used: usize,
+    threads: usize,
     /// The kernel's estimate of the largest distance, in the unit of the mesh.
     error: f64,
     seconds: f64,
@@ -106,6 +107,7 @@ struct Lighter {
     exact: Option<Vec<[f64; 3]>>,
     used: Vec<u32>,
     n_input: usize,
+    n_threads: usize,
     seconds: f64,
 }
 
@@ -116,7 +118,8 @@ impl PlainMesh {
             Positions::Single(array) => Self { positions: rows(array, "vertices")?.to_vec(), faces, double: None },
             Positions::Double(array) => {
                 let exact: Vec<[f64; 3]> = rows(array, "vertices")?.to_vec();
-                let center = center(&exact);
+                let named = faces.iter().flatten().filter_map(|&v| exact.get(v as usize));
+                let center = center(named);
                 let shift = |p: &[f64; 3]| [0, 1, 2].map(|k| (p[k] - center[k]) as f32);
                 Self {
                     positions: exact.iter().map(shift).collect(),
@@ -147,7 +150,8 @@ impl PlainMesh {
         let is_whole = result.outcome == CollapseOutcome::Reached && !result.was_cut && !result.faces.is_empty();
         let exact = self.double.as_ref().map(|double| self.place_exactly(double, &result));
         let (n_input, seconds) = (self.positions.len(), start.elapsed().as_secs_f64());
-        is_whole.then_some(Lighter { result, exact, used, n_input, seconds })
+        let n_threads = if n_threads == 0 { rayon::current_num_threads() } else { n_threads };
+        is_whole.then_some(Lighter { result, exact, used, n_input, n_threads, seconds })
     }
 
     /// Simplifies the vertices that have a face, so that others change nothing.
@@ -195,7 +199,7 @@ impl PlainMesh {
 }
 
 /// Returns the center of the box around points.
-fn center(points: &[[f64; 3]]) -> [f64; 3] {
+fn center<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> [f64; 3] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in points {
         for k in 0..3 {
@@ -220,7 +224,7 @@ impl Lighter {
     fn convert(self, py: Python, target: Py<PyAny>, keeps_merges: bool) -> PyResult<PlainResult> {
         let n_used = self.used.len();
         let became = keeps_merges.then(|| indices(py, self.list_became())).transpose()?;
-        let Self { result, exact, seconds, .. } = self;
+        let Self { result, exact, n_threads, seconds, .. } = self;
         let vertices = match exact {
             Some(exact) => array(py, exact)?,
             None => array(py, result.positions)?,
@@ -229,6 +233,7 @@ impl Lighter {
             vertices,
             faces: triples(py, result.faces)?,
             n_used,
+            threads: n_threads,
             error: f64::from(result.error),
             seconds,
             target,

@@ -60,6 +60,9 @@ def test_many_meshes_are_as_each_alone() -> None:
         alone = nm.simplify(mesh, ratio=0.3)
         assert np.array_equal(light.vertices, alone.vertices) and np.array_equal(light.faces, alone.faces)
     assert nm.simplify_many([], ratio=0.3) == []
+    assert not any(is_plain(light) for light in nm.simplify_many(meshes[:2], ratio=0.3, effort="standard"))
+    with pytest.raises(nm.OptionError, match="on_dirty"):
+        nm.simplify_many(meshes, ratio=0.3, on_dirty="rais")  # type: ignore[typeddict-item]
 
 
 def test_boundaries_stay_where_they_are_locked() -> None:
@@ -88,6 +91,10 @@ def test_vertices_without_a_face_do_not_count() -> None:
     vertices, faces = torus(30, 20)
     light = nm.simplify((np.concatenate([vertices, vertices[:100] + 9]), faces), ratio=0.5)
     assert is_plain(light) and len(light.vertices) == 300 and light.cleaned == {"unreferenced_vertices": 100}
+    # Nor do they take digits of double precision.
+    vertices, faces = torus(30, 20, np.float64)
+    alone, beside = (nm.simplify((points, faces), ratio=0.5) for points in (vertices, np.concatenate([vertices, [[1e9, 0, 0]]])))
+    assert np.array_equal(alone.vertices, beside.vertices)
 
 
 def test_what_merges_cannot_reach_takes_the_whole_way() -> None:

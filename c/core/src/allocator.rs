@@ -33,9 +33,9 @@ static DEALLOCATE: AtomicPtr<()> = AtomicPtr::new(null_mut());
 
 /// Makes the library allocate by `allocate` and free by `deallocate`; returns 1, or 0 on failure.
 ///
-/// To be called once, before all other functions: later the allocator is chosen. Blocks of `allocate` are aligned as those
-/// of `malloc`; null ends the program. Both functions may be called from any thread, in any order, and as long as a thread
-/// lives that has called the library.
+/// To be called once, first: after any other call, or a refused one, the allocator is chosen. Blocks of `allocate` are
+/// aligned as those of `malloc`; null ends the program. Both functions may be called from any thread, in any order, and as
+/// long as a thread lives that has called the library.
 // SAFETY: no other function has this name.
 #[unsafe(no_mangle)]
 pub extern "C" fn nm_set_allocator(

@@ -118,9 +118,11 @@ fn with_looks(given: ReadMesh, read: &FilesRead) -> (RawMesh, Looks, Vec<String>
 
 /// Returns the bytes of a file that holds all of a mesh, which a glTF never does and a covered OBJ not.
 fn lone_file_bytes(path: &Path, is_covered: bool) -> Option<u64> {
-    let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
-    let refers = ending.is_some_and(|ending| ending == "gltf" || (ending == "obj" && is_covered));
-    (!refers && path.as_os_str() != "-").then(|| std::fs::metadata(path).ok().map(|file| file.len())).flatten()
+    // What has no ending is the name of a mesh in memory, or standard input.
+    let ending = path.extension()?.to_ascii_lowercase();
+    let refers = ending == "gltf" || (ending == "obj" && is_covered);
+    let file = std::fs::metadata(path).ok()?;
+    (file.is_file() && !refers).then_some(file.len())
 }
 
 fn short_names(paths: &[&Path]) -> Vec<String> {

@@ -51,8 +51,11 @@ const FACTS = {
   },
   bytes: {
     title: 'File', best: 'less', say: spokenBytes,
-    judge: (n, { original }) => (n <= original.bytes
-      ? { grade: 'good', words: `${times(original.bytes, n)} smaller` } : { grade: 'poor', words: 'larger than the original' }),
+    judge: (n, { original }) => {
+      if (!(original.bytes > 0)) return { grade: 'none', words: '' };
+      return n <= original.bytes
+        ? { grade: 'good', words: `${times(original.bytes, n)} smaller` } : { grade: 'poor', words: 'larger than the original' };
+    },
   },
   distance_mean: {
     title: 'Mean distance', best: 'less', say: percentOf, judge: (value) => ({ grade: grade(value, 0.1, 0.3), words: pixels(value) }),
@@ -72,14 +75,16 @@ const FACTS = {
     title: 'Open edges', best: 'less', say: count,
     judge: (n, { original }) => {
       if (n === 0) return { grade: 'good', words: original.boundary_edges > 0 ? 'holes are closed' : 'closed' };
-      return original.boundary_edges > 0 ? { grade: 'fair', words: 'open as the original' } : { grade: 'poor', words: 'the original is closed' };
+      if (n > original.boundary_edges) return { grade: 'poor', words: original.boundary_edges > 0 ? 'more than in the original' : 'the original is closed' };
+      return { grade: 'fair', words: 'open as the original' };
     },
   },
   non_manifold_edges: {
     title: 'Non-manifold edges', best: 'less', say: count,
     judge: (n, { original }) => {
       if (n === 0) return { grade: 'good', words: 'manifold' };
-      return original.non_manifold_edges > 0 ? { grade: 'fair', words: 'as in the original' } : { grade: 'poor', words: 'the original has none' };
+      if (n > original.non_manifold_edges) return { grade: 'poor', words: original.non_manifold_edges > 0 ? 'more than in the original' : 'the original has none' };
+      return { grade: 'fair', words: 'as in the original' };
     },
   },
   self_intersecting_faces: {
@@ -134,7 +139,7 @@ function size(original, result) {
   const isFile = files >= 0.75 * faces && files > 1;
   const value = isFile ? `${times(original.bytes, result.bytes)} smaller` : `${times(original.faces, result.faces)} fewer triangles`;
   const sizes = result.bytes > 0 && original.bytes > 0 ? `, ${spokenBytes(original.bytes)} to ${spokenBytes(result.bytes)}` : '';
-  return { value, words: `${count(original.faces)} to ${count(result.faces)} triangles${sizes}`, grade: 'good' };
+  return { value, words: `${count(original.faces)} to ${count(result.faces)} triangles${sizes}`, grade: faces >= 1 || isFile ? 'good' : 'poor' };
 }
 
 function closeness(original, { values }) {
@@ -147,8 +152,14 @@ function closeness(original, { values }) {
 function surface(original, { values }) {
   const edges = values?.boundary_edges;
   if (edges === null || edges === undefined) return { value: '…', words: values ? 'not measured' : 'looking for holes', grade: 'none' };
-  const manifold = values.non_manifold_edges === 0 ? ' and manifold' : '';
-  if (edges === 0) return { value: 'closed', words: original.boundary_edges > 0 ? `the original is open${manifold && ''}` : `no holes${manifold}, as before`, grade: 'good' };
+  if (edges === 0) {
+    if (values.non_manifold_edges > 0) {
+      const { grade: found } = tell('non_manifold_edges', values.non_manifold_edges, { original });
+      return { value: 'closed', words: `${count(values.non_manifold_edges)} non-manifold edges`, grade: found };
+    }
+    if (original.boundary_edges > 0) return { value: 'closed', words: 'the original is open', grade: 'good' };
+    return { value: 'closed', words: original.non_manifold_edges > 0 ? 'no holes, and now manifold' : 'no holes and manifold, as before', grade: 'good' };
+  }
   const { grade: found, words } = tell('boundary_edges', edges, { original });
   return { value: found === 'fair' ? 'open as before' : 'holes', words: `${count(edges)} open edges; ${words}`, grade: found };
 }

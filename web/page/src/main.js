@@ -156,6 +156,9 @@ async function fulfil(app) {
   await measuring;
 }
 
+/** The result that each thumbnail shows. */
+const drawn = new WeakMap();
+
 /** Shows the levels that exist, each with a thumbnail. */
 async function showMade(app) {
   const { session, scene } = app;
@@ -163,8 +166,8 @@ async function showMade(app) {
   showLevels(session, options);
   for (const result of session.results.values()) {
     const canvas = levelCanvas(result, options);
-    if (!canvas || canvas.dataset.key === result.wish.key || result.mesh.faces.length > MOST_CORNERS) continue;
-    canvas.dataset.key = result.wish.key;
+    if (!canvas || drawn.get(canvas) === result || result.mesh.faces.length > MOST_CORNERS) continue;
+    drawn.set(canvas, result);
     if (result.pair === undefined) addPair(app, result);
     await drawThumbnail(scene, result.pair, canvas);
     if (app.session !== session) return;
