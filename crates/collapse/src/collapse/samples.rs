@@ -22,8 +22,8 @@ pub(crate) struct Sample {
     pub weight: f32,
 }
 
-/// The normal equations of one vertex: the matrix as xx, xy, xz, yy, yz, zz and the right side, in which near samples count
-/// more; and sums of squared distances and of areas.
+/// The normal equations of one vertex, in which near samples count more, and sums of squared distances and of areas. The
+/// matrix is xx, xy, xz, yy, yz, zz.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct SampleMoments {
     pub matrix: [f32; 6],
