@@ -107,6 +107,8 @@ OWN = ("attributes", "groups", "importance", "on_dirty", "threads", "progress", 
 DEFAULTS: dict[str, Any] = {"groups": "auto", "weld": True, "check": False, "on_dirty": "warn", "seed": 0}
 # Upper bound of `threads`, above the number of cores of any common machine.
 _MOST_THREADS = 1024
+# Options where nothing is asked for.
+UNASKED: dict[str, Any] = {**dict.fromkeys(Shared.__annotations__), **DEFAULTS}
 # Options that are on by default, with their negated names in the compiled module.
 _NEGATED = {"check": "no_check", "weld": "no_weld"}
 

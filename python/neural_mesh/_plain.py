@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from . import _native
 from ._meshes import MeshInput, read_input
-from ._options import DEFAULTS, Shared, n_threads, plain, to_native
+from ._options import DEFAULTS, UNASKED, n_threads, plain, to_native
 from ._report import Report
 from ._result import Light
 
-_UNASKED: dict[str, Any] = {**dict.fromkeys(Shared.__annotations__), **DEFAULTS}
 # Steps that move vertices nearer to the input after the merges, by `effort`.
 _FIT_STEPS = {None: 1, "fast": 0}
 _COUNTS = (
@@ -37,7 +36,7 @@ def is_plain(options: Mapping[str, Any], target: Mapping[str, Any]) -> bool:
     """Returns whether nothing is asked for but a number or share of vertices or faces."""
     if options["effort"] not in _FIT_STEPS or not ("ratio" in target or "vertices" in target or "faces" in target):
         return False
-    return all(value is _UNASKED[name] or _is_unasked(name, value) for name, value in options.items())
+    return all(value is UNASKED[name] or _is_unasked(name, value) for name, value in options.items())
 
 
 def _is_unasked(name: str, value: Any) -> bool:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native
 from ._faces import carry_face_values
 from ._meshes import MeshInput, array_of, pack, read_input
-from ._options import DEFAULTS, FILES, OWN, SIZES, Number, Options, OptionsWithoutRatio, Shared, identity_options, to_native, n_threads
+from ._options import FILES, OWN, SIZES, Number, Options, OptionsWithoutRatio, UNASKED, Shared, identity_options, to_native, n_threads
 from ._plain import is_plain, is_plain_mesh, simplify_plain
 from ._report import Report
 from ._result import Light, Map, Mesh, NeuralMeshWarning, NotReachedError, Rows
@@ -155,7 +155,7 @@ def _fill_defaults(name: str, options: Mapping[str, Any], sizes: Sequence[str]) 
     if on_dirty not in ("warn", "raise", "ignore"):
         raise _native.OptionError(f"on_dirty={on_dirty!r}: choose from warn, raise, ignore")
     others = {option: value for option, value in options.items() if option not in sizes}
-    return {**dict.fromkeys(Shared.__annotations__), **DEFAULTS, **others}
+    return {**UNASKED, **others}
 
 
 def _check_size(sizes: Mapping[str, Any]) -> dict[str, Any]:

@@ -80,7 +80,7 @@ fn simplify_all(meshes: &[PlainMesh], task: Task) -> Vec<Option<Lighter>> {
     }
 }
 
-/// What all meshes of a call are simplified to.
+/// The task of all meshes of a call.
 #[derive(Clone, Copy)]
 struct Task {
     size: Size,

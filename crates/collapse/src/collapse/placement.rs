@@ -1,4 +1,4 @@
-//! Where a merged vertex goes: the point of least quadric error, and a part of the way to the plane that keeps the volume.
+//! The place of a merged vertex: the point of least quadric error, and a part of the way to the plane that keeps the volume.
 
 use crate::collapse::lanes::VertexQuadric;
 use crate::collapse::price::REACH;

@@ -27,7 +27,7 @@ impl VertexQuadric {
     }
 }
 
-/// What the last number of a [`VertexQuadric`] is above for marked vertices, whose edges take the slow lane of the prices.
+/// The bound that the last number of a [`VertexQuadric`] exceeds for marked vertices; their edges take the slow lane of the prices.
 pub(crate) mod mark {
     pub const SPECIAL: f32 = 1.0;
 }
