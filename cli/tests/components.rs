@@ -206,3 +206,77 @@ fn small_meshes_inside_large_ones_of_a_scene_are_hidden_where_they_stand() {
         assert_eq!(neural_mesh::mesh::topology(&drawn).components, n_left, "{x}");
     }
 }
+
+/// Faces of a mesh that a test accepts, as a mesh of their own.
+fn part_of(mesh: &TriMesh, accepts: impl Fn([f32; 3]) -> bool) -> TriMesh {
+    let middle = |face: &[u32; 3]| {
+        let corners = face.map(|v| mesh.positions()[v as usize]);
+        [0, 1, 2].map(|axis| corners.iter().map(|p| p[axis]).sum::<f32>() / 3.0)
+    };
+    let faces = mesh.faces().iter().copied().filter(|face| accepts(middle(face))).collect();
+    neural_mesh::mesh::compact(mesh.positions(), faces).unwrap().0
+}
+
+/// Returns the edges by position with one face, as a viewer sees them.
+fn count_open_edges(mesh: &TriMesh) -> usize {
+    let (first, _) = neural_mesh::mesh::join_positions(mesh.positions());
+    let faces = mesh.faces().iter().map(|face| face.map(|v| first[v as usize])).collect();
+    let joined = neural_mesh::mesh::compact(mesh.positions(), faces).unwrap().0;
+    neural_mesh::mesh::edges(&joined).iter().filter(|edge| edge.n_faces() == 1).count()
+}
+
+#[test]
+fn meshes_of_a_scene_that_continue_each_other_stay_in_touch() {
+    let folder = folder();
+    let sphere = shapes::wavy_sphere(4, 6.0);
+    let third = |k: i32| move |p: [f32; 3]| (p[0].atan2(p[1]) * 3.0 / std::f32::consts::TAU).floor() as i32 == k;
+    let meshes = [-2, -1, 0, 1].map(|k| part_of(&sphere, third(k)));
+    let place = [5.0, 1.0, -2.0];
+    let nodes: Vec<Value> = (0..4).map(|i| json!({"mesh": i, "translation": place, "scale": [2, 2, 2]})).collect();
+    std::fs::write(folder.path().join("in.gltf"), scene_of(&meshes, &json!(nodes))).unwrap();
+    assert_eq!(count_open_edges(&read_scene_mesh(&folder.path().join("in.gltf"))), 0);
+    for (ratio, effort) in [("0.5", "fast"), ("0.1", "standard"), ("0.02", "best")] {
+        let asked = ["simplify", "in.gltf", "-o", "out.glb", "--ratio", ratio, "--effort", effort, "--force"];
+        assert_eq!(run(folder.path(), &asked).code, Some(0));
+        let light = read_scene_mesh(&folder.path().join("out.glb"));
+        assert_eq!(count_open_edges(&light), 0, "{ratio}");
+        let asked: f64 = ratio.parse().unwrap();
+        let share = light.faces().len() as f64 / sphere.faces().len() as f64;
+        assert!((0.8 * asked..=1.05 * asked).contains(&share), "{ratio}: {share}");
+    }
+}
+
+#[test]
+fn a_wall_inside_a_solid_stays_at_its_skin() {
+    let folder = folder();
+    // A closed tube with a wall across, whose rim has three faces at each edge.
+    let tube = shapes::torus(60, 24, 1.0, 0.3);
+    let ring: Vec<u32> = (0..tube.positions().len() as u32)
+        .filter(|&v| {
+            let [x, y, _] = tube.positions()[v as usize];
+            y.abs() < 1e-6 && x > 0.0
+        })
+        .collect();
+    let mut ring = ring;
+    let angle = |v: &u32| {
+        let [x, _, z] = tube.positions()[*v as usize];
+        z.atan2(x - 1.0)
+    };
+    ring.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+    assert_eq!(ring.len(), 24);
+    let centre = tube.positions().len() as u32;
+    let wall = (0..ring.len()).map(|i| [centre, ring[i], ring[(i + 1) % ring.len()]]);
+    let positions: Vec<[f32; 3]> = tube.positions().iter().copied().chain([[1.0, 0.0, 0.0]]).collect();
+    let lines = positions.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n"));
+    let faces: Vec<[u32; 3]> = tube.faces().iter().copied().chain(wall).collect();
+    let text: String =
+        lines.chain(faces.iter().map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1))).collect();
+    std::fs::write(folder.path().join("in.obj"), text).unwrap();
+    for ratio in ["0.5", "0.1"] {
+        let asked = ["simplify", "in.obj", "-o", "out.obj", "--ratio", ratio, "--keep-components", "--force"];
+        assert_eq!(run(folder.path(), &asked).code, Some(0));
+        let light = crate::common::read_welded(&folder.path().join("out.obj"));
+        assert_eq!(count_open_edges(&light), 0, "{ratio}");
+        assert_eq!(light.positions().len(), (positions.len() as f64 * ratio.parse::<f64>().unwrap()) as usize);
+    }
+}

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::io::{Packing, ReadError, SimplifiedPart};
 use crate::mesh::cleanup::{CleanOptions, clean};
-use crate::mesh::{Attributes, PositionGrid, RawMesh, TriMesh, UnitedMesh};
+use crate::mesh::{Attributes, DistinctKeys, PositionGrid, RawMesh, TriMesh, UnitedMesh};
 use crate::metrics::{QuickDistance, quick_distance};
 use crate::simplify::Simplified;
 
@@ -83,22 +83,23 @@ fn on_grids<'a>(
     packing: Option<&Packing>,
 ) -> Cow<'a, TriMesh> {
     let Some(packing) = packing else { return Cow::Borrowed(&result.mesh) };
-    let mut positions = result.mesh.positions().to_vec();
     let mut grid_of = vec![(None, [0.0; 3]); pieces.iter().flatten().count()];
     for (part, piece) in pieces.iter().enumerate().filter_map(|(part, piece)| Some((part, (*piece)?))) {
         grid_of[piece.number] = (packing.grid(part), piece.origin.map(f64::from));
     }
-    for (face, f) in result.mesh.faces().iter().zip(0..) {
-        let piece = united.piece_of_group(result.attributes.group(f));
-        let ((Some(grid), origin), scale) = (grid_of[piece], united.scale(piece)) else { continue };
-        for &v in face {
-            let p = result.mesh.positions()[v as usize];
-            let own = std::array::from_fn(|axis| f64::from(p[axis]) / scale + origin[axis]);
-            let rounded = grid.point(grid.round(own));
-            positions[v as usize] = std::array::from_fn(|axis| ((rounded[axis] - origin[axis]) * scale) as f32);
-        }
-    }
-    TriMesh::new(positions, result.mesh.faces().to_vec()).map_or(Cow::Borrowed(&result.mesh), Cow::Owned)
+    // Pieces that touch have common vertices, which each rounds on its own grid.
+    let mut placed: DistinctKeys<(usize, u32)> = DistinctKeys::default();
+    let mut place = |face: &[u32; 3], piece: usize| face.map(|v| placed.number((piece, v)));
+    let groups = (0..).map(|f| united.piece_of_group(result.attributes.group(f)));
+    let faces = result.mesh.faces().iter().zip(groups).map(|(face, piece)| place(face, piece)).collect();
+    let positions = placed.keys.iter().map(|&(piece, v)| {
+        let p = result.mesh.positions()[v as usize];
+        let ((Some(grid), origin), scale) = (grid_of[piece], united.scale(piece)) else { return p };
+        let own = std::array::from_fn(|axis| f64::from(p[axis]) / scale + origin[axis]);
+        let rounded = grid.point(grid.round(own));
+        std::array::from_fn(|axis| ((rounded[axis] - origin[axis]) * scale) as f32)
+    });
+    TriMesh::new(positions.collect(), faces).map_or(Cow::Borrowed(&result.mesh), Cow::Owned)
 }
 
 // `around` is the mesh's local origin in the coordinates of the grid.

@@ -86,7 +86,7 @@ impl Document {
         let mut places = asset.part_transforms().map_err(|error| JobError::Document(error.to_string()))?;
         // Poses are in the parts' own coordinates.
         let pieces = list_pieces(&mut parts, &asset, &mut places, poses.is_empty());
-        let counts = parts.iter().flatten().fold(CleanCounts::default(), |mut sum, part| {
+        let mut counts = parts.iter().flatten().fold(CleanCounts::default(), |mut sum, part| {
             sum += part.counts;
             sum
         });
@@ -98,12 +98,13 @@ impl Document {
         if scaled.is_empty() {
             return Err(JobError::Document("no triangles: a scene needs a mesh of triangles".into()));
         }
-        let united = UnitedMesh::new(&scaled).ok_or_else(|| {
+        let mut united = UnitedMesh::new(&scaled).ok_or_else(|| {
             JobError::Document(
                 "has too many vertices, or a mesh scaled beyond single precision: split the scene, or scale it down"
                     .into(),
             )
         })?;
+        counts.welded_vertices += if job.weld { united.join_touching_pieces() } else { 0 };
         let of_backs = (n_double_sided > 0).then(|| {
             format!("{n_double_sided} materials become double-sided, in place of faces for the back of others")
         });

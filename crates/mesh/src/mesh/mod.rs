@@ -36,6 +36,7 @@ mod surroundings;
 pub mod thread_ranges;
 mod topology;
 mod topology_patch;
+mod touching;
 mod tri_mesh;
 #[doc(hidden)]
 pub mod union_find;

@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec3};
 use rustc_hash::FxHashMap;
 
+use super::touching::join_touching;
 use super::value_bytes::{ByteReader, Stored, store_fields};
 use super::{Attributes, Channel, Role, TriMesh, compact};
 
@@ -22,7 +23,7 @@ pub struct ScenePiece<'a> {
     pub places: &'a [DMat4],
 }
 
-/// Scaled meshes in one, without shared vertices.
+/// Scaled meshes in one, without shared vertices unless [`join_touching_pieces`](Self::join_touching_pieces) joins them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitedMesh {
     /// All faces and vertices.
@@ -136,6 +137,27 @@ impl UnitedMesh {
     #[doc(hidden)]
     pub fn without_mesh(&self) -> Self {
         Self::from_layout(self.layout.clone())
+    }
+
+    /// Joins pieces with the same instances where the surface goes on from one to the other; returns how many vertices go.
+    ///
+    /// Their common vertices then move together, so that no gap opens between the pieces.
+    pub fn join_touching_pieces(&mut self) -> usize {
+        let (mesh, attributes) = (&self.mesh, &self.attributes);
+        // Without instances there is no common system of coordinates.
+        let alike = self.pieces_placed_alike().into_iter().enumerate();
+        let class: Vec<usize> = alike.map(|(i, first)| if self.places(i).is_empty() { i } else { first }).collect();
+        if class.iter().enumerate().all(|(i, first)| i == *first) {
+            return 0;
+        }
+        let n_faces = mesh.faces().len() as u32;
+        let pieces: Vec<u32> = (0..n_faces).map(|f| self.piece_of_group(attributes.group(f)) as u32).collect();
+        let (vertex, n_joined) = join_touching(mesh.positions(), mesh.faces(), &pieces, &class);
+        let faces = mesh.faces().iter().map(|face| face.map(|v| vertex[v as usize])).collect();
+        // A piece with several vertices at one position may refuse.
+        let Some((joined, _)) = compact(mesh.positions(), faces).ok().filter(|_| n_joined > 0) else { return 0 };
+        self.mesh = joined;
+        n_joined
     }
 
     fn center_scene(mut self) -> Self {
