@@ -15,7 +15,7 @@ export type Indices = Uint32Array | Int32Array | Uint16Array | Int16Array;
  * A simplifier with the members of `MeshoptSimplifier`. All are synchronous and throw before `ready`. Strides count numbers, not bytes.
  *
  * Errors are shares of the mesh's extent, the longest side of its bounding box, or in its unit with the flag `ErrorAbsolute`. They are
- * estimates of the largest distance, made on the way; nothing is measured.
+ * estimates of the largest distance, made on the way; `simplifyIndices` also measures it.
  *
  * Members throw a `TypeError` that names an invalid argument, and a `NeuralMeshError` if the program fails.
  */
@@ -178,9 +178,10 @@ export interface ChosenTriangles<T extends Indices> {
  * Simplifies a mesh in a worker as `simplifyWithAttributes` does, or with `move` as `simplifyWithUpdate`. The input is unchanged.
  *
  * @param surface the mesh
- * @param goal `target` is a number of indices; `error` a share of the extent, unlimited by default; `move` lets vertices move
+ * @param goal `target` is a number of indices; `error` a share of the extent, unlimited by default; `move` lets vertices move; with `measure`
+ *   the error of the result is not an estimate but the largest distance of samples of both surfaces from each other
  */
 export function simplifyIndices<T extends Indices>(
   surface: IndexedSurface<T>,
-  goal: { target: number; error?: number; flags?: SimplifierFlag[]; move?: boolean } & ProgressControl,
+  goal: { target: number; error?: number; flags?: SimplifierFlag[]; move?: boolean; measure?: boolean } & ProgressControl,
 ): Promise<ChosenTriangles<T>>;
