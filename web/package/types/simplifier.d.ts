@@ -120,7 +120,8 @@ export const NeuralSimplifier: {
    * Simplifies a mesh to a size that topology does not limit: vertices of one cell of a grid become one, and components join.
    *
    * @param vertex_lock 1 for each vertex that must stay, else 0; or null
-   * @returns the indices and the longest way of a vertex; the mesh itself, if that is above `target_error`
+   * @returns the indices and the longest way of a vertex; the mesh itself, if that is above `target_error`; no indices, if the target is below
+   *   what the coarsest grid with a triangle leaves
    */
   simplifySloppy: <T extends Indices>(
     indices: T,
