@@ -579,6 +579,17 @@ def test_escape_stops_the_work_and_leaves_the_mesh():
     assert reports == [({"INFO"}, "Stopped: no object has changed")]
 
 
+def test_a_mesh_without_data_goes_to_the_kernel_alone():
+    positions, triangles = make_grid(60)
+    task = simplify.Task(None, convert.MeshArrays(positions, triangles), np.eye(4), {"faces": 1000}, None, True, True)
+    options = dict(attributes=None, groups=None, importance=None, keep_components=True, for_=None, map=False, progress=lambda done, stage: None)
+    light = simplify.simplify_within(task, triangles, options)
+    assert "estimated_error" in light.report and len(light.faces) <= 1000
+    # Distances of bounds are measured.
+    task.bound = 10.0
+    assert "estimated_error" not in simplify.simplify_within(task, triangles, options).report
+
+
 def test_escape_stops_a_simplification():
     source = convert.MeshArrays(*make_grid(700))
     task = simplify.Task(None, source, np.eye(4), {"faces": 1000}, None, True, True)

@@ -6,15 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "check.h"
 #include "neural_mesh_core.h"
-
-#define CHECK(what) \
-    do { \
-        if (!(what)) { \
-            fprintf(stderr, "%s:%d: %s is false: %s\n", __FILE__, __LINE__, #what, nm_last_error()); \
-            exit(1); \
-        } \
-    } while (0)
 
 enum { N = 48, VERTICES = N * N, INDICES = 6 * N * N, MARK = 0x6e6d };
 

@@ -167,8 +167,10 @@ def simplify_plain(
     meshes: Sequence[tuple[NDArray[np.float32] | NDArray[np.float64], NDArray[np.uint32]]],
     n_fit_steps: int,
     locks_boundaries: bool,
+    welds: bool,
     keeps_merges: bool,
     threads: int | None,
+    progress: _Progress | None,
 ) -> list[PlainResult | None] | None: ...
 def compare(
     paths: Sequence[str],

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from . import _native
 from ._meshes import MeshInput, read_input
-from ._options import DEFAULTS, UNASKED, n_threads, plain, to_native
+from ._options import DEFAULTS, UNASKED, Progress, n_threads, plain, to_native
 from ._report import Report
 from ._result import Light
 
@@ -41,13 +41,25 @@ def is_plain(options: Mapping[str, Any], target: Mapping[str, Any]) -> bool:
 
 def _is_unasked(name: str, value: Any) -> bool:
     """Returns whether an option changes nothing on the small path; wrong values are for the whole way to refuse."""
-    if name in ("seed", "strict", "keep_components", "lock_boundaries"):
+    if name in ("seed", "strict", "keep_components", "lock_boundaries", "weld"):
         number = plain(value)
         return isinstance(number, int if name == "seed" else bool) and 0 <= number < 1 << 64
-    if name in ("threads", "on_dirty", "effort"):
+    if name in ("threads", "on_dirty", "effort", "progress") or name == "groups" and value is None:
         return True
     is_scalar = isinstance(value, (bool, np.bool_)) or isinstance(value, np.ndarray) and value.shape == ()
     return is_scalar and not value and name not in DEFAULTS
+
+
+def only_rising(progress: Progress) -> Progress:
+    """Returns a listener that hears the largest share so far, where a second way begins anew."""
+    largest = 0.0
+
+    def tell(done: float, stage: str) -> object:
+        nonlocal largest
+        largest = max(largest, done)
+        return progress(largest, stage)
+
+    return tell
 
 
 def is_plain_mesh(source: MeshInput) -> bool:
@@ -60,10 +72,16 @@ def simplify_plain(sources: Sequence[MeshInput], target: Mapping[str, Any], opti
     if not sources:
         return []
     threads = n_threads(options["threads"])
-    fit, locks = _FIT_STEPS[options["effort"]], bool(plain(options["lock_boundaries"]))
-    results = _native.simplify_plain(to_native(target), [source.arrays[:2] for source in sources], fit, locks, False, threads)
+    fit, locks, welds = _FIT_STEPS[options["effort"]], bool(plain(options["lock_boundaries"])), bool(plain(options["weld"]))
+    meshes = [source.arrays[:2] for source in sources]
+    progress: Progress | None = options["progress"]
+    # Where the whole way follows, the run is not done yet.
+    listener: Progress | None = progress and (lambda done, stage: stage == "done" or progress(done, stage))
+    results = _native.simplify_plain(to_native(target), meshes, fit, locks, welds, False, threads, listener)
     if results is None:
         return [None] * len(sources)
+    if progress and all(results):
+        progress(1.0, "done")
     seed = int(options["seed"] or 0)
     return [result and _make_light(result, source, seed) for result, source in zip(results, sources)]
 
@@ -76,7 +94,7 @@ def merge_plain(
     Returns vertices, faces, an input vertex of each vertex, and the vertex that each input vertex became (-1 for one without a face);
     `None` for a mesh that takes the whole way."""
     source = read_input((vertices, faces), None, None)
-    result = (_native.simplify_plain({"faces": n_faces}, [source.arrays[:2]], 0, locks_boundaries, True, 1) or [None])[0]
+    result = (_native.simplify_plain({"faces": n_faces}, [source.arrays[:2]], 0, locks_boundaries, True, True, 1, None) or [None])[0]
     if result is None or result.became is None:
         return None
     return result.vertices, result.faces, result.origins, result.became

@@ -16,7 +16,7 @@ from . import _native
 from ._faces import carry_face_values
 from ._meshes import MeshInput, array_of, pack, read_input
 from ._options import FILES, OWN, SIZES, Number, Options, OptionsWithoutRatio, UNASKED, Shared, identity_options, to_native, n_threads
-from ._plain import is_plain, is_plain_mesh, simplify_plain
+from ._plain import is_plain, is_plain_mesh, only_rising, simplify_plain
 from ._report import Report
 from ._result import Light, Map, Mesh, NeuralMeshWarning, NotReachedError, Rows
 
@@ -175,6 +175,8 @@ def _simplify_levels(mesh: Any, triangles: Any, target: Mapping[str, Any], optio
     # The input with its attributes, and the options of the simplifier apart from those about files.
     source = read_input(mesh if triangles is None else (mesh, triangles), options["attributes"], options["groups"], options["on_dirty"])
     if is_plain(options, target) and is_plain_mesh(source):
+        if options["progress"] is not None:
+            options = {**options, "progress": only_rising(options["progress"])}
         plain = simplify_plain([source], target, options)[0]
         if plain is not None:
             return (plain,)

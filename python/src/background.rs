@@ -43,10 +43,13 @@ pub struct ProgressChannel {
 impl ProgressChannel {
     pub fn listener(&self) -> Box<Listener<'static>> {
         let channel = self.clone();
-        Box::new(move |Event { total, stage, .. }| {
-            *lock(&channel.last) = (total, stage);
-            channel.check_cancelled()
-        })
+        Box::new(move |Event { total, stage, .. }| channel.hear(total, stage))
+    }
+
+    /// Keeps the share that is done for the caller, and tells whether to go on.
+    pub fn hear(&self, total: f32, stage: &'static str) -> ControlFlow<()> {
+        *lock(&self.last) = (total, stage);
+        self.check_cancelled()
     }
 
     pub fn check_cancelled(&self) -> ControlFlow<()> {

@@ -4,13 +4,15 @@ use std::time::Instant;
 
 use neural_mesh::job::{Arguments, Goal, Size, target_words};
 use neural_mesh_cli::embedded::Failure;
-use neural_mesh_collapse::{CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, collapse, weld};
+use neural_mesh_collapse::{
+    CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, PassListener, collapse, weld,
+};
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::arrays::{array, indices, rows, triples};
-use crate::background::run_in_background;
+use crate::background::{ProgressChannel, run_in_background};
 use crate::failure::option_error;
 use crate::mesh_arrays::{Positions, parse_options};
 use crate::values;
@@ -37,18 +39,20 @@ pub struct PlainResult {
 
 /// Simplifies meshes to a size by the kernel; `None` for each that is not clean, or for which merges alone do not reach it.
 ///
-/// `options` has a size of vertices or faces, and nothing else; `None` is returned for one of another kind. `keeps_merges`
-/// fills `became`.
+/// `options` has a size of vertices or faces, and nothing else; `None` is returned for one of another kind. With `welds`
+/// a mesh with two vertices at one position is not clean. `keeps_merges` fills `became`.
 #[pyfunction]
-#[pyo3(signature = (options, meshes, n_fit_steps, locks_boundaries, keeps_merges, threads))]
+#[pyo3(signature = (options, meshes, n_fit_steps, locks_boundaries, welds, keeps_merges, threads, progress))]
 pub fn simplify_plain(
     py: Python,
     options: &Bound<PyAny>,
     meshes: Vec<(Positions, PyReadonlyArray2<u32>)>,
     n_fit_steps: usize,
     locks_boundaries: bool,
+    welds: bool,
     keeps_merges: bool,
     threads: Option<usize>,
+    progress: Option<Bound<PyAny>>,
 ) -> PyResult<Option<Vec<Option<PlainResult>>>> {
     let arguments: Arguments = parse_options(options)?;
     let job = arguments.job().map_err(option_error)?;
@@ -58,13 +62,13 @@ pub fn simplify_plain(
     }
     let meshes: Vec<PlainMesh> = meshes.iter().map(PlainMesh::read).collect::<PyResult<_>>()?;
     let n_faces: usize = meshes.iter().map(|mesh| mesh.faces.len()).sum();
-    let task = Task { size, n_fit_steps, locks_boundaries };
-    let lighter: Vec<Option<Lighter>> =
-        if n_faces <= MOST_FACES_HERE || threads == Some(1) && n_faces < 10 * MOST_FACES_HERE {
-            py.detach(|| meshes.iter().map(|mesh| mesh.simplify(task, 1)).collect())
-        } else {
-            run_in_background(py, threads, None, move |_| Ok::<_, Failure>(simplify_all(&meshes, task)))?
-        };
+    let task = Task { size, n_fit_steps, locks_boundaries, welds };
+    let is_short = n_faces <= MOST_FACES_HERE || threads == Some(1) && n_faces < 10 * MOST_FACES_HERE;
+    let lighter: Vec<Option<Lighter>> = if is_short && progress.is_none() {
+        py.detach(|| meshes.iter().map(|mesh| mesh.simplify(task, 1, None)).collect())
+    } else {
+        run_in_background(py, threads, progress, move |channel| Ok::<_, Failure>(simplify_all(&meshes, task, channel)))?
+    };
     let target = serde_json::to_value(target_words(&job.goal, job.options.target)).map_err(option_error)?;
     let convert = |lighter: Option<Lighter>| {
         lighter.map(|lighter| lighter.convert(py, values::to_python(py, &target)?, keeps_merges)).transpose()
@@ -73,10 +77,11 @@ pub fn simplify_plain(
 }
 
 /// One mesh on all threads, several on one each.
-fn simplify_all(meshes: &[PlainMesh], task: Task) -> Vec<Option<Lighter>> {
+fn simplify_all(meshes: &[PlainMesh], task: Task, channel: &ProgressChannel) -> Vec<Option<Lighter>> {
+    let listener = |share: f32| channel.hear(0.9 * share, "surface");
     match meshes {
-        [mesh] => vec![mesh.simplify(task, 0)],
-        meshes => meshes.par_iter().with_max_len(1).map(|mesh| mesh.simplify(task, 1)).collect(),
+        [mesh] => vec![mesh.simplify(task, 0, Some(&listener))],
+        meshes => meshes.par_iter().with_max_len(1).map(|mesh| mesh.simplify(task, 1, None)).collect(),
     }
 }
 
@@ -86,6 +91,7 @@ struct Task {
     size: Size,
     n_fit_steps: usize,
     locks_boundaries: bool,
+    welds: bool,
 }
 
 /// A mesh as the kernel takes it.
@@ -118,8 +124,11 @@ impl PlainMesh {
             Positions::Single(array) => Self { positions: rows(array, "vertices")?.to_vec(), faces, double: None },
             Positions::Double(array) => {
                 let exact: Vec<[f64; 3]> = rows(array, "vertices")?.to_vec();
-                let named = faces.iter().flatten().filter_map(|&v| exact.get(v as usize));
-                let center = center(named);
+                // The mean of the corners.
+                let mut center = [0.0; 3];
+                for p in faces.iter().flatten().filter_map(|&v| exact.get(v as usize)) {
+                    (0..3).for_each(|k| center[k] += p[k] / (3 * faces.len()) as f64);
+                }
                 let shift = |p: &[f64; 3]| [0, 1, 2].map(|k| (p[k] - center[k]) as f32);
                 Self {
                     positions: exact.iter().map(shift).collect(),
@@ -131,23 +140,22 @@ impl PlainMesh {
     }
 
     /// Returns the lighter mesh, if the mesh is clean and the merges reach the size.
-    fn simplify(&self, task: Task, n_threads: usize) -> Option<Lighter> {
+    fn simplify(&self, task: Task, n_threads: usize, listener: Option<PassListener>) -> Option<Lighter> {
         let start = Instant::now();
-        let used = self.list_clean()?;
-        let n_used = used.len();
-        let n = if task.size.is_of_faces() { self.faces.len() } else { n_used };
-        if task.size.count(n) >= n {
+        let used = self.list_clean(task.welds)?;
+        let is_of_faces = task.size.is_of_faces();
+        let n = if is_of_faces { self.faces.len() } else { used.len() };
+        let count = task.size.count(n);
+        if count >= n {
             return None;
         }
-        let size = match task.size.is_of_faces() {
-            true => CollapseSize::Faces(task.size.count(n)),
-            false => CollapseSize::Vertices(task.size.count(n)),
-        };
+        let size = if is_of_faces { CollapseSize::Faces(count) } else { CollapseSize::Vertices(count) };
         let mut options = CollapseOptions::new(size);
         (options.n_fit_steps, options.n_threads) = (task.n_fit_steps, n_threads);
-        options.locks_boundaries = task.locks_boundaries;
+        (options.locks_boundaries, options.cuts) = (task.locks_boundaries, false);
+        options.listener = listener;
         let result = self.collapse_used(&used, &options)?;
-        let is_whole = result.outcome == CollapseOutcome::Reached && !result.was_cut && !result.faces.is_empty();
+        let is_whole = result.outcome == CollapseOutcome::Reached && !result.faces.is_empty();
         let exact = self.double.as_ref().map(|double| self.place_exactly(double, &result));
         let (n_input, seconds) = (self.positions.len(), start.elapsed().as_secs_f64());
         let n_threads = if n_threads == 0 { rayon::current_num_threads() } else { n_threads };
@@ -171,7 +179,7 @@ impl PlainMesh {
     }
 
     /// Returns the vertices that have a face, if nothing else is to be cleaned.
-    fn list_clean(&self) -> Option<Vec<u32>> {
+    fn list_clean(&self, welds: bool) -> Option<Vec<u32>> {
         let n = self.positions.len();
         let mut is_used = vec![false; n];
         for &[a, b, c] in &self.faces {
@@ -182,7 +190,7 @@ impl PlainMesh {
                 is_used[v as usize] = true;
             }
         }
-        let has_copies = weld(&self.positions).iter().zip(0..).any(|(&first, v)| first != v);
+        let has_copies = welds && weld(&self.positions).iter().zip(0..).any(|(&first, v)| first != v);
         (!has_copies).then(|| (0..n as u32).filter(|&v| is_used[v as usize]).collect())
     }
 
@@ -196,18 +204,6 @@ impl PlainMesh {
         };
         result.positions.iter().zip(&result.origins).map(place).collect()
     }
-}
-
-/// Returns the center of the box around points.
-fn center<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> [f64; 3] {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for p in points {
-        for k in 0..3 {
-            low[k] = low[k].min(p[k]);
-            high[k] = high[k].max(p[k]);
-        }
-    }
-    [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]))
 }
 
 impl Lighter {

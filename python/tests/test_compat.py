@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import neural_mesh as nm
 from conftest import edge_counts, grid, torus
 from neural_mesh.compat import fast_simplification, pyfqmr
 from neural_mesh.compat import open3d as compat_open3d
@@ -34,6 +35,33 @@ def test_fast_simplification_keeps_borders_and_is_lossless() -> None:
     flat = points * [1, 1, 0]
     v, f = fast_simplification.simplify(flat, faces, lossless=True)
     assert len(f) < 100 and np.abs(v[:, 2]).max() < 1e-6
+
+
+def test_a_replay_gives_the_result_also_of_a_mesh_that_has_moved() -> None:
+    points, faces = torus(60, 40)
+    v, f, collapses = fast_simplification.simplify(points, faces, 0.8, return_collapses=True)
+    again, triangles, numbers = fast_simplification.replay_simplification(points, faces, collapses)
+    assert np.array_equal(again, v) and np.array_equal(triangles, f) and (edge_counts(f) == 2).all()
+    assert np.array_equal(numbers[collapses[:, 1]], numbers[collapses[:, 0]]) and numbers.max() == len(v) - 1
+    fitted = fast_simplification.simplify(points, faces, 0.8)[0]
+    distances = [nm.compare((points, faces), (positions, f))["distance_mean"] or 0.0 for positions in (v, fitted)]
+    assert distances[0] < 2 * distances[1]
+    moved, triangles, _ = fast_simplification.replay_simplification(3 * points + 5, faces, collapses)
+    assert np.array_equal(triangles, f) and np.allclose(moved, 3 * v + 5, atol=1e-6)
+    # A merge after a merge; the fifth point has no triangle.
+    square, two = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]]), np.array([[0, 1, 2], [0, 2, 3]])
+    v, f, numbers = fast_simplification.replay_simplification(square, two, [[1, 2], [0, 1]])
+    assert (len(v), len(f)) == (2, 0) and list(numbers) == [0, 0, 0, 1, -1]
+    with pytest.raises(ValueError, match="another mesh"):
+        fast_simplification.replay_simplification(square, two, [[0, 4]])
+
+
+def test_replayed_borders_stay_where_they_are_kept() -> None:
+    points, faces, _ = grid(20)
+    v, f, collapses = fast_simplification.simplify(points, faces, 0.7, preserve_border=True, return_collapses=True)
+    again, _, _ = fast_simplification.replay_simplification(points, faces, collapses, preserve_border=True)
+    border = {tuple(point) for point in points if {0.0, 1.0} & set(point[:2])}
+    assert np.array_equal(again, v) and (edge_counts(f) == 1).sum() == 80 and border <= {tuple(point) for point in v}
 
 
 def test_pyfqmr() -> None:

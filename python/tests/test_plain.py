@@ -106,6 +106,29 @@ def test_what_merges_cannot_reach_takes_the_whole_way() -> None:
     assert not is_plain(light)
 
 
+def test_copies_stay_apart_where_nothing_is_welded() -> None:
+    vertices, faces = torus(30, 20)
+    both = np.concatenate([vertices, vertices]), np.concatenate([faces, faces + 600])
+    light = nm.simplify(both, ratio=0.5, weld=False)
+    assert is_plain(light) and (edge_counts(light.faces) == 2).all() and len(light.vertices) == 600
+
+
+@pytest.mark.filterwarnings("ignore::neural_mesh.NeuralMeshWarning")
+def test_progress_rises_also_where_the_whole_way_follows() -> None:
+    vertices, faces = torus(300, 200)
+    spheres = np.concatenate([vertices, 0.1 * vertices + 5]), np.concatenate([faces, faces + len(vertices)])
+    for mesh, options in (((vertices, faces), {"ratio": 0.1}), (spheres, {"vertices": 8, "on_dirty": "ignore"})):
+        heard: list[float] = []
+        nm.simplify(mesh, progress=lambda done, stage: heard.append(done), **options)
+        assert heard == sorted(heard) and heard[-1] == 1.0 and len(heard) > 1
+
+    def stop(done: float, stage: str) -> None:
+        raise KeyError
+
+    with pytest.raises(KeyError):
+        nm.simplify((vertices, faces), ratio=0.1, progress=stop)
+
+
 def test_names_for_type_checkers_are_those_of_the_package() -> None:
     assert set(OptionsWithoutRatio.__annotations__) == set(Options.__annotations__) - {"ratio"}
     comparison = nm.compare(torus(20, 10), torus(20, 10))

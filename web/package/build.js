@@ -31,13 +31,13 @@ const packed = {
     bundler.onResolve({ filter: /^packed:/ }, ({ path }) => ({ path: path.slice('packed:'.length), namespace: 'packed' }));
     bundler.onLoad({ filter: /./, namespace: 'packed' }, async ({ path }) => ({ contents: await packedText(path), loader: 'text' }));
     // Imports between modules of dist stay imports, so that no code is duplicated.
-    bundler.onResolve({ filter: /^\.\/(runtime|simplifier)\.js$/ }, ({ path, kind }) =>
+    bundler.onResolve({ filter: /^\.\/(runtime|simplifier|measure)\.js$/ }, ({ path, kind }) =>
       (kind === 'entry-point' ? undefined : { path, external: true }));
   },
 };
 
 mkdirSync(join(here, 'dist'), { recursive: true });
-for (const name of ['runtime', 'index', 'simplifier', 'gltf-transform', 'three']) {
+for (const name of ['runtime', 'index', 'simplifier', 'measure', 'gltf-transform', 'three']) {
   const outfile = join(here, 'dist', `${name}.js`);
   // Lines are not joined: Node prints the source line of an error, and the one with the WebAssembly is long.
   await build({

@@ -1,7 +1,8 @@
-"""Replaces `simplify` and `simplify_mesh` of fast_simplification 0.2.
+"""Replaces `simplify`, `simplify_mesh` and `replay_simplification` of fast_simplification 0.2.
 
 `agg` has no effect, except that 0 keeps all faces. `lossless` keeps the result within a millionth of the diagonal, proved. No component
-is dropped. Points are numbered as by `replay_simplification`, but replayed positions differ, as positions are fitted afterwards here.
+is dropped. With `return_collapses` points are where `replay_simplification` puts them, so that a replay gives the result; without it they are
+nearer to the original. The result of a mesh that has to be cleaned first is not replayed.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ from numpy.typing import NDArray
 from .. import Light
 from .. import simplify as _simplify
 from .._plain import merge_plain
+from ._replay import check_arrays, replay_simplification
 from ._sizes import QUIET, simplify_to_faces, target_faces
 
-__all__ = ["simplify", "simplify_mesh"]
+__all__ = ["replay_simplification", "simplify", "simplify_mesh"]
 
 _LOSSLESS = "0.0001%"
 
@@ -36,29 +38,30 @@ def simplify(
 
     `target_reduction` is the share of triangles to remove, `target_count` the number to keep. With `return_collapses`, pairs of point
     indices are returned, too: the second of each pair was merged into the first. Raises `ValueError` as the original does."""
-    points, triangles = np.asarray(points, np.float64), np.asarray(triangles)
-    for name, array in (("points", points), ("triangles", triangles)):
-        if array.ndim != 2:
-            raise ValueError(f"``{name}`` array must be 2 dimensional")
-        if array.shape[1] != 3:
-            raise ValueError(f"Expected ``{name}`` array to be (n, 3), not {array.shape}")
-    lighter = _merge(points, triangles, target_reduction, target_count, agg, lossless, preserve_border)
-    return lighter if return_collapses else lighter[:2]
+    points, triangles = check_arrays(points, triangles)
+    *lighter, collapses, is_replayed = _merge(points, triangles, target_reduction, target_count, agg, lossless, preserve_border)
+    if not return_collapses:
+        return tuple(lighter)
+    if is_replayed:
+        lighter = list(replay_simplification(points, triangles, collapses, preserve_border)[:2])
+    return (*lighter, collapses)
 
 
 def _merge(
     points: Any, triangles: Any, target_reduction: float | None, target_count: int | None, agg: float, lossless: bool, preserve_border: bool
-) -> tuple[NDArray[Any], NDArray[np.int32], NDArray[np.int32]]:
-    """Returns points, triangles, and pairs of points, k x 2: the second was merged into the first."""
+) -> tuple[NDArray[Any], NDArray[np.int32], NDArray[np.int32], bool]:
+    """Returns points, triangles, pairs of points, k x 2 (the second was merged into the first), and whether pairs alone make the triangles."""
     options: dict[str, Any] = {"lock_boundaries": bool(preserve_border), "map": True, **QUIET}
     if lossless:
-        return _from_map(_simplify((points, triangles), error=_LOSSLESS, **options))
+        return *_from_map(_simplify((points, triangles), error=_LOSSLESS, **options)), False
     n_faces = target_faces(len(triangles), target_reduction, target_count)
     n_faces = n_faces if agg > 0 else len(triangles)
     if not 0 < n_faces < len(triangles):
-        return (*simplify_to_faces(points, triangles, n_faces, {}), np.zeros((0, 2), np.int32))
+        return (*simplify_to_faces(points, triangles, n_faces, {}), np.zeros((0, 2), np.int32), False)
     merged = merge_plain(points, triangles, n_faces, bool(preserve_border))
-    return _from_map(_simplify((points, triangles), faces=n_faces, **options)) if merged is None else _number(*merged)
+    if merged is None:
+        return *_from_map(_simplify((points, triangles), faces=n_faces, **options)), False
+    return *_number(*merged), True
 
 
 def _from_map(light: Light[Any]) -> tuple[NDArray[Any], NDArray[np.int32], NDArray[np.int32]]:
@@ -93,7 +96,7 @@ def simplify_mesh(
     import pyvista as pv
 
     points, triangles = np.asarray(mesh.points), mesh.regular_faces
-    vertices, faces, collapses = _merge(points.astype(np.float64), triangles, target_reduction, target_count, agg, False, preserve_border)
+    vertices, faces, collapses, _ = _merge(points.astype(np.float64), triangles, target_reduction, target_count, agg, False, preserve_border)
     lighter = pv.PolyData.from_regular_faces(vertices.astype(points.dtype), faces)
     lighter.field_data["fast_simplification_collapses"] = collapses
     stays = np.zeros(len(points), bool)

@@ -123,7 +123,7 @@ export const NeuralSimplifier = {
 };
 
 /** Simplifies in a worker as `simplifyWithAttributes`, or with `move` as `simplifyWithUpdate`. */
-export async function simplifyIndices(surface, { target, error = Infinity, flags, move, progress, signal, worker } = {}) {
+export async function simplifyIndices(surface, { target, error = Infinity, flags, move, measure, progress, signal, worker } = {}) {
   const request = indicesRequest({ stride: 3, ...surface }, { target, error, flags, move });
   const answer = await program.call(request, { progress, signal, worker });
   const { positions, attributes, groups } = answer.json;
@@ -132,6 +132,7 @@ export async function simplifyIndices(surface, { target, error = Infinity, flags
   if (surface.groups) result.groups = indices.length > 0 ? answer.array(groups, Uint32Array) : new Uint32Array(0);
   if (move) result.positions = answer.array(positions, Float32Array);
   if (move && surface.weights?.length > 0) result.attributes = answer.array(attributes, Float32Array);
+  if (measure) result.error = (await import('./measure.js')).measureError(surface, result, flags);
   return result;
 }
 

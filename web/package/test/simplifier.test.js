@@ -107,6 +107,40 @@ test('LockBorder keeps the boundary', () => {
   assert.ok(indices.length < triangles.length / 2, `${indices.length}`);
 });
 
+test('a measured error is the distance that the whole program measures', async () => {
+  const { compare } = await built('index');
+  const { positions: points, faces: triangles } = hill(40);
+  const file = (name, rows, indices) => {
+    const lines = (letter, numbers, add) => Array.from({ length: numbers.length / 3 }, (_, i) =>
+      `${letter} ${[...numbers.subarray(3 * i, 3 * i + 3)].map((x) => x + add).join(' ')}\n`).join('');
+    return { name, bytes: new TextEncoder().encode(lines('v', rows, 0) + lines('f', indices, 1)) };
+  };
+  const diagonal = Math.hypot(...[0, 1, 2].map((axis) => {
+    const column = points.filter((_, i) => i % 3 === axis);
+    return Math.max(...column) - Math.min(...column);
+  }));
+  for (const move of [false, true]) {
+    const surface = { indices: triangles, positions: widened(points, 3, 4), stride: 4 };
+    const goal = { target: 600, move, worker: false };
+    const estimated = await simplifyIndices(surface, goal);
+    const light = await simplifyIndices(surface, { ...goal, measure: true, flags: ['ErrorAbsolute'] });
+    assert.deepEqual(light.indices, estimated.indices);
+    const { comparison } = await compare(file('a.obj', points, triangles), file('b.obj', light.positions ?? points, light.indices), { worker: false });
+    const measured = (comparison.results[0].values.distance_max / 100) * diagonal;
+    assert.ok(light.error > 0.95 * measured && light.error < 1.05 * measured, `${light.error} for ${measured}`);
+    const relative = await simplifyIndices(surface, { ...goal, measure: true });
+    assert.ok(Math.abs(relative.error * NeuralSimplifier.getScale(points, 3) - light.error) < 1e-6);
+    assert.notEqual(relative.error, estimated.error);
+  }
+});
+
+test('a measured error is 0 for the mesh itself, and an estimate where nothing is left', async () => {
+  const surface = { indices: faces, positions };
+  assert.ok((await simplifyIndices(surface, { target: faces.length, measure: true, worker: false })).error < 1e-9);
+  const nothing = await simplifyIndices(surface, { target: 0, measure: true, worker: false });
+  assert.deepEqual([nothing.indices.length, nothing.error], [0, 1]);
+});
+
 test('all flags are taken', () => {
   const structure = ['LockBorder', 'Prune', 'Permissive', 'PreserveFolds'];
   for (const flag of [...structure, 'Sparse', 'ErrorAbsolute', 'ErrorClamped', 'Regularize', 'RegularizeLight']) {

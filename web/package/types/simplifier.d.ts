@@ -15,7 +15,7 @@ export type Indices = Uint32Array | Int32Array | Uint16Array | Int16Array;
  * A simplifier with the members of `MeshoptSimplifier`. All are synchronous and throw before `ready`. Strides count numbers, not bytes.
  *
  * Errors are shares of the mesh's extent, the longest side of its bounding box, or in its unit with the flag `ErrorAbsolute`. They are
- * estimates of the largest distance, made on the way; nothing is measured.
+ * estimates of the largest distance, made on the way; `simplifyIndices` also measures it.
  *
  * Members throw a `TypeError` that names an invalid argument, and a `NeuralMeshError` if the program fails.
  */
@@ -120,7 +120,8 @@ export const NeuralSimplifier: {
    * Simplifies a mesh to a size that topology does not limit: vertices of one cell of a grid become one, and components join.
    *
    * @param vertex_lock 1 for each vertex that must stay, else 0; or null
-   * @returns the indices and the longest way of a vertex; the mesh itself, if that is above `target_error`
+   * @returns the indices and the longest way of a vertex; the mesh itself, if that is above `target_error`; no indices, if the target is below
+   *   what the coarsest grid with a triangle leaves
    */
   simplifySloppy: <T extends Indices>(
     indices: T,
@@ -178,9 +179,10 @@ export interface ChosenTriangles<T extends Indices> {
  * Simplifies a mesh in a worker as `simplifyWithAttributes` does, or with `move` as `simplifyWithUpdate`. The input is unchanged.
  *
  * @param surface the mesh
- * @param goal `target` is a number of indices; `error` a share of the extent, unlimited by default; `move` lets vertices move
+ * @param goal `target` is a number of indices; `error` a share of the extent, unlimited by default; `move` lets vertices move; with `measure`
+ *   the error of the result is not an estimate but the largest distance of samples of both surfaces from each other
  */
 export function simplifyIndices<T extends Indices>(
   surface: IndexedSurface<T>,
-  goal: { target: number; error?: number; flags?: SimplifierFlag[]; move?: boolean } & ProgressControl,
+  goal: { target: number; error?: number; flags?: SimplifierFlag[]; move?: boolean; measure?: boolean } & ProgressControl,
 ): Promise<ChosenTriangles<T>>;

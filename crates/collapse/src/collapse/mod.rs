@@ -46,7 +46,7 @@ mod vector;
 mod visit;
 mod wedges;
 
-pub use options::{CollapseError, CollapseOptions, CollapseOutcome, CollapseSize};
+pub use options::{CollapseError, CollapseOptions, CollapseOutcome, CollapseSize, PassListener};
 pub use record::CollapseRecord;
 
 use attributes::WedgeAttributes;
@@ -79,19 +79,18 @@ pub struct CollapseResult {
     pub error: f32,
     /// Whether the size was reached.
     pub outcome: CollapseOutcome,
-    /// True if the input was no manifold, so that vertices were cut into copies.
-    pub was_cut: bool,
 }
 
 /// Simplifies a mesh to a size.
 ///
-/// Vertices that are no disk are cut into copies, which keep their position. Faces that use a vertex twice are left out.
+/// With `cuts` vertices that are no disk are cut into copies, which keep their position. Faces that use a vertex twice are left out.
 ///
 /// # Shapes
 /// `positions`: one point per vertex, in any unit; `faces`: three vertices each.
 ///
 /// # Errors
-/// Refuses indices out of range, coordinates that are not finite, and meshes of more than 2^31 vertices.
+/// Refuses indices out of range, coordinates that are not finite, meshes of more than 2^31 vertices, and, without
+/// `cuts`, meshes that are no manifold.
 ///
 /// # Examples
 /// ```
@@ -110,7 +109,8 @@ pub fn collapse(
 ) -> Result<CollapseResult, CollapseError> {
     let team = Team::new(options.n_threads);
     let mut run = Run::new(positions, faces, options, None, team)?;
-    if options.moves && options.n_fit_steps > 0 && run.record.n_passes() > 0 {
+    let fits = options.moves && options.n_fit_steps > 0 && run.record.n_passes() > 0;
+    if fits && options.listener.is_none_or(|listener| listener(1.0).is_continue()) {
         let numbers = run.record.compose(run.record.n_passes());
         let faces = run.prepared.cut_faces().unwrap_or(faces);
         let input = FitInput { faces, numbers: &numbers, farthest: run.collapsed.farthest };
@@ -173,7 +173,7 @@ impl Run {
             CollapseSize::Vertices(size) => (Unit::Vertex, size),
         };
         let max_error = prepared.frame.to_unit_length(options.max_error);
-        let goal = SizeGoal { unit, size, max_error, moves: options.moves };
+        let goal = SizeGoal { unit, size, max_error, moves: options.moves, listener: options.listener };
         let mut collapsed = run_passes(std::mem::take(&mut prepared.rings), goal, sides.as_mut(), team);
         prepared.name_origins(&mut collapsed.origins);
         let record = prepared.take_record(std::mem::take(&mut collapsed.numbers), positions.len());
@@ -215,7 +215,6 @@ impl Run {
         let mut faces = rings.to_faces();
         prepared.join_copies(&mut faces, (&mut out, &mut origins), &mut record);
         let outcome = if is_reached { CollapseOutcome::Reached } else { CollapseOutcome::Stopped };
-        let was_cut = prepared.cut_faces().is_some();
-        CollapseResult { positions: out, faces, origins, record, error, outcome, was_cut }
+        CollapseResult { positions: out, faces, origins, record, error, outcome }
     }
 }

@@ -1,6 +1,7 @@
 //! What a collapse is asked for, and how it can end.
 
 use std::fmt;
+use std::ops::ControlFlow;
 
 /// The size of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,7 +13,7 @@ pub enum CollapseSize {
 }
 
 /// Settings of [`collapse`](crate::collapse()).
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 #[non_exhaustive]
 pub struct CollapseOptions<'a> {
     /// The size asked for.
@@ -29,7 +30,14 @@ pub struct CollapseOptions<'a> {
     pub locked: &'a [bool],
     /// Most threads of the current rayon pool to use; 0 is all of them. Results have the same bits on any number.
     pub n_threads: usize,
+    /// True if vertices that are no disk are cut into copies; otherwise a mesh with such vertices is refused.
+    pub cuts: bool,
+    /// Called before each pass with the share of the merges that is done; a break ends the collapse as stopped.
+    pub listener: Option<PassListener<'a>>,
 }
+
+/// Hears the progress of a collapse, from 0 to 1.
+pub type PassListener<'a> = &'a (dyn Fn(f32) -> ControlFlow<()> + Sync);
 
 impl CollapseOptions<'_> {
     /// Returns the settings for speed: no fit, one thread, no bound, nothing locked.
@@ -42,6 +50,8 @@ impl CollapseOptions<'_> {
             n_fit_steps: 0,
             locked: &[],
             n_threads: 1,
+            cuts: true,
+            listener: None,
         }
     }
 }
@@ -68,6 +78,8 @@ pub enum CollapseError {
         /// The number of the vertex.
         vertex: usize,
     },
+    /// The faces of a vertex are no disk.
+    NotManifold,
     /// The mesh has more than 2^31 vertices, or corners than 2^32.
     TooLarge,
     /// An array has not the length that the others ask for.
@@ -82,6 +94,7 @@ impl fmt::Display for CollapseError {
         match self {
             Self::IndexOutOfRange { face } => write!(f, "face {face} names a vertex that does not exist"),
             Self::NotFinite { vertex } => write!(f, "vertex {vertex} has a coordinate that is not finite"),
+            Self::NotManifold => write!(f, "the faces of a vertex are no disk"),
             Self::TooLarge => write!(f, "the mesh has more than 2^31 vertices or 2^32 corners"),
             Self::WrongLength { what } => write!(f, "{what}: the length does not fit the number of vertices"),
         }

@@ -4,6 +4,7 @@
 //! merge roughly half of the rest; the last merges from the cheapest edge on, to the exact size.
 
 use crate::collapse::lanes::{VertexQuadric, dispatch};
+use crate::collapse::options::PassListener;
 use crate::collapse::price::{PriceEdges, PriceTerms};
 use crate::collapse::quadric::SumQuadrics;
 use crate::collapse::rebuild::rebuild;
@@ -52,13 +53,15 @@ const MOST_PASSES: usize = 200;
 
 /// A size to come down to, and what bounds the merges on the way.
 #[derive(Clone, Copy)]
-pub(crate) struct SizeGoal {
+pub(crate) struct SizeGoal<'a> {
     pub unit: Unit,
     pub size: usize,
     /// Largest error of a vertex, in the unit frame.
     pub max_error: f32,
     /// True if vertices may move.
     pub moves: bool,
+    /// Called before each pass.
+    pub listener: Option<PassListener<'a>>,
 }
 
 /// The mesh after all passes.
@@ -97,6 +100,10 @@ pub(crate) fn run_passes(
     let mut last_threshold = f32::MAX.to_bits();
     let (mut n_vain, mut n_slow, mut farthest) = (0, 0, f32::INFINITY);
     while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < MOST_PASSES {
+        let share = (start - size) as f32 / (start - goal.size) as f32;
+        if goal.listener.is_some_and(|listener| listener(share).is_break()) {
+            break;
+        }
         if let Some(sides) = &mut sides {
             sides.prepare_pass(&mut rings, &mut arrays.losses);
         }

@@ -43,6 +43,7 @@ pub(crate) fn prepare(
         let present = cuts.as_ref().map_or(faces, |cuts| &cuts.faces);
         match build_rings(vertices, present, &ranks, team) {
             Built::Rings(rings) => break rings,
+            Built::NoDisks(..) if !options.cuts => return Err(CollapseError::NotManifold),
             Built::NoDisks(no_disks, given_back) => {
                 vertices = given_back;
                 let cuts = cuts.get_or_insert_with(|| Cuts::new(faces, positions.len()));

@@ -33,16 +33,22 @@ fn find_bin(counts: &[u32], n_wanted: usize) -> Option<(usize, usize)> {
 
 // How many prices have each value of the eleven bits from `shift` on, among those in a coarse bin.
 fn count(best: &[u64], shift: u32, within: Option<u64>, team: Team) -> [u32; BINS] {
-    let mut counts = vec![[0u32; BINS]; best.len().div_ceil(STRETCH)];
-    team.run(best.chunks(STRETCH).zip(&mut counts).collect(), |(best, counts)| match within {
+    let count_stretch = |best: &[u64], counts: &mut [u32; BINS]| match within {
         None => best.iter().for_each(|x| counts[(x >> shift) as usize & (BINS - 1)] += 1),
         Some(bin) => {
             for x in best.iter().filter(|&x| x >> 52 == bin) {
                 counts[(x >> shift) as usize & (BINS - 1)] += 1;
             }
         }
-    });
+    };
     let mut sums = [0; BINS];
+    // For a small mesh a second histogram takes as long as the counting.
+    if best.len() <= STRETCH {
+        count_stretch(best, &mut sums);
+        return sums;
+    }
+    let mut counts = vec![[0u32; BINS]; best.len().div_ceil(STRETCH)];
+    team.run(best.chunks(STRETCH).zip(&mut counts).collect(), |(best, counts)| count_stretch(best, counts));
     for counts in counts {
         for (sum, count) in sums.iter_mut().zip(counts) {
             *sum += count;

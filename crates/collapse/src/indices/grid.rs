@@ -15,6 +15,7 @@ const MOST_CELLS: u32 = 1 << 10;
 ///
 /// The finest grid is taken whose result is not too large. Each cell keeps the vertex that is nearest to the mean of its
 /// corners; locked vertices stay. Returns the faces and the longest way of a vertex, over the extent; above `max_error`, all.
+/// No face is left if the coarsest grid with a face has more than `n_faces`.
 ///
 /// # Errors
 /// As [`simplify_indices`](super::simplify_indices).

@@ -2,6 +2,9 @@
 
 use super::measure::{count_boundary_edges, count_turned, distance, is_manifold, volume};
 use super::meshes::{TestMesh, box_of_squares, bumpy_torus, cone, double_cone, terrain};
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+
 use crate::collapse::{CollapseError, CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, collapse};
 
 fn run(mesh: &TestMesh, options: &CollapseOptions) -> (TestMesh, CollapseResult) {
@@ -201,6 +204,22 @@ fn huge_and_tiny_units_give_the_same_faces() {
 }
 
 #[test]
+fn a_listener_hears_rising_shares_and_ends_the_collapse() {
+    let mesh = bumpy_torus(60, 30);
+    let (heard, last) = (Mutex::new(Vec::new()), 0.5);
+    let listener = |share: f32| {
+        heard.lock().map(|mut heard| heard.push(share)).expect("no other thread fails");
+        if share < last { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let (_, result) = run(&mesh, &CollapseOptions { listener: Some(&listener), ..to_faces(100, 1) });
+    let heard = heard.into_inner().expect("no other thread fails");
+    assert!(heard[0] == 0.0 && heard.is_sorted() && result.faces.len() > 100);
+    // The fit is left out, too.
+    assert_eq!((result.outcome, result.record.n_passes()), (CollapseOutcome::Stopped, heard.len() - 2));
+    assert!(heard[heard.len() - 2] >= last && heard[heard.len() - 1] == 1.0);
+}
+
+#[test]
 fn bad_input_is_refused_with_its_place() {
     let mesh = box_of_squares(2);
     let refuse = |mesh: &TestMesh, options: &CollapseOptions| {
@@ -214,6 +233,10 @@ fn bad_input_is_refused_with_its_place() {
     let mut broken = mesh.clone();
     broken.faces[7][2] = 99;
     assert_eq!(refuse(&broken, &to_faces(10, 0)), CollapseError::IndexOutOfRange { face: 7 });
+    // A face twice.
+    let mut broken = mesh.clone();
+    broken.faces.push(broken.faces[0]);
+    assert_eq!(refuse(&broken, &CollapseOptions { cuts: false, ..to_faces(10, 0) }), CollapseError::NotManifold);
     let options = CollapseOptions { locked: &[true], ..to_faces(10, 0) };
     assert_eq!(refuse(&mesh, &options), CollapseError::WrongLength { what: "locks" });
 }
