@@ -84,7 +84,8 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
         notes.push(dropped_line(report));
     }
     notes.extend(describe_cost(report, output).map(|cost| format!("cost      {cost}")));
-    if output.components_at_minimum > 0 {
+    // A run that stopped at the smallest form says so itself.
+    if output.components_at_minimum > 0 && stop_reason(&report.outcome).is_none() {
         notes.push(match output.components_at_minimum {
             1 => "minimum   1 component is as small as its topology allows".into(),
             n => format!("minimum   {n} components are as small as their topology allows"),
@@ -132,7 +133,8 @@ fn dropped_line(JobReport { input, output, .. }: &JobReport) -> String {
     let n = output.components_pruned - output.components_hidden;
     let names = list_names(&output.dropped, MAX_LISTED_NAMES);
     let how = "--keep-components keeps them, except those smaller than --prune=SIZE";
-    let why = if output.size_with_shape.is_some() { "missed least at this size" } else { "too small to matter" };
+    let is_pressed = output.size_with_shape.is_some() || output.components_at_minimum > 0;
+    let why = if is_pressed { "missed least at this size" } else { "too small to matter" };
     format!("dropped   {n}{all} components, {why}: {names}. {how}")
 }
 

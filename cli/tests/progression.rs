@@ -64,6 +64,64 @@ fn materials_come_back_from_the_file_alone() {
     assert_eq!(files(folder.path()), ["a.mtl", "a.nmp", "b.obj"]);
 }
 
+/// Writes a scene whose node moves its mesh, and returns its name.
+fn write_scene(folder: &Path) -> &'static str {
+    std::fs::write(folder.join("scene.glb"), crate::common::avatar::Avatar::new(8).glb()).unwrap();
+    "scene.glb"
+}
+
+#[test]
+fn a_scene_has_levels_in_every_format() {
+    let folder = folder();
+    make(folder.path(), write_scene(folder.path()), &[]);
+    let simplify = |input: &str, output: &str| {
+        let arguments = ["simplify", input, "-o", output, "--ratio", "40%", "--effort", "fast", "--no-check"];
+        let run = run(folder.path(), &arguments);
+        assert_eq!(run.code, Some(0), "{output}: {}", run.stderr);
+        io::read_path(&folder.path().join(output), None).unwrap()
+    };
+    let scene = simplify("a.nmp", "level.glb");
+    for ending in ["ply", "obj", "stl", "off"] {
+        let level = simplify("a.nmp", &format!("level.{ending}"));
+        // The level is that of the scene, with the nodes' transforms.
+        let placed = io::read_path(&folder.path().join("level.glb"), None).unwrap();
+        assert_eq!((level.faces.len(), level.faces.len() > 20), (placed.faces.len(), true), "{ending}");
+        assert!((level.diagonal() / placed.diagonal() - 1.0).abs() < 1e-5, "{ending}");
+        assert_eq!(scene.faces.len(), placed.faces.len());
+    }
+}
+
+#[test]
+fn levels_below_the_floor_drop_components_and_repeat_nothing() {
+    let folder = folder();
+    // Spheres in a row, each of which has at least four vertices.
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    for i in 0..6u32 {
+        let (sphere, n) = (neural_mesh::mesh::shapes::icosphere(2), positions.len() as u32);
+        positions.extend(sphere.positions().iter().map(|p| [p[0] + 3.0 * i as f32, p[1], p[2]]));
+        faces.extend(sphere.faces().iter().map(|face| face.map(|v| v + n)));
+    }
+    let row = neural_mesh::mesh::TriMesh::new(positions, faces).unwrap();
+    let bytes = io::write(&row, &neural_mesh::mesh::Frame::default(), io::Format::Ply).unwrap();
+    std::fs::write(folder.path().join("row.ply"), bytes).unwrap();
+    make(folder.path(), "row.ply", &[]);
+    for input in ["row.ply", "a.nmp"] {
+        let sizes = ["--lods", "50%,16,8,3,2", "--lods-by", "vertices", "--no-check", "--force", "--report", "r.json"];
+        let run = run(folder.path(), &[&["simplify", input, "-o", "b.ply"], &sizes[..]].concat());
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let said = String::from_utf8(run.stdout).unwrap();
+        assert_eq!(said.matches("levels left out: 2: they repeat the one of 4 vertices, 4 faces").count(), 1, "{said}");
+        let levels = json(&folder.path().join("r.json"))["levels"].as_array().unwrap().clone();
+        let n_vertices: Vec<u64> = levels.iter().map(|level| level["vertices"].as_u64().unwrap()).collect();
+        assert_eq!(n_vertices, [486, 16, 8, 4], "{input}");
+        assert_eq!(levels.iter().filter(|level| level["outcome"] != "reached").count(), 1, "{input}");
+    }
+    assert_eq!(
+        files(folder.path()),
+        ["a.nmp", "b-lod0.ply", "b-lod1.ply", "b-lod2.ply", "b-lod3.ply", "r.json", "row.ply"]
+    );
+}
+
 #[test]
 fn a_page_is_written_beside_the_progression() {
     let folder = folder();

@@ -61,16 +61,16 @@ impl Document {
             }
             None => Self::from_mesh(read_mesh(&progression), job),
         };
-        // The progression does not say whether equal positions were welded.
-        let mut document = open(job)?;
-        if !progression.is_of(document.mesh()) {
-            document = open(&Job { weld: !job.weld, ..job.clone() })?;
+        // The progression does not say whether equal positions were welded, nor whether it is of a scene.
+        for format in [job.format, Format::Glb] {
+            for weld in [job.weld, !job.weld] {
+                let document = open(&Job { weld, format, ..job.clone() })?;
+                if progression.is_of(document.mesh()) {
+                    return Ok(document.with_progression(progression));
+                }
+            }
         }
-        if !progression.is_of(document.mesh()) {
-            let what = "its mesh is not that of its files in this format: a scene comes back as glb alone";
-            return Err(JobError::Document(what.into()));
-        }
-        Ok(document.with_progression(progression))
+        Err(JobError::Document("its mesh is not that of its files".into()))
     }
 }
 

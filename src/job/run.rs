@@ -58,7 +58,9 @@ pub fn run(
     job.check()?;
     check_bounds(document, job)?;
     watch.begin(JobStage::Simplify);
-    let SimplifiedResults { results, certified, note, pack, named } = simplify_document(document, job, weights, watch)?;
+    let mut simplified = simplify_document(document, job, weights, watch)?;
+    let without_repeats = simplified.leave_out_repeats(job.goal.sizes());
+    let SimplifiedResults { results, certified, note, pack, named } = simplified;
     let baked = bake_result(document, &results, job, watch)?;
     let (packing, unpacked) = pack_results(document, &results.iter().collect::<Vec<_>>(), pack, job)?;
     watch.begin(JobStage::Check);
@@ -70,7 +72,8 @@ pub fn run(
     let mut notes = [document.notes.clone(), of_baked, unpacked].concat();
     let n_first_notes = notes.len();
     let unproved = results.first().and_then(|first| note_unproved(job, first));
-    notes.extend([note.map(String::from), note_missing_poses(document, job), unproved].into_iter().flatten());
+    let others = [note.map(String::from), note_missing_poses(document, job), unproved, without_repeats];
+    notes.extend(others.into_iter().flatten());
     let mut report = make_report(document, job, &results, levels)?;
     (report.notes, report.named, report.baked) = (notes, named, baked.as_ref().map(|baked| baked.figures));
     Ok(JobOutcome { results, report, baked, packing, n_first_notes })

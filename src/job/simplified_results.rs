@@ -6,6 +6,7 @@ use crate::simplify::Simplified;
 
 use super::report::NamedShare;
 use super::request::Job;
+use super::size::Size;
 
 pub(super) struct SimplifiedResults {
     pub results: Vec<Simplified>,
@@ -19,5 +20,27 @@ pub(super) struct SimplifiedResults {
 impl SimplifiedResults {
     pub fn new(results: Vec<Simplified>, job: &Job) -> Self {
         Self { results, certified: Vec::new(), note: None, pack: job.compress, named: Vec::new() }
+    }
+
+    /// Removes levels as large as the one before, which gets their outcome; returns a line that names their sizes.
+    pub fn leave_out_repeats(&mut self, sizes: &[Size]) -> Option<String> {
+        let count = |result: &Simplified| [result.mesh.positions().len(), result.mesh.faces().len()];
+        let (mut left_out, mut repeated) = (Vec::new(), None);
+        let mut results: Vec<Simplified> = Vec::new();
+        for (i, result) in std::mem::take(&mut self.results).into_iter().enumerate() {
+            let Some(last) = results.last_mut().filter(|last| count(last) == count(&result)) else {
+                results.push(result);
+                continue;
+            };
+            repeated = Some(count(last));
+            last.report.outcome = result.report.outcome;
+            if results.len() < self.certified.len() {
+                self.certified.remove(results.len());
+            }
+            left_out.extend(sizes.get(i).map(Size::to_string));
+        }
+        self.results = results;
+        let ([n_vertices, n_faces], sizes) = (repeated?, left_out.join(", "));
+        Some(format!("levels left out: {sizes}: they repeat the one of {n_vertices} vertices, {n_faces} faces"))
     }
 }

@@ -1,6 +1,7 @@
 //! Documents: a mesh with the other content of its file, or a glTF scene united into one mesh.
 
 mod far_parts;
+mod flat_level;
 mod images;
 mod least;
 mod named_groups;

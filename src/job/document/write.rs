@@ -17,6 +17,7 @@ use crate::job::files::{Files, Meshes};
 use crate::job::request::Job;
 use crate::job::textures::Textures;
 
+use super::flat_level::flat_files;
 use super::{Document, Kind, PartPiece};
 
 impl Document {
@@ -95,6 +96,10 @@ impl Document {
             Kind::Scene { asset, united, pieces } => {
                 let split_parts =
                     |result: &&Simplified| simplified_parts(asset, united, pieces, &result.mesh, &result.attributes);
+                // Only progressions of scenes have levels in other formats.
+                if let Some(result) = results.first().filter(|_| !job.takes_scenes()) {
+                    return flat_files(asset, (split_parts(result), result), job, file_name);
+                }
                 let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(split_parts).collect();
                 let mut options = SceneOptions::new(job.format, file_name);
                 (options.coverage, options.packing, options.images) = (coverage, *packing, self.textures());

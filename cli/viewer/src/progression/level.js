@@ -70,7 +70,9 @@ export function findLevel(progression, wanted) {
   const isWhole = wanted.vertices >= size[0] && wanted.faces >= size[1];
   const limit = isWhole ? ALL : wanted;
   let level = levelWithout(progression, limit, 0);
-  while (level.nDrops < drops.length && level.nVertices <= drops[level.nDrops].nVertices) {
+  const isTooLarge = () => level.nVertices > limit.vertices || level.nFaces > limit.faces;
+  // Below the smallest form of what is left, the next components go.
+  while (level.nDrops < drops.length && (level.nVertices <= drops[level.nDrops].nVertices || isTooLarge())) {
     level = levelWithout(progression, limit, level.nDrops + 1);
   }
   return { ...level, isWhole };

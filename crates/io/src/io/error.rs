@@ -77,6 +77,13 @@ impl ReadError {
     }
 }
 
+impl WriteError {
+    #[doc(hidden)]
+    pub fn new(what: String) -> Self {
+        Self { what }
+    }
+}
+
 impl fmt::Display for ReadError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(format) = self.format {

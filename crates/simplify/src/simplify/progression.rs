@@ -21,6 +21,9 @@ use crate::mesh::pulse::Pulse;
 
 /// Ratio of neighbouring sizes at which components to drop are chosen.
 const DROP_STEP: f64 = 2.0;
+/// Least share of the vertices of a smallest form that components dropped below it free together.
+// Smaller steps would make as many drops as there are components, and levels are looked up through all drops.
+const LEAST_FREED: f64 = 1.0 / 16.0;
 /// Least size at which components to drop are chosen: that of a tetrahedron.
 const LEAST_SIZE: usize = 4;
 /// Share of the vertices for which the progress of making is estimated.
@@ -277,7 +280,8 @@ impl Progression {
     fn level(&self, limit: Limit) -> ProgressionLevel {
         let mut level = self.level_without(limit, Vec::new());
         for drop in &self.drops {
-            if self.count(&level)[0] > drop.n_vertices {
+            // Below the smallest form of what is left, the next components go.
+            if level.is_reached && self.count(&level)[0] > drop.n_vertices {
                 break;
             }
             level.is_dropped.resize(self.n_components(), false);
@@ -415,13 +419,52 @@ impl Progression {
             let limit = Limit::from_vertices(n_asked as usize);
             let level = self.level(limit);
             self.drops.extend(self.choose_drop((input, task), visibility, keys, (limit, &level))?);
-            // Below the smallest form nothing else is dropped.
+            // Below the smallest form views decide.
             if !level.is_reached && self.drops.len() == level.drops {
                 break;
             }
             n_asked /= DROP_STEP;
         }
+        let drops = self.drop_below_smallest(input, task, visibility)?;
+        self.drops.extend(drops);
         Ok(())
+    }
+
+    /// Chooses the components that go below the smallest form of all, by what a viewer misses.
+    fn drop_below_smallest(&self, input: &Input, task: &Task, visibility: &[f32]) -> Result<Vec<Drop>, SimplifyError> {
+        let level = self.level(Limit::from_vertices(1));
+        let rest = self.select_rest(input, &level)?;
+        let rest_input = rest.input();
+        let plain = PlainInput::new(&rest_input);
+        let request = rest_request(&plain.input(), task, &rest.origin, visibility);
+        if level.is_reached || request.requirements.hold_shape.is_some() {
+            return Ok(Vec::new());
+        }
+        let faces = rest.origin.faces.as_deref();
+        let rest = faces.map(|faces| (rest_input.mesh, faces));
+        let order = self.surface.order_drops(&self.mesh, &request, &LevelChoice { n: level.n, rest, end: self.end });
+        let whole_faces = self.surface.faces(&self.mesh);
+        let whole_face = |face: u32| faces.map_or(face, |faces| faces[face as usize]) as usize;
+        let component = |face: u32| self.components[whole_faces[whole_face(face)][0] as usize];
+        let mut n_roots = vec![0; self.n_components()];
+        let roots = &self.surface.sequence.vertices()[..self.surface.sequence.n_roots()];
+        roots.iter().for_each(|&v| n_roots[self.components[v as usize] as usize] += 1);
+        // Levels that keep as many vertices as this lack nothing more.
+        let mut n_left = self.count(&level)[0];
+        let (mut drops, mut components, mut n_freed) = (Vec::new(), Vec::new(), 0);
+        for component in order.iter().map(|&face| component(face)) {
+            components.push(component);
+            n_freed += n_roots[component as usize];
+            // Many small components go together, so that a list of drops stays short.
+            if n_freed as f64 >= LEAST_FREED * n_left as f64 {
+                drops.push(self.make_drop(n_left - 1, std::mem::take(&mut components)));
+                (n_left, n_freed) = (n_left - n_freed, 0);
+            }
+        }
+        if !components.is_empty() {
+            drops.push(self.make_drop(n_left - 1, components));
+        }
+        Ok(drops)
     }
 
     fn choose_drop(
@@ -434,13 +477,7 @@ impl Progression {
         let rest = self.select_rest(input, level)?;
         let rest_input = rest.input();
         let plain = PlainInput::new(&rest_input);
-        let mut request = ClosedRequest::without_visibility(&plain.input(), task);
-        let rows = rest.origin.vertices.as_deref();
-        request.visibility = match (visibility, rows) {
-            ([], _) => Vec::new(),
-            (all, None) => all.to_vec(),
-            (all, Some(rows)) => rows.iter().map(|&v| all[v as usize]).collect(),
-        };
+        let request = rest_request(&plain.input(), task, &rest.origin, visibility);
         // Prices are those of the merges in the remaining components.
         let sequence = &self.surface.sequence;
         let ranks = (sequence.n_roots()..sequence.n_vertices()).rev();
@@ -456,22 +493,44 @@ impl Progression {
             return Ok(None);
         };
         let whole_face = |face: usize| faces.map_or(face, |faces| faces[face] as usize);
-        let mut is_face_dropped = vec![false; self.mesh.faces().len()];
-        (0..dropped.faces.len()).for_each(|face| is_face_dropped[whole_face(face)] = dropped.faces[face]);
-        Ok(Some(self.drop_of_faces(self.count(level)[0], &is_face_dropped)))
+        let whole_faces = self.surface.faces(&self.mesh);
+        let gone = (0..dropped.faces.len()).filter(|&face| dropped.faces[face]);
+        let mut components: Vec<u32> =
+            gone.map(|face| self.components[whole_faces[whole_face(face)][0] as usize]).collect();
+        components.sort_unstable();
+        components.dedup();
+        // A level that is too large lacks the components only below its own size.
+        let n_vertices = self.count(level)[0] - usize::from(!level.is_reached);
+        Ok(Some(self.make_drop(n_vertices, components)))
     }
 
-    fn drop_of_faces(&self, n_vertices: usize, is_dropped: &[bool]) -> Drop {
-        let faces = self.surface.faces(&self.mesh);
+    fn make_drop(&self, n_vertices: usize, components: Vec<u32>) -> Drop {
         // Faces come in order, so the first face found is the first of its component.
         let mut found: Vec<Option<DroppedComponent>> = vec![None; self.n_components()];
-        for (face, corners) in (0u32..).zip(faces).filter(|(face, _)| is_dropped[*face as usize]) {
-            let component = self.components[corners[0] as usize] as usize;
+        let mut is_dropped = vec![false; found.len()];
+        components.iter().for_each(|&component| is_dropped[component as usize] = true);
+        let component = |corners: &[u32; 3]| self.components[corners[0] as usize] as usize;
+        let faces = (0u32..).zip(self.surface.faces(&self.mesh).iter().map(component));
+        for (face, component) in faces.filter(|(_, component)| is_dropped[*component]) {
             found[component].get_or_insert(DroppedComponent { face, n_faces: 0 }).n_faces += 1;
         }
-        let (components, dropped) = (0u32..).zip(found).filter_map(|(c, found)| Some((c, found?))).unzip();
-        Drop { n_vertices, components, dropped }
+        Drop { n_vertices, components, dropped: found.into_iter().flatten().collect() }
     }
+}
+
+/// Plans a run on what some dropped components leave, with the visibility of all vertices.
+fn rest_request<'a>(
+    input: &Input<'a>,
+    task: &Task<'a>,
+    origin: &SubMeshOrigin,
+    visibility: &[f32],
+) -> ClosedRequest<'a> {
+    let visibility = match origin.vertices.as_deref() {
+        _ if visibility.is_empty() => Vec::new(),
+        None => visibility.to_vec(),
+        Some(rows) => rows.iter().map(|&v| visibility[v as usize]).collect(),
+    };
+    ClosedRequest { visibility, ..ClosedRequest::without_visibility(input, task) }
 }
 
 #[cfg(test)]
@@ -550,6 +609,40 @@ mod tests {
                 assert_eq!(topology(&level.mesh).components, 41 - found);
             }
         }
+    }
+
+    #[test]
+    fn levels_go_below_the_smallest_form_of_all_components() {
+        // Spheres in a row, so that none hides another.
+        let (mut positions, mut faces) = (Vec::new(), Vec::new());
+        for i in 0..9u32 {
+            let (sphere, n) = (shapes::icosphere(2), positions.len() as u32);
+            positions.extend(sphere.positions().iter().map(|p| [p[0] + 3.0 * i as f32, p[1], p[2]]));
+            faces.extend(sphere.faces().iter().map(|face| face.map(|v| v + n)));
+        }
+        let mesh = TriMesh::new(positions, faces).unwrap();
+        let attributes = Attributes { groups: vec![0; mesh.faces().len()], ..Attributes::default() };
+        let progression = progression(Input { attributes: &attributes, ..Input::bare(&mesh) });
+        let progression = Progression::from_bytes(&progression.to_bytes()).unwrap();
+        for (n, n_left) in [(36, 9), (35, 8), (20, 5), (7, 1), (4, 1)] {
+            for refined in [false, true] {
+                let level = progression.at_vertices(n, refined).unwrap();
+                assert_eq!((level.mesh.positions().len(), level.report.outcome), (n, Outcome::Reached));
+                assert_eq!((topology(&level.mesh).components, level.report.components_pruned), (n_left, 9 - n_left));
+                assert!(topology(&level.mesh).is_closed_manifold());
+            }
+        }
+        let smallest = progression.at_vertices(3, true).unwrap();
+        assert!(matches!(smallest.report.outcome, Outcome::Stopped(_)) && smallest.mesh.positions().len() == 4);
+    }
+
+    #[test]
+    fn kept_components_have_a_smallest_form() {
+        let mesh = sphere_with_dust();
+        let options = ClosedOptions { prune: false, ..ClosedOptions::default() };
+        let progression = Progression::new(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let smallest = progression.at_vertices(10, false).unwrap();
+        assert_eq!(topology(&smallest.mesh).components, 41);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::simplify::progress::Progress;
 
 use super::coarsening::coarsen;
 use super::collapse::{CollapseEnd, RecordedMerge};
-use super::dropping::{self, VertexCost};
+use super::dropping::{self, VertexCost, output_components};
 use super::importance;
 use super::output::Output;
 use super::prepare::surface::{Normalisation, PreparedSurface};
@@ -20,6 +20,7 @@ use super::prepare::{prepare, prepare_surface};
 use super::request::ClosedRequest;
 use super::result::{ClosedResult, local_positions};
 use super::split_sequence::SplitSequence;
+use super::visible_drops::{DropChoice, order_by_views};
 use super::{CollapseBase, DroppedFaces, faces_around::smallest_first, refine, start};
 
 const NONE: u32 = u32::MAX;
@@ -146,13 +147,45 @@ impl ProgressionSurface {
         cost: &VertexCost,
     ) -> Option<DroppedFaces> {
         let within = request.requirements.drops_within?;
+        let (base, output) = self.weighed_level(mesh, request, choice);
+        dropping::choose_dropped(&base.original, &output, cost, within, &request.visual_properties())
+    }
+
+    /// Lists a face of each component that goes below the smallest level, those that a viewer misses least first.
+    pub fn order_drops(&self, mesh: &TriMesh, request: &ClosedRequest, choice: &LevelChoice) -> Vec<u32> {
+        let Some(within) = request.requirements.drops_within else { return Vec::new() };
+        let (base, output) = self.weighed_level(mesh, request, choice);
+        let (of_vertex, n) = output_components(&output);
+        if n < 2 {
+            return Vec::new();
+        }
+        let component = |face: &[u32; 3]| of_vertex[output.vertex_of[face[0] as usize] as usize];
+        let component_of_face: Vec<u32> = base.original.surface.faces.iter().map(component).collect();
+        let mut sizes = vec![[0; 2]; n];
+        of_vertex.iter().for_each(|&component| sizes[component as usize][0] += 1);
+        output.faces().iter().for_each(|face| sizes[of_vertex[face[0] as usize] as usize][1] += 1);
+        let mut first_face = vec![NONE; n];
+        for (face, &component) in (0u32..).zip(&component_of_face) {
+            first_face[component as usize] = face.min(first_face[component as usize]);
+        }
+        let drops = DropChoice { component_of_face: &component_of_face, n, output: &output, within };
+        let order = order_by_views(&base.original, &drops, sizes, &request.visual_properties());
+        order.into_iter().map(|component| first_face[component]).collect()
+    }
+
+    /// Returns the surface, weighted as its components are judged, with the vertices of a level.
+    fn weighed_level<'a>(
+        &self,
+        mesh: &'a TriMesh,
+        request: &ClosedRequest<'a>,
+        choice: &LevelChoice<'a>,
+    ) -> (CollapseBase<'a>, Output) {
         let mut base = self.base(mesh, request, choice.rest);
-        let visual = request.visual_properties();
-        if visual.is_weighed {
+        if request.visual_properties().is_weighed {
             importance::weigh(&mut base.original.surface, request.importance, 1.0, &request.visibility);
         }
         let output = self.output(&base, choice.n);
-        dropping::choose_dropped(&base.original, &output, cost, within, &visual)
+        (base, output)
     }
 
     fn base<'a>(

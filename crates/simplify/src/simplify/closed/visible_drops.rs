@@ -51,24 +51,25 @@ pub fn choose_by_views(
     limit: Limit,
     visual: &VisualProperties,
 ) -> Option<DroppedFaces> {
-    let placed = PlacedComponents::new(original, visual.scene, visual.attributes, choice.component_of_face, choice.n);
-    let component_of_output = choice.components_of_output(original);
-    let seen = PlacedOutput::new(&placed, choice.output, &component_of_output);
-    let components = Components::new(&placed, &seen, visual);
-    let diagonal = visual.scene.map_or_else(|| original.mesh.diagonal(), |scene| scene.diagonal());
-    let may_go = |component: usize| !placed.is_locked(component) && components.is_within(component, choice.within);
-    let views = Views {
-        exposures: placed.exposures(LOOKS_SAME * diagonal),
-        groups: (0..choice.n).map(|component| components.groups(component).to_vec()).collect(),
-        may_go: (0..choice.n).map(may_go).collect(),
-        whole: (0..choice.n).map(|component| components.input_size(component)).collect(),
-    };
+    let views = Views::new(original, choice, visual);
     let candidates = steps.iter().map(|step| views.drop_at(step, &steps[0], limit));
     // Where no step fits, the smallest comes next; of equal costs the first step bends least.
     let best = candidates.min_by(|x, y| x.excess.cmp(&y.excess).then(x.cost.total_cmp(&y.cost)))?;
-    let n_components = best.is_dropped.iter().filter(|dropped| **dropped).count();
-    let faces = || choice.component_of_face.iter().map(|&component| best.is_dropped[component as usize]).collect();
-    (n_components > 0).then(|| DroppedFaces { faces: faces(), n_components })
+    let mut is_dropped = vec![false; choice.n];
+    best.order.iter().for_each(|&component| is_dropped[component] = true);
+    let faces = || choice.component_of_face.iter().map(|&component| is_dropped[component as usize]).collect();
+    (!best.order.is_empty()).then(|| DroppedFaces { faces: faces(), n_components: best.order.len() })
+}
+
+/// Lists components of a given size by what a viewer loses with each per vertex, least first; the last one stays.
+pub fn order_by_views(
+    original: &Original,
+    choice: &DropChoice,
+    sizes: Vec<[usize; 2]>,
+    visual: &VisualProperties,
+) -> Vec<usize> {
+    let step = Step { ceiling: 0.0, has_free_curves: false, sizes };
+    Views::new(original, choice, visual).drop_at(&step, &step, Limit::from_vertices(1)).order
 }
 
 impl DropChoice<'_> {
@@ -93,7 +94,8 @@ struct Views {
 struct DropState<'a> {
     views: &'a Views,
     step: &'a Step,
-    is_dropped: Vec<bool>,
+    /// Dropped components, in their order.
+    order: Vec<usize>,
     n_left: usize,
     /// Vertices and faces of the remaining components, at the step and in the original.
     left: [usize; 2],
@@ -118,7 +120,7 @@ impl<'a> DropState<'a> {
         Self {
             views,
             step,
-            is_dropped: vec![false; step.sizes.len()],
+            order: Vec::new(),
             n_left: step.sizes.len(),
             left: sum_sizes(&step.sizes),
             whole: sum_sizes(&views.whole),
@@ -141,7 +143,7 @@ impl<'a> DropState<'a> {
     }
 
     fn drop(&mut self, component: usize) {
-        self.is_dropped[component] = true;
+        self.order.push(component);
         self.n_left -= 1;
         self.left = subtract_sizes(self.left, self.step.sizes[component]);
         for group in &self.views.groups[component] {
@@ -155,7 +157,8 @@ impl<'a> DropState<'a> {
 }
 
 struct Drops {
-    is_dropped: Vec<bool>,
+    /// Dropped components, in their order.
+    order: Vec<usize>,
     /// Share of the pixels lost by drops and bending.
     cost: f64,
     /// Vertices and faces above the limit.
@@ -163,6 +166,22 @@ struct Drops {
 }
 
 impl Views {
+    fn new(original: &Original, choice: &DropChoice, visual: &VisualProperties) -> Self {
+        let DropChoice { component_of_face, n, within, .. } = *choice;
+        let placed = PlacedComponents::new(original, visual.scene, visual.attributes, component_of_face, n);
+        let component_of_output = choice.components_of_output(original);
+        let seen = PlacedOutput::new(&placed, choice.output, &component_of_output);
+        let components = Components::new(&placed, &seen, visual);
+        let diagonal = visual.scene.map_or_else(|| original.mesh.diagonal(), |scene| scene.diagonal());
+        let may_go = |component: usize| !placed.is_locked(component) && components.is_within(component, within);
+        Self {
+            exposures: placed.exposures(LOOKS_SAME * diagonal),
+            groups: (0..n).map(|component| components.groups(component).to_vec()).collect(),
+            may_go: (0..n).map(may_go).collect(),
+            whole: (0..n).map(|component| components.input_size(component)).collect(),
+        }
+    }
+
     /// Drops the components that cost least per freed vertex until a step is within the limit.
     fn drop_at(&self, step: &Step, first: &Step, limit: Limit) -> Drops {
         let mut state = DropState::new(self, step);
@@ -187,7 +206,7 @@ impl Views {
                 state.drop(component);
             }
         }
-        Drops { excess: state.excess(limit), is_dropped: state.is_dropped, cost }
+        Drops { excess: state.excess(limit), order: state.order, cost }
     }
 
     fn bending_cost(&self, step: &Step, first: &Step) -> f64 {
