@@ -85,11 +85,14 @@ impl MeshSource {
     }
 }
 
-/// Returns positions and the vertices of each triangle.
+/// Positions, and the vertices of each triangle.
+type Triangles<'a> = (&'a [[f32; 3]], Vec<[u32; 3]>);
+
+/// Reads positions and triangles alone.
 ///
 /// # Errors
 /// [`MeshError`] for a mesh that is no list of triangles.
-pub fn read_triangles(mesh: &Mesh) -> Result<(&[[f32; 3]], Vec<[u32; 3]>), MeshError> {
+pub fn read_triangles(mesh: &Mesh) -> Result<Triangles<'_>, MeshError> {
     if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
         return Err(MeshError::Topology(mesh.primitive_topology()));
     }
