@@ -5,6 +5,7 @@ use std::fmt;
 use bevy_mesh::{MeshAccessError, PrimitiveTopology, VertexFormat};
 use neural_mesh::mesh::cleanup::CleanError;
 use neural_mesh::simplify::SimplifyError;
+use neural_mesh_collapse::CollapseError;
 
 /// Reason why a mesh cannot be simplified.
 #[derive(Clone, Debug)]
@@ -47,6 +48,8 @@ pub enum MeshError {
     Clean(CleanError),
     /// Error of the simplifier.
     Simplify(SimplifyError),
+    /// Error of the kernel that takes indices.
+    Collapse(CollapseError),
     /// Errors of levels that fall, or are negative or not numbers.
     LevelErrors,
 }
@@ -78,6 +81,7 @@ impl fmt::Display for MeshError {
             }
             Self::Clean(error) => error.fmt(f),
             Self::Simplify(error) => error.fmt(f),
+            Self::Collapse(error) => error.fmt(f),
             Self::LevelErrors => write!(f, "errors of levels must be numbers of at least 0 that do not fall"),
         }
     }
@@ -94,6 +98,12 @@ impl From<MeshAccessError> for MeshError {
 impl From<CleanError> for MeshError {
     fn from(error: CleanError) -> Self {
         Self::Clean(error)
+    }
+}
+
+impl From<CollapseError> for MeshError {
+    fn from(error: CollapseError) -> Self {
+        Self::Collapse(error)
     }
 }
 

@@ -3,6 +3,7 @@
 //! | to get | call |
 //! |---|---|
 //! | a smaller mesh with all attributes | [`simplify_mesh`], [`simplify_mesh_to_error`] |
+//! | fewer triangles over the same vertices, while a game runs | [`simplify_indices`] |
 //! | levels of detail with their [`VisibilityRange`](bevy_camera::visibility::VisibilityRange) | [`make_levels`], [`spawn_levels`] |
 //! | meshes simplified while assets are processed | [`MeshSimplifier`]; for glTF files `GltfSimplifierPlugin` |
 //!
@@ -24,6 +25,7 @@
 //! (`AsyncComputeTaskPool`), not in a system that runs each frame.
 
 mod error;
+mod indices;
 mod levels;
 mod mesh_source;
 mod processing;
@@ -36,6 +38,7 @@ mod vertex_values;
 mod wedges;
 
 pub use error::MeshError;
+pub use indices::simplify_indices;
 pub use levels::{Level, LevelOptions, LevelSizes, make_levels};
 pub use processing::*;
 pub use ranges::visibility_ranges;

@@ -56,11 +56,7 @@ impl MeshSource {
     /// # Errors
     /// [`MeshError`] names what cannot be read.
     pub fn read(mesh: &Mesh) -> Result<Self, MeshError> {
-        if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
-            return Err(MeshError::Topology(mesh.primitive_topology()));
-        }
-        let positions = read_positions(mesh)?;
-        let corners = read_corners(mesh, positions.len())?;
+        let (positions, corners) = read_triangles(mesh)?;
         let (mut channels, mut contents) = (Vec::new(), Vec::new());
         let mut add = |role, width, values, kind| {
             let name = format!("{}", contents.len());
@@ -87,6 +83,21 @@ impl MeshSource {
         input.attributes = &self.cleaned.attributes;
         input
     }
+}
+
+/// Positions, and the vertices of each triangle.
+type Triangles<'a> = (&'a [[f32; 3]], Vec<[u32; 3]>);
+
+/// Reads positions and triangles alone.
+///
+/// # Errors
+/// [`MeshError`] for a mesh that is no list of triangles.
+pub fn read_triangles(mesh: &Mesh) -> Result<Triangles<'_>, MeshError> {
+    if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
+        return Err(MeshError::Topology(mesh.primitive_topology()));
+    }
+    let positions = read_positions(mesh)?;
+    Ok((positions, read_corners(mesh, positions.len())?))
 }
 
 type AddChannel<'a> = dyn FnMut(Role, usize, Vec<f32>, ContentKind) + 'a;

@@ -9,7 +9,7 @@ use crate::mesh_source::{ContentKind, MeshSource};
 use crate::vertex_values::write_floats;
 
 /// Largest number of vertices that 16 bits can name, one less for the index that restarts strips.
-const MAX_SHORT: usize = 65_535;
+pub const MAX_SHORT: usize = 65_535;
 
 /// Makes a mesh with one vertex per position and wedge, and the attributes, index size and usage of the original.
 ///

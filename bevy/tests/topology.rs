@@ -3,7 +3,7 @@
 use bevy_asset::RenderAssetUsages;
 use bevy_mesh::{Indices, Mesh, PrimitiveTopology};
 use neural_mesh::mesh::shapes;
-use neural_mesh_bevy::{ClosedOptions, Outcome, Target, simplify_mesh, simplify_mesh_to_error};
+use neural_mesh_bevy::{ClosedOptions, Outcome, Target, simplify_indices, simplify_mesh, simplify_mesh_to_error};
 
 use crate::helpers::{corners, is_closed, long, n_points, none, positions, short, torus};
 
@@ -24,6 +24,26 @@ fn closed_stays_closed_with_indices_of_the_same_size() {
         assert_eq!(used.len(), light.count_vertices());
         assert!(light.count_vertices() < 204 + 60, "{} vertices", light.count_vertices());
     }
+}
+
+#[test]
+fn fewer_triangles_over_the_same_vertices_stay_closed_with_all_attributes() {
+    for (indices, is_short) in [(short as fn(_) -> _, true), (long, false)] {
+        let mesh = torus(indices);
+        let (indices, error) = simplify_indices(&mesh, 800, 1.0).unwrap();
+        assert!(
+            indices.len() <= 2400 && indices.len() > 2300 && error > 0.0 && error < 0.02,
+            "{} {error}",
+            indices.len()
+        );
+        assert_eq!(matches!(indices, Indices::U16(_)), is_short);
+        let mut light = mesh.clone();
+        light.insert_indices(indices);
+        assert!(is_closed(&light) && light.count_vertices() == mesh.count_vertices());
+        assert!(light.attribute(Mesh::ATTRIBUTE_UV_0) == mesh.attribute(Mesh::ATTRIBUTE_UV_0));
+        assert!(simplify_indices(&mesh, 0, 0.5 * error).unwrap().0.len() > 2400);
+    }
+    assert_eq!(simplify_indices(&torus(none), 800, 1.0).unwrap().0.len(), 3 * 4096);
 }
 
 #[test]

@@ -131,9 +131,8 @@ size_t nm_simplify_with_update(uint32_t *indices,
 // indices.
 //
 // Vertices of one cell of a grid become one, and components join; vertices do not move. `vertex_lock` may be null.
-// Returns all indices if a vertex would go farther than `target_error`, a share of the extent, and none if the target is
-// below what the coarsest grid with a triangle leaves. `result_error`, unless null, receives the longest way. Returns
-// `NM_FAILED` on failure.
+// Returns all indices if a vertex would go farther than `target_error`, a share of the extent; none below the coarsest
+// grid. `result_error`, unless null, receives the longest way. Returns `NM_FAILED` on failure.
 //
 // # Safety
 // As for `nm_simplify`.

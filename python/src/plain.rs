@@ -124,16 +124,15 @@ impl PlainMesh {
             Positions::Single(array) => Self { positions: rows(array, "vertices")?.to_vec(), faces, double: None },
             Positions::Double(array) => {
                 let exact: Vec<[f64; 3]> = rows(array, "vertices")?.to_vec();
-                // The mean of the corners.
-                let mut center = [0.0; 3];
+                let mut mean = [0.0; 3];
                 for p in faces.iter().flatten().filter_map(|&v| exact.get(v as usize)) {
-                    (0..3).for_each(|k| center[k] += p[k] / (3 * faces.len()) as f64);
+                    (0..3).for_each(|k| mean[k] += p[k] / (3 * faces.len()) as f64);
                 }
-                let shift = |p: &[f64; 3]| [0, 1, 2].map(|k| (p[k] - center[k]) as f32);
+                let shift = |p: &[f64; 3]| [0, 1, 2].map(|k| (p[k] - mean[k]) as f32);
                 Self {
                     positions: exact.iter().map(shift).collect(),
                     faces,
-                    double: Some(DoublePositions { center, exact }),
+                    double: Some(DoublePositions { center: mean, exact }),
                 }
             }
         })

@@ -252,5 +252,8 @@ def test_collapses_number_points_like_replay() -> None:
     assert stays.sum() == len(points) and triangles.max() < len(points)
     # Each input point is close to the one that its collapse names.
     assert np.linalg.norm(points[number] - vertices, axis=1).mean() < 0.15
-    assert np.array_equal(simplify(vertices, faces, 0.8)[0], points)
+    # Without collapses the points are placed nearer; the triangles are the same.
+    fitted, same = simplify(vertices, faces, 0.8)
+    rotated = [{tuple(np.roll(face, -int(face.argmin()))) for face in each} for each in (triangles, same)]
+    assert rotated[0] == rotated[1] and np.linalg.norm(fitted - points, axis=1).mean() < 0.05
     assert len(simplify(vertices, faces, 0.8, agg=0)[1]) == len(faces)

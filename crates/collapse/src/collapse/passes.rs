@@ -64,6 +64,14 @@ pub(crate) struct SizeGoal<'a> {
     pub listener: Option<PassListener<'a>>,
 }
 
+impl SizeGoal<'_> {
+    // Tells the listener which share is done.
+    fn goes_on(&self, start: usize, size: usize) -> bool {
+        let share = (start - size) as f32 / (start - self.size) as f32;
+        self.listener.is_none_or(|listener| listener(share).is_continue())
+    }
+}
+
 /// The mesh after all passes.
 pub(crate) struct Collapsed {
     pub rings: Rings,
@@ -99,11 +107,7 @@ pub(crate) fn run_passes(
     let mut origins: Vec<u32> = (0..rings.vertices.len() as u32).collect();
     let mut last_threshold = f32::MAX.to_bits();
     let (mut n_vain, mut n_slow, mut farthest) = (0, 0, f32::INFINITY);
-    while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < MOST_PASSES {
-        let share = (start - size) as f32 / (start - goal.size) as f32;
-        if goal.listener.is_some_and(|listener| listener(share).is_break()) {
-            break;
-        }
+    while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < MOST_PASSES && goal.goes_on(start, size) {
         if let Some(sides) = &mut sides {
             sides.prepare_pass(&mut rings, &mut arrays.losses);
         }
