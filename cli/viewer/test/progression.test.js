@@ -134,6 +134,23 @@ test('closest points of a triangle are those of many samples', () => {
   }
 });
 
+test('a GLB keeps the materials and textures of a GLB', async () => {
+  const progression = await openNamed('textured');
+  for (const n of [150, Infinity]) {
+    const level = findLevel(progression, limit('vertices', n));
+    const bytes = await bytesOf('glb', exportLevel(progression, level));
+    const { json } = readGlb(bytes);
+    assert.deepEqual([json.images.length, json.materials.length, json.textures.length], [1, 2, 1]);
+    const { byteOffset, byteLength } = json.bufferViews[json.images[0].bufferView];
+    const image = bytes.subarray(28 + bytes.readUInt32LE(12) + byteOffset).subarray(0, byteLength);
+    assert.ok(image.equals(readFileSync(`${FOLDER}/maps/skin.png`)));
+    // The strip of the other material is along the lower edge.
+    const [{ primitives }] = json.meshes;
+    assert.deepEqual(primitives.map(({ material }) => material).sort(), [0, 1]);
+    assert.equal(primitives.reduce((sum, { indices }) => sum + json.accessors[indices].count, 0), 3 * level.nFaces);
+  }
+});
+
 test('instances of a scene are placed as the program places them', async () => {
   const progression = await openNamed('placed');
   const level = findLevel(progression, limit('vertices', 90));

@@ -15,7 +15,8 @@ export const ROLES = { normal: 0, uv: 2, colour: 3 };
 /**
  * Reads a file, a blob: positions and faces of the mesh; `attributes` {wedges, channels, groups}; `surface`, faces and copied vertices, if
  * the merges are of a mesh that was split to become manifold; the merges; `size`, the numbers of vertices and faces that shares refer
- * to; dropped components; proved levels; `placement` in a scene, else null; `origin` of the coordinates; `hasNormals`.
+ * to; dropped components; proved levels; `placement` in a scene, else null; `origin` of the coordinates; `hasNormals`; the file of the mesh as
+ * `source`, if it is inside.
  */
 export async function readProgression(file) {
   const bytes = new Uint8Array(await file.arrayBuffer());
@@ -32,13 +33,14 @@ export async function readProgression(file) {
   const drops = list(reader, 24, () => readDrop(reader));
   const proofs = list(reader, 16, () => ({ nVertices: length(reader), distance: float(reader) }));
   check(proofs.every(({ nVertices, distance }) => nVertices > 0 && distance >= 0), 'a proved level without a distance');
-  // The files of the input follow, which nothing here needs.
+  const files = list(reader, 16, () => ({ name: new TextDecoder().decode(byteRow(reader)), bytes: byteRow(reader) }));
   check(positions.every(Number.isFinite), 'a position that is not finite');
   checkFaces(faces, positions.length / 3);
   checkAttributes(attributes, faces.length / 3);
   const hasNormals = attributes.channels.some(({ role }) => role === ROLES.normal);
   return {
     positions, faces, attributes, surface: readSurface(surface, positions, faces), merges, size, drops, proofs, placement, origin, hasNormals,
+    source: files[0] ?? null,
   };
 }
 

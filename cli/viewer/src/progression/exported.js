@@ -2,15 +2,16 @@
 
 import { cornerValues } from './attributes.js';
 import { ROLES } from './container.js';
-import { meshOfLevel, ranksOf } from './level.js';
+import { meshOfLevel, ranksOf, sourceFacesOf } from './level.js';
 import { cornerOf, listInstances, moveNormal, movePoint } from './placement.js';
 
 /** Attributes that files get, and their widths: the first channel of each. */
 const KINDS = { normal: [3], uv: [2], colour: [3, 4] };
 
 /**
- * Returns a level {positions, faces, normal, uv, colour, origin}; an attribute is {width, values}, or null if the mesh lacks it. As in
- * OBJ and PLY, v grows upwards and colours are sRGB from 0 to 1. Positions are relative to `origin`.
+ * Returns a level {positions, faces, normal, uv, colour, origin, groups, materials}; an attribute is {width, values}, or null if the mesh
+ * lacks it. As in OBJ and PLY, v grows upwards and colours are sRGB from 0 to 1. Positions are relative to `origin`; `groups` has that of
+ * each face, whose materials are those of materials.js, or null.
  */
 export function exportLevel(progression, level) {
   const mesh = meshOfLevel(progression, level);
@@ -21,7 +22,8 @@ export function exportLevel(progression, level) {
   const { wedges, ofWedge } = joinCorners(mesh, corners);
   const instances = listInstances(progression.placement, ranks, mesh.faces);
   const { faces, copies } = numberWedges(wedges, instances);
-  const exported = { positions: new Float32Array(3 * copies.length), faces, origin: progression.origin };
+  const exported = { positions: new Float32Array(3 * copies.length), faces, origin: progression.origin, materials: progression.materials };
+  exported.groups = groupsOf(progression, level, instances);
   copies.forEach(({ wedge, instance }, vertex) => {
     movePoint(instance.matrix, mesh.positions, 3 * mesh.faces[ofWedge[wedge]], exported.positions, 3 * vertex);
   });
@@ -37,6 +39,13 @@ export function exportLevel(progression, level) {
     begin += channel.width;
   }
   return exported;
+}
+
+/** Returns the group of each face of all instances. */
+function groupsOf(progression, level, instances) {
+  const sources = isOriginal(progression, level) ? null : sourceFacesOf(progression, level);
+  const { groups } = progression.attributes;
+  return Uint32Array.from(instances.flatMap(({ faces }) => Array.from(faces, (face) => groups[sources ? sources[face] : face] ?? 0)));
 }
 
 /** Returns whether a level is the mesh itself, with its vertices in their order. */

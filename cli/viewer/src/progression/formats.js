@@ -1,4 +1,6 @@
-// Files of a level: binary PLY and STL, OBJ, GLB. An exported level is that of exported.js.
+// Files of a level: binary PLY and STL, OBJ, and GLB. An exported level is that of exported.js.
+
+import { writeGlb } from './glb.js';
 
 /** Formats by the ending of their files; each function returns the bytes, or the text, of a level. */
 export const FORMATS = { glb: writeGlb, ply: writePly, obj: writeObj, stl: writeStl };
@@ -74,64 +76,4 @@ function normalOf(a, b, c) {
   const cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
   const length = Math.hypot(...cross);
   return length > 0 ? cross.map((x) => x / length) : [0, 0, 0];
-}
-
-const GLB = { magic: 0x46546c67, json: 0x4e4f534a, bin: 0x004e4942 };
-const [FLOAT, WORD, VERTICES, CORNERS] = [5126, 5125, 34962, 34963];
-const TYPES = { 2: 'VEC2', 3: 'VEC3', 4: 'VEC4' };
-
-function writeGlb({ positions, faces, normal, uv, colour, origin }) {
-  const [views, accessors, parts] = [[], [], []];
-  const add = (values, facts, target) => {
-    views.push({ buffer: 0, byteOffset: parts.reduce((sum, part) => sum + part.byteLength, 0), byteLength: values.byteLength, target });
-    parts.push(values);
-    return accessors.push({ bufferView: views.length - 1, ...facts }) - 1;
-  };
-  const addChannel = (width, values, bounds = {}) => add(values, { componentType: FLOAT, count: values.length / width, type: TYPES[width], ...bounds }, VERTICES);
-  const attributes = { POSITION: addChannel(3, positions, boundsOf(positions)) };
-  if (normal) attributes.NORMAL = addChannel(3, normal.values.map(unitOf(normal.values)));
-  if (uv) attributes.TEXCOORD_0 = addChannel(2, uv.values.map((value, i) => (i % 2 === 1 ? 1 - value : value)));
-  if (colour) attributes.COLOR_0 = addChannel(colour.width, colour.values.map((value, i) => (i % colour.width === 3 ? value : toLinear(value))));
-  const indices = add(faces, { componentType: WORD, count: faces.length, type: 'SCALAR' }, CORNERS);
-  const node = { mesh: 0, ...(origin.every((x) => x === 0) ? {} : { translation: origin }) };
-  const json = {
-    asset: { version: '2.0', generator: 'neural-mesh' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [node],
-    meshes: [{ primitives: [{ attributes, indices, material: 0 }] }],
-    materials: [{ pbrMetallicRoughness: { metallicFactor: 0 }, doubleSided: true }],
-    accessors, bufferViews: views, buffers: [{ byteLength: parts.reduce((sum, part) => sum + part.byteLength, 0) }],
-  };
-  return packGlb(json, parts);
-}
-
-/** Returns a function of a value and its index that scales directions to length 1; one without length points up. */
-function unitOf(values) {
-  return (value, i) => {
-    const [x, y, z] = values.subarray(i - (i % 3), i - (i % 3) + 3);
-    const length = Math.hypot(x, y, z);
-    return length > 0 ? value / length : Number(i % 3 === 1);
-  };
-}
-
-function toLinear(x) {
-  return x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4;
-}
-
-function boundsOf(positions) {
-  const [min, max] = [[0, 0, 0].fill(Infinity), [0, 0, 0].fill(-Infinity)];
-  positions.forEach((x, i) => {
-    min[i % 3] = Math.min(min[i % 3], x);
-    max[i % 3] = Math.max(max[i % 3], x);
-  });
-  return { min, max };
-}
-
-function packGlb(json, parts) {
-  const text = new TextEncoder().encode(JSON.stringify(json));
-  // Chunks end at multiples of four bytes; all arrays hold numbers of four.
-  const blanks = ' '.repeat((4 - (text.length % 4)) % 4);
-  const nBytes = parts.reduce((sum, part) => sum + part.byteLength, 0);
-  const [nJson, words] = [text.length + blanks.length, (...numbers) => Uint32Array.from(numbers)];
-  return new Blob([
-    words(GLB.magic, 2, 12 + 8 + nJson + 8 + nBytes), words(nJson, GLB.json), text, blanks, words(nBytes, GLB.bin), ...parts,
-  ]);
 }

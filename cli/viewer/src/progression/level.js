@@ -2,6 +2,7 @@
 
 import { fillFaces, fillPositions, largestWithin, makeSequence } from './sequence.js';
 import { check, readProgression } from './container.js';
+import { readMaterials } from './materials.js';
 import { makePlacement } from './placement.js';
 import { normalise, restore, scaleOf } from './scale.js';
 
@@ -12,12 +13,13 @@ const NEVER = 0xffff;
 
 /** Reads a file, a blob, and prepares its levels. */
 export async function openProgression(file) {
-  const { positions, faces, surface, merges, size, drops, proofs, placement, ...others } = await readProgression(file);
+  const { positions, faces, surface, merges, size, drops, proofs, placement, source, ...others } = await readProgression(file);
   const scale = scaleOf(positions);
   const sequence = await makeSequence(normalise(positions, surface.copies, scale), surface.faces, merges);
   return {
     ...others, diagonal: placement?.diagonal ?? scale.diagonal, mesh: { positions, faces }, isMesh: surface.isMesh, surface, scale, sequence, size,
-    drops, proofs, isScene: placement !== null, placement: makePlacement(placement, others.attributes.groups, surface.faces, sequence),
+    drops, proofs, isScene: placement !== null, materials: readMaterials(source, placement),
+    placement: makePlacement(placement, others.attributes.groups, surface.faces, sequence),
     lasts: drops.length > 0 ? lastsOf(sequence, surface.faces, drops) : null,
   };
 }
