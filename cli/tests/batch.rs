@@ -120,6 +120,22 @@ fn levels_of_detail_are_files_of_their_own_in_a_row_of_their_mesh() {
 }
 
 #[test]
+fn a_mesh_with_fewer_sizes_than_levels_is_done() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("in")).unwrap();
+    std::fs::copy(test_mesh_path("spot.ply"), folder.path().join("in/a.ply")).unwrap();
+    let arguments = ["simplify", "in", "-o", "out", "--lods", "50%,0.1%,0.05%", "--no-check"];
+    let first = run(folder.path(), &arguments);
+    assert_eq!(first.code, Some(0), "{}", first.stderr);
+    let output = |level: usize| folder.path().join(format!("out/a-lod{level}.ply"));
+    assert_eq!([0, 1, 2].map(|level| output(level).exists()), [true, true, false]);
+    let written = || std::fs::metadata(output(1)).unwrap().modified().unwrap();
+    let before = written();
+    let resumed = run(folder.path(), &[&arguments[..], &["--resume"]].concat());
+    assert_eq!((resumed.code, written()), (Some(0), before), "{}", resumed.stderr);
+}
+
+#[test]
 fn each_mesh_gets_its_report_and_its_picture() {
     let folder = folder_of_meshes();
     let told = ["--report", "told", "--picture", "drawn"];

@@ -39,6 +39,28 @@ fn a_scene_keeps_its_materials_and_texture_coordinates() {
 }
 
 #[test]
+fn a_page_has_the_textures_of_its_materials() {
+    let folder = folder();
+    std::fs::write(folder.path().join("scene.glb"), Avatar::new(12).glb()).unwrap();
+    let made = run(folder.path(), &["clusters", "scene.glb", "-o", "a.nmc", "--html", "a.html"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let page = std::fs::read_to_string(folder.path().join("a.html")).unwrap();
+    let facts = page.split_once("id=\"embedded\">").unwrap().1.split_once("</script>").unwrap().0;
+    let facts: Value = serde_json::from_str(facts).unwrap();
+    let (paints, groups) = (facts["paints"].as_array().unwrap(), facts["groups"].as_array().unwrap());
+    let clusters = Clusters::from_bytes(&std::fs::read(folder.path().join("a.nmc")).unwrap()).unwrap();
+    assert!(
+        clusters.face_groups.iter().all(|group| (groups[*group as usize].as_u64().unwrap() as usize) < paints.len())
+    );
+    let textured: Vec<&Value> = paints.iter().filter(|paint| !paint["image"].is_null()).collect();
+    assert!(!textured.is_empty() && textured.len() < paints.len() + 1, "{facts}");
+    for paint in textured {
+        assert!(page.contains(&format!("data-of=\"image-{}\"", paint["image"])), "{facts}");
+        assert_eq!(facts["images"][paint["image"].as_u64().unwrap() as usize], "image/png");
+    }
+}
+
+#[test]
 fn bevy_gets_its_own_format_and_wrong_sizes_are_refused() {
     let folder = folder();
     let mesh = test_mesh_path("spot.ply");

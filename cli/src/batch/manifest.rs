@@ -84,7 +84,11 @@ impl BatchFolders {
     fn files_of_row(&self, row: &ManifestRow) -> Vec<PathBuf> {
         let side_file = |(folder, ending): &(PathBuf, _)| folder.join(format!("{}{ending}", row.name));
         let side_files = self.side_folders.iter().map(side_file);
-        level_paths(&self.folder.join(&row.output), self.n_levels).into_iter().chain(side_files).collect()
+        // A mesh that has fewer sizes than levels are requested has fewer files.
+        let n_written =
+            row.output_vertices.as_ref().filter(|_| row.is_done()).map(|numbers| numbers.split(';').count());
+        let n_levels = n_written.map_or(self.n_levels, |n| n.min(self.n_levels));
+        level_paths(&self.folder.join(&row.output), n_levels).into_iter().chain(side_files).collect()
     }
 }
 

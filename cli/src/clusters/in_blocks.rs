@@ -32,7 +32,7 @@ pub fn write_in_blocks(
     progress.begin(JobStage::Write);
     let (file, n_bytes) = files::prepare_file_by(&args.output, args.force, |file| stored.write(file))?;
     let (figures, n_faces) = (stored.figures, stored.n_faces);
-    Ok(WrittenClusters { figures, n_faces, n_bytes, pending: vec![file], for_stdout: None })
+    Ok(WrittenClusters { figures, n_faces, n_bytes, notes: Vec::new(), pending: vec![file], for_stdout: None })
 }
 
 /// Rejects outputs that need the whole hierarchy in memory.

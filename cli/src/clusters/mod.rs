@@ -2,6 +2,7 @@
 
 mod in_blocks;
 mod page;
+mod paints;
 mod report;
 mod request;
 
@@ -59,7 +60,7 @@ fn run_in_pool(args: &ClustersArgs, read: &FilesRead) -> Result<(), Failure> {
     files::check_pending(&written.pending, read)?;
     written.for_stdout.or(json).iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
     files::place_files(written.pending, read)?;
-    print_report(args, &report);
+    print_report(args, &report, &written.notes);
     Ok(())
 }
 
@@ -76,19 +77,21 @@ fn write_from_memory(
     let clusters = build(args, &request.job, &document, progress)?;
     progress.begin(JobStage::Write);
     let bytes = encode(&args.output, &clusters)?;
-    let mut pending = Vec::new();
+    let (mut pending, mut notes) = (Vec::new(), Vec::new());
     if !is_stream(&args.output) {
         pending.push(files::prepare_file(&args.output, &bytes, args.force)?);
     }
     if let Some(path) = &args.html {
         // The page reads the same bytes, unless the file is Bevy's.
         let file = if is_for_bevy(&args.output) { Cow::Owned(clusters.to_bytes()) } else { Cow::Borrowed(&bytes[..]) };
-        let page = page::create_page(&input_name(&args.input), &file);
+        let paints = paints::pack_paints(&document, request.job.allow_outside);
+        let page = page::create_page(&input_name(&args.input), &file, &paints);
+        notes = paints.notes;
         pending.push(files::prepare_file(path, page.as_bytes(), args.force)?);
     }
     let (figures, n_faces, n_bytes) = (clusters.figures(), document.mesh().faces().len(), bytes.len());
     let for_stdout = is_stream(&args.output).then_some(bytes);
-    Ok(WrittenClusters { figures, n_faces, n_bytes, pending, for_stdout })
+    Ok(WrittenClusters { figures, n_faces, n_bytes, notes, pending, for_stdout })
 }
 
 fn build(args: &ClustersArgs, job: &Job, document: &Document, progress: &mut Progress) -> Result<Clusters, Failure> {

@@ -16,6 +16,8 @@ pub struct WrittenClusters {
     /// Faces of the input.
     pub n_faces: usize,
     pub n_bytes: usize,
+    /// Changes to textures of the page, one line each.
+    pub notes: Vec<String>,
     pub pending: Vec<PendingFile>,
     pub for_stdout: Option<Vec<u8>>,
 }
@@ -57,7 +59,7 @@ pub fn create_report(args: &ClustersArgs, written: &WrittenClusters, began: Inst
     }
 }
 
-pub fn print_report(args: &ClustersArgs, report: &ClustersReport) {
+pub fn print_report(args: &ClustersArgs, report: &ClustersReport, notes: &[String]) {
     // Messages must not mix with a file or a report on standard output.
     let is_streamed = is_stream(&args.output) || args.report.as_deref().is_some_and(is_stream);
     let voice = match (args.quiet, is_streamed) {
@@ -65,6 +67,7 @@ pub fn print_report(args: &ClustersArgs, report: &ClustersReport) {
         (false, false) => MessageStream::Out,
         (false, true) => MessageStream::Err,
     };
+    notes.iter().for_each(|note| voice.print_line(&format!("note      {note}")));
     let [faces, clusters, groups] = [report.faces, report.clusters, report.groups].map(group_digits);
     let ClustersReport { levels, roots, root_faces, root_error, .. } = report;
     voice.print_line(&format!("size      {faces} faces -> {clusters} clusters in {groups} groups, {levels} levels"));

@@ -2,7 +2,7 @@
 
 mod comparison;
 mod cover_data;
-mod images;
+pub mod images;
 mod json;
 mod mesh_cover;
 mod meshes;

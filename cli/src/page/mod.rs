@@ -40,8 +40,17 @@ pub fn json_script(id: &str, value: &Value) -> String {
 
 /// Fills a template with the bytes of a file and the name that readers see.
 pub fn embed_file(page: &str, name: &str, bytes: &[u8]) -> String {
-    let words = json_script("embedded", &json!({ "name": name }));
-    fill_page(page, name, &(words + &data_script("embedded", &packed::pack_bytes(bytes))))
+    embed_file_with(page, name, bytes, (&Value::Null, ""))
+}
+
+/// Fills a template as [`embed_file`] does, with further facts (a JSON object or null) and scripts beside the file.
+pub fn embed_file_with(page: &str, name: &str, bytes: &[u8], (facts, scripts): (&Value, &str)) -> String {
+    let mut words = json!({ "name": name });
+    for (key, value) in facts.as_object().into_iter().flatten() {
+        words[key] = value.clone();
+    }
+    let file = data_script("embedded", &packed::pack_bytes(bytes));
+    fill_page(page, name, &[&json_script("embedded", &words), &file, scripts].concat())
 }
 
 fn escape_html(text: &str) -> String {

@@ -52,7 +52,8 @@ async function makeMaterial({ image, wrap, color, coloured }, wardrobe) {
   });
 }
 
-function textureOf(bitmap, [u, v]) {
+/** Creates the texture of an image, {repeat, clamp, mirror} along u and v. */
+export function textureOf(bitmap, [u, v]) {
   const texture = new Texture(bitmap, undefined, WRAPS[u], WRAPS[v]);
   texture.flipY = false;
   texture.colorSpace = SRGBColorSpace;
@@ -61,13 +62,13 @@ function textureOf(bitmap, [u, v]) {
   return texture;
 }
 
-/** Decodes the pixels of an image without colour conversion. */
 function bitmapOf(index, { imageOf, bitmaps }) {
   if (!bitmaps.has(index)) bitmaps.set(index, imageOf(index).then(decode));
   return bitmaps.get(index);
 }
 
-function decode(file) {
+/** Decodes the pixels of an image without colour conversion. */
+export function decode(file) {
   return createImageBitmap(file, { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
 }
 

@@ -6,8 +6,8 @@ import { attempt, markFirstDraw, wait } from './stage.js';
 const at = (id) => document.getElementById(id);
 
 /**
- * Creates an opener and listens. `read(blob)` reads a file, `show(content, refuse)` shows it; `refuse(error)` says in one line why it
- * cannot be shown. `words` are {command, loading, empty}: the program's command, and messages while a file loads and without one.
+ * Creates an opener and listens. `read(blob, facts)` reads a file, `show(content, refuse)` shows it; `refuse(error)` says in one line why
+ * it cannot be shown. `facts` are what the program wrote beside the file in the page. `words` are {command, loading, empty}: the program's command, and messages while a file loads and without one.
  */
 export function makeOpener({ words, read, show }) {
   const opener = { words, read, show, nOpened: 0, isOpening: false };
@@ -30,10 +30,11 @@ export function openEmbedded(opener) {
     markFirstDraw();
     return;
   }
-  open(opener, JSON.parse(embedded.textContent).name, async () => {
+  const facts = JSON.parse(embedded.textContent);
+  open(opener, facts.name, async () => {
     const stream = new Blob(await bytesOf('embedded')).stream().pipeThrough(new DecompressionStream('deflate-raw'));
     return new Response(stream).blob();
-  });
+  }, facts);
 }
 
 /** Ends the opening of a file when a frame of it is drawn. */
@@ -44,7 +45,7 @@ export function markOpened(opener) {
   markFirstDraw();
 }
 
-async function open(opener, name, load) {
+async function open(opener, name, load, facts = {}) {
   const turn = ++opener.nOpened;
   const refuse = (error) => {
     if (turn !== opener.nOpened) return;
@@ -54,7 +55,7 @@ async function open(opener, name, load) {
   opener.isOpening = true;
   wait(opener.words.loading);
   try {
-    const content = await opener.read(await load());
+    const content = await opener.read(await load(), facts);
     if (turn !== opener.nOpened) return;
     opener.show(content, refuse);
     at('name').textContent = name;

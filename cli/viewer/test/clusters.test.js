@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { entriesOf, readHierarchy, readPage } from '../src/clusters/container.js';
-import { coarseGroups, isDrawn, replacedGroups } from '../src/clusters/cut.js';
+import { coarseGroups, isDrawn, isInView, replacedGroups } from '../src/clusters/cut.js';
 import { decodePage } from '../src/clusters/page.js';
 import { hasRoots, isComplete, isWaiting, makeStore, want } from '../src/clusters/store.js';
 import { NMC, naiveCut, oddEdges } from './hierarchy.js';
@@ -58,6 +58,47 @@ test('the surface is closed whatever is loaded', async () => {
     sizes.add(drawn.length);
   }
   assert.ok(sizes.size > 3, `${[...sizes]}`);
+});
+
+test('only clusters without a vertex in the view are left out', async () => {
+  const hierarchy = await open();
+  const pages = await Promise.all(Array.from({ length: hierarchy.header.pages.count }, (_, page) => readPage(hierarchy, page)));
+  const decoded = pages.map((bytes, page) => decodePage(hierarchy, page, bytes));
+  let [nSeen, nLeftOut] = [0, 0];
+  for (let turn = 0; turn < 12; turn++) {
+    // A wedge of two planes through a point of the mesh.
+    const [sine, cosine] = [Math.sin(turn), Math.cos(turn)];
+    const planes = [[cosine, 0, sine, -0.1], [-sine, 0.3, cosine, 0.05]].map((plane) => plane.map((x) => x / Math.hypot(...plane.slice(0, 3))));
+    for (const { contents, positions, corners, firsts } of decoded) {
+      contents.forEach((cluster, i) => {
+        const isInside = (v) => planes.every(([a, b, c, d]) => a * positions[3 * v] + b * positions[3 * v + 1] + c * positions[3 * v + 2] + d >= 0);
+        const isSeen = isInView(hierarchy.clusters, cluster, planes);
+        if (corners.subarray(firsts[i], firsts[i + 1]).some(isInside)) assert.ok(isSeen, `cluster ${cluster}`);
+        if (isSeen) nSeen++;
+        else nLeftOut++;
+      });
+    }
+  }
+  assert.ok(nLeftOut > nSeen / 4, `${nSeen} ${nLeftOut}`);
+});
+
+test('the corners of a cluster are sorted by paint', async () => {
+  const hierarchy = await open();
+  // The file has no materials, so a paint is chosen by the number of the call.
+  let nCalls = 0;
+  const order = { nPaints: 3, paintOf: () => nCalls++ % 3, isVUp: false };
+  const bytes = await readPage(hierarchy, 0);
+  const [plain, sorted] = [decodePage(hierarchy, 0, bytes), decodePage(hierarchy, 0, bytes, order)];
+  const faces = ({ corners }, from, to) => Array.from({ length: (to - from) / 3 }, (_, i) => corners.subarray(from + 3 * i, from + 3 * i + 3).join(' '));
+  let firstFace = 0;
+  plain.contents.forEach((_, i) => {
+    const all = faces(plain, plain.firsts[i], plain.firsts[i + 1]);
+    for (let paint = 0; paint < 3; paint++) {
+      const expected = all.filter((_, face) => (firstFace + face) % 3 === paint);
+      assert.deepEqual(faces(sorted, sorted.firsts[3 * i + paint], sorted.firsts[3 * i + paint + 1]), expected);
+    }
+    firstFace += all.length;
+  });
 });
 
 /** Creates a store that records which pages it holds. */
@@ -126,6 +167,7 @@ test('damage is told in one line', async () => {
     [changed(16, 'nonsense'), /the header is no JSON$/],
     [withText('"page_size":', '"page_sizx":'), /the header has no size of pages$/],
     [NMC.subarray(0, NMC.length - 1), /the pages end beyond the file$/],
+    [withText('"bounds":[[', '"bounds":[["",'), /the header has no box of the mesh$/],
     [changed(header.clusters.offset + 16, [1, 2, 3, 4]), /a cluster of an unknown group$/],
     [changed(header.clusters.offset + 28, [1, 2, 3, 4]), /a cluster ends beyond its page$/],
     [changed(header.clusters.offset + 40, [1, 2, 3, 4]), /a cluster of too many vertices or triangles$/],

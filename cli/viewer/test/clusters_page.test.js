@@ -1,8 +1,10 @@
 // The page of `neural-mesh clusters` in a browser: it draws, the cut follows its settings without cracks, and files can be opened.
 //
-// `scripts/viewer_test` makes clusters.html and spot.nmc in PAGES, both of the same closed mesh.
+// `scripts/viewer_test` makes clusters.html and spot.nmc in PAGES, both of the same closed mesh, dust.nmc, and plate-clusters.html, which
+// has a texture.
 
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { writeEmptyPage } from '../packed.js';
 import { launch, visit } from './browser.js';
@@ -86,6 +88,63 @@ test('the cut follows the camera unless it is frozen', () => withHierarchy({}, a
   await shoot(page, '.stage');
   assert.ok(await isSettled(page) < near);
 }));
+
+test('the first view frames all of the finest level, with components that coarser ones lack', async () => {
+  for (const viewport of [{ width: 1000, height: 700 }, { width: 390, height: 844 }]) {
+    await visit(browser, EMPTY, { viewport }, async (page) => {
+      await page.setInputFiles('#file', { name: 'dust.nmc', mimeType: '', buffer: readFileSync(`${process.env.PAGES}/dust.nmc`) });
+      await isSettled(page);
+      await setError(page, -4);
+      assert.equal(await eye.atBorder(await shoot(page, '.stage')), 0);
+      await page.waitForFunction(() => document.getElementById('figure-cut').textContent === '4,208');
+      assert.equal(await page.textContent('#figure-drawn'), '4,208');
+    });
+  }
+});
+
+test('clusters outside of the view are part of the cut and not drawn', () => withHierarchy({}, async (page) => {
+  await setError(page, -4);
+  await page.focus('#canvas');
+  for (let i = 0; i < 18; i++) await page.keyboard.press('+');
+  await isSettled(page);
+  await page.waitForFunction(() => document.getElementById('figure-drawn').textContent !== '5,856');
+  const [drawn, cut] = await Promise.all(['drawn', 'cut'].map(async (id) => Number((await page.textContent(`#figure-${id}`)).replace(',', ''))));
+  assert.equal(cut, 5856);
+  assert.ok(drawn > 0 && drawn < cut / 2, `${drawn}`);
+  assert.ok(await eye.covered(await shoot(page, '#pane-0')) > 0.9 || drawn > 100);
+}));
+
+test('the wheel zooms to the cursor', () => withHierarchy({}, async (page) => {
+  const { x, y } = await page.locator('#pane-0').boundingBox();
+  await page.mouse.move(x + 12, y + 12);
+  for (let i = 0; i < 12; i++) await page.mouse.wheel(0, -300);
+  await page.waitForTimeout(300);
+  assert.ok(await eye.covered(await shoot(page, '#pane-0')) < 0.05);
+}));
+
+test('a flight shows coarser levels and ends where it began', () => withHierarchy({}, async (page) => {
+  const first = await isSettled(page);
+  const shot = await shoot(page, '#pane-0');
+  await page.keyboard.press('v');
+  await page.waitForSelector('#fly[aria-pressed="true"]');
+  await page.waitForFunction((most) => Number(document.documentElement.dataset.cut || Infinity) < most, first / 3);
+  await page.waitForSelector('#fly[aria-pressed="false"]');
+  assert.equal(await isSettled(page), first);
+  assert.ok(await eye.differing(shot, await shoot(page, '#pane-0')) < 0.01);
+}));
+
+test('textures of the input are shown by choice', async () => {
+  await visit(browser, `${process.env.PAGES}/plate-clusters.html`, {}, async (page) => {
+    await isSettled(page);
+    await page.keyboard.press('x');
+    const shot = await shoot(page, '#pane-0');
+    const [red, green, blue] = await Promise.all([0, 1, 2].map((channel) => eye.mostly(shot, channel)));
+    assert.ok(green.left > 0.1 && green.left > 2 * green.right, JSON.stringify(green));
+    assert.ok(blue.right > 0.1 && blue.right > 2 * blue.left, JSON.stringify(blue));
+    assert.ok(red.lower > 0.01 && red.lower > 2 * red.upper, JSON.stringify(red));
+  });
+  await withHierarchy({}, async (page) => assert.ok(await page.isHidden('#texture')));
+});
 
 test('every colouring and switch changes the picture', () => withHierarchy({}, async (page) => {
   for (const key of ['l', 's', 't', 'c']) {

@@ -22,6 +22,16 @@ export async function makeEye(browser) {
       }
       return found;
     };
+    globalThis.atBorder = ({ width, height, data }) => {
+      const far = 4 * ((height - 10) * width + 10);
+      let n = 0;
+      for (let i = 0; i < data.length; i += 4) {
+        const [x, y] = [(i / 4) % width, Math.floor(i / 4 / width)];
+        const inside = Math.min(x, y, width - 1 - x, height - 1 - y);
+        if (inside >= 4 && inside < 12 && [0, 1, 2].some((k) => Math.abs(data[i + k] - data[far + k]) > 8)) n++;
+      }
+      return n;
+    };
     globalThis.differing = ({ data: a }, { data: b }, at) => {
       let n = 0;
       for (let i = 0; i < a.length; i += 4) {
@@ -37,6 +47,8 @@ export async function makeEye(browser) {
       const image = await pixels(shot);
       return differing(image, image, 4 * ((image.height - 10) * image.width + 10));
     }, shot),
+    /** Returns the number of pixels close to the border that differ from one near the lower left corner; rounded corners are left out. */
+    atBorder: (shot) => page.evaluate(async (shot) => atBorder(await pixels(shot)), shot),
     /** Returns the shares of pixels in each half that are dominated by a channel. */
     mostly: (shot, channel) => page.evaluate(async ([shot, channel]) => mostly(await pixels(shot), channel), [shot, channel]),
     /** Returns the share of pixels that differ between two screenshots of equal size. */

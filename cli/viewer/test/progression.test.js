@@ -1,11 +1,15 @@
 // Progressions without a browser: levels against those that the program makes, damage, steps of the slider.
 //
-// `scripts/viewer_test` makes NAME.nmp in PAGES, and its levels as levels/NAME.vertices-N.ply or levels/NAME.faces-N.ply.
+// `scripts/viewer_test` makes NAME.nmp in PAGES, and its levels as levels/NAME.vertices-N.ply or levels/NAME.faces-N.ply; and placed.ply,
+// a level of 90 vertices of placed.nmp, with the instances of its scene.
 
 import assert from 'node:assert/strict';
 import { readFileSync, readdirSync } from 'node:fs';
 import { test } from 'node:test';
 import { checksumOf } from '../src/progression/checksum.js';
+import { closestWeights } from '../src/progression/attributes.js';
+import { exportLevel } from '../src/progression/exported.js';
+import { FORMATS } from '../src/progression/formats.js';
 import { findLevel, meshOfLevel, openProgression } from '../src/progression/level.js';
 import { PER_HALVING, sizesBetween } from '../src/progression/sizes.js';
 import { readPly } from './ply.js';
@@ -52,6 +56,120 @@ test('levels within a limit grow one vertex at a time', async () => {
   assert.deepEqual(counts, Array.from(counts, (_, i) => 300 + i));
   const smallest = findLevel(progression, limit('vertices', 1));
   assert.ok(smallest.nFaces >= 4 && smallest.nFaces < 20, `${smallest.nFaces}`);
+});
+
+const openNamed = (name) => open(readFileSync(`${FOLDER}/${name}.nmp`));
+const bytesOf = async (format, level) => Buffer.from(await FORMATS[format](level).arrayBuffer());
+
+/** Reads the arrays of a GLB of one primitive by their names. */
+function readGlb(bytes) {
+  assert.deepEqual([bytes.toString('latin1', 0, 4), bytes.readUInt32LE(8)], ['glTF', bytes.length]);
+  const json = JSON.parse(bytes.subarray(20, 20 + bytes.readUInt32LE(12)));
+  const begin = 28 + bytes.readUInt32LE(12);
+  const [{ attributes, indices }] = json.meshes[0].primitives;
+  const read = (accessor) => {
+    const { bufferView, componentType } = json.accessors[accessor];
+    const { byteOffset, byteLength } = json.bufferViews[bufferView];
+    const { buffer } = Uint8Array.from(bytes.subarray(begin + byteOffset, begin + byteOffset + byteLength));
+    return componentType === 5125 ? new Uint32Array(buffer) : new Float32Array(buffer);
+  };
+  const arrays = Object.entries({ ...attributes, indices }).map(([name, accessor]) => [name, read(accessor)]);
+  return { json, ...Object.fromEntries(arrays) };
+}
+
+test('files of a level have its triangles', async () => {
+  for (const name of ['spot', 'dust', 'sheets']) {
+    const progression = await openNamed(name);
+    for (const n of [400, Infinity]) {
+      const level = findLevel(progression, limit('vertices', n));
+      const [expected, exported] = [trianglesOf(meshOfLevel(progression, level)), exportLevel(progression, level)];
+      const { POSITION: positions, indices: faces, json } = readGlb(await bytesOf('glb', exported));
+      assert.deepEqual(trianglesOf({ positions, faces }), expected);
+      const box = [0, 1, 2].map((axis) => positions.filter((_, i) => i % 3 === axis).reduce((a, b) => Math.min(a, b)));
+      assert.deepEqual(json.accessors[0].min, box);
+      const stl = await bytesOf('stl', exported);
+      const corners = Float32Array.from({ length: 9 * stl.readUInt32LE(80) }, (_, i) => stl.readFloatLE(84 + 50 * Math.floor(i / 9) + 12 + 4 * (i % 9)));
+      assert.deepEqual(trianglesOf({ positions: corners, faces: Uint32Array.from({ length: corners.length / 3 }, (_, i) => i) }), expected);
+      const lines = (await bytesOf('obj', exported)).toString().split('\n').map((line) => line.split(/[ /]+/));
+      const numbers = (kind) => lines.filter(([first]) => first === kind).flatMap(([, ...rest]) => rest.slice(0, 3).map(Number));
+      assert.deepEqual(trianglesOf({ positions: Float32Array.from(numbers('v')), faces: Uint32Array.from(numbers('f'), (v) => v - 1) }), expected);
+      const ply = (await bytesOf('ply', exported)).toString('latin1', 0, 300);
+      assert.match(ply, new RegExp(`^ply\nformat binary_little_endian 1.0\nelement vertex ${exported.positions.length / 3}\n`));
+      assert.match(ply, new RegExp(`element face ${level.nFaces}\n`));
+    }
+  }
+});
+
+test('texture coordinates of a level are those of the closest points', async () => {
+  const progression = await openNamed('plate');
+  for (const n of [30, 120, Infinity]) {
+    const level = findLevel(progression, limit('vertices', n));
+    const { positions, uv, faces } = exportLevel(progression, level);
+    assert.equal(faces.length, 3 * level.nFaces);
+    // The plate has its coordinates over 24 as texture coordinates, and waves along the third axis.
+    for (let v = 0; v < positions.length / 3; v++) {
+      const off = Math.hypot(24 * uv.values[2 * v] - positions[3 * v], 24 * uv.values[2 * v + 1] - positions[3 * v + 1]);
+      assert.ok(off < (n === Infinity ? 1e-5 : 1.2), `${n}: ${off}`);
+    }
+    const { TEXCOORD_0: flipped } = readGlb(await bytesOf('glb', { ...exportLevel(progression, level) }));
+    assert.ok(flipped.every((value, i) => Math.abs(value - (i % 2 === 1 ? 1 - uv.values[i] : uv.values[i])) < 1e-6));
+  }
+});
+
+test('closest points of a triangle are those of many samples', () => {
+  const random = (seed) => (Math.sin(seed * 12.9898) * 43758.5453) % 1;
+  for (let turn = 1; turn < 60; turn++) {
+    const positions = Float32Array.from({ length: 9 }, (_, i) => random(9 * turn + i));
+    const point = [1, 2, 3].map((i) => 2 * random(1000 + 3 * turn + i));
+    const { weights, distance } = closestWeights(positions, [0, 1, 2], point);
+    assert.ok(weights.every((weight) => weight >= 0) && Math.abs(weights[0] + weights[1] + weights[2] - 1) < 1e-6);
+    let least = Infinity;
+    for (let i = 0; i <= 60; i++) {
+      for (let j = 0; i + j <= 60; j++) {
+        const at = [0, 1, 2].map((axis) => (i * positions[axis] + j * positions[3 + axis] + (60 - i - j) * positions[6 + axis]) / 60);
+        least = Math.min(least, at.reduce((sum, x, axis) => sum + (x - point[axis]) ** 2, 0));
+      }
+    }
+    assert.ok(distance <= least + 1e-9 && Math.sqrt(least) - Math.sqrt(distance) < 0.06, `${turn}: ${distance} ${least}`);
+  }
+});
+
+test('a GLB keeps the materials and textures of a GLB', async () => {
+  const progression = await openNamed('textured');
+  for (const n of [150, Infinity]) {
+    const level = findLevel(progression, limit('vertices', n));
+    const bytes = await bytesOf('glb', exportLevel(progression, level));
+    const { json } = readGlb(bytes);
+    assert.deepEqual([json.images.length, json.materials.length, json.textures.length], [1, 2, 1]);
+    const { byteOffset, byteLength } = json.bufferViews[json.images[0].bufferView];
+    const image = bytes.subarray(28 + bytes.readUInt32LE(12) + byteOffset).subarray(0, byteLength);
+    assert.ok(image.equals(readFileSync(`${FOLDER}/maps/skin.png`)));
+    // The strip of the other material is along the lower edge.
+    const [{ primitives }] = json.meshes;
+    assert.deepEqual(primitives.map(({ material }) => material).sort(), [0, 1]);
+    assert.equal(primitives.reduce((sum, { indices }) => sum + json.accessors[indices].count, 0), 3 * level.nFaces);
+  }
+});
+
+test('instances of a scene are placed as the program places them', async () => {
+  const progression = await openNamed('placed');
+  const level = findLevel(progression, limit('vertices', 90));
+  const [made, exported] = [readPly(`${FOLDER}/placed.ply`), exportLevel(progression, level)];
+  assert.deepEqual([exported.faces.length, exported.faces.length], [made.faces.length, 9 * level.nFaces]);
+  const measure = ({ positions, faces }) => {
+    const axes = [0, 1, 2].map((axis) => [...positions.filter((_, i) => i % 3 === axis)]);
+    const middle = axes.map((values) => (Math.min(...values) + Math.max(...values)) / 2);
+    let volume = 0;
+    for (let i = 0; i < faces.length; i += 3) {
+      const [a, b, c] = [0, 1, 2].map((k) => middle.map((x, axis) => positions[3 * faces[i + k] + axis] - x));
+      volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6;
+    }
+    return [...axes.map((values) => Math.max(...values) - Math.min(...values)), volume];
+  };
+  const [own, theirs] = [measure(exported), measure(made)];
+  own.forEach((value, i) => assert.ok(Math.abs(value / theirs[i] - 1) < 1e-4, `${own} ${theirs}`));
+  // Three spheres that all turn outwards.
+  assert.ok(own[3] > 20, `${own}`);
 });
 
 /** Returns a copy of the file with changed bytes, and a checksum that fits them. */

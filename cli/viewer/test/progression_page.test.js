@@ -1,6 +1,6 @@
 // The page of `neural-mesh progression` in a browser: the slider changes the level, its figures follow, and files can be opened.
 //
-// `scripts/viewer_test` makes progression.html and spot.nmp in PAGES, both of the same closed mesh, and dust.nmp.
+// `scripts/viewer_test` makes progression.html and spot.nmp in PAGES, both of the same closed mesh, dust.nmp, and placed.nmp.
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
@@ -123,6 +123,35 @@ test('a file is opened or dropped, and damage is told in one line', () => visit(
   await page.waitForSelector('#name:text("again.nmp")');
   await page.waitForSelector('#wait[hidden]', { state: 'attached' });
   assert.equal(await nDrawn(page), 5856);
+}));
+
+test('the level shown is saved in each format', () => withProgression({}, async (page) => {
+  await slide(page, 0.6);
+  const nFaces = await figure(page, 'faces');
+  for (const [format, magic] of [['glb', 'glTF'], ['ply', 'ply\n'], ['obj', 'v '], ['stl', '\0\0']]) {
+    await page.selectOption('#format', format);
+    await page.focus('#canvas');
+    const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('s')]);
+    assert.equal(download.suggestedFilename(), `spot-${nFaces.replace(',', '')}.${format}`);
+    assert.ok(readFileSync(await download.path()).toString('latin1').startsWith(magic), format);
+  }
+}));
+
+test('a scene is shown with all instances, in the frame', () => visit(browser, EMPTY, {}, async (page) => {
+  await page.setInputFiles('#file', { name: 'placed.nmp', mimeType: '', buffer: readFileSync(`${FOLDER}/placed.nmp`) });
+  const nFaces = await nDrawn(page);
+  const triangles = await trianglesIn(page);
+  assert.equal(triangles.length / 9, 3 * nFaces);
+  assert.equal(oddEdges(triangles), 0);
+  assert.equal(await eye.atBorder(await shoot(page, '.stage')), 0);
+}));
+
+test('a flight shows smaller levels and ends where it began', () => withProgression({}, async (page) => {
+  const first = await nDrawn(page);
+  await page.keyboard.press('v');
+  await page.waitForFunction((most) => Number(document.documentElement.dataset.level) < most, first / 8);
+  await page.waitForSelector('#fly[aria-pressed="false"]');
+  assert.equal(await nDrawn(page), first);
 }));
 
 test('light, dark, and a phone', () => withProgression({ colorScheme: 'dark', viewport: { width: 390, height: 844 } }, async (page) => {

@@ -71,6 +71,9 @@ struct Header {
     page_size: usize,
     /// Origin of the positions.
     origin: [f64; 3],
+    /// Lowest and highest coordinates of the finest level, from the origin; `None` if its positions are on disk.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    bounds: Option<[[f32; 3]; 2]>,
     pages: ArrayPlace,
     clusters: ArrayPlace,
     groups: ArrayPlace,
@@ -204,6 +207,22 @@ mod tests {
             assert_eq!((uvs(&attributes), attributes.groups), (uvs(&own_attributes), own_attributes.groups));
         }
         assert_eq!(Clusters::from_bytes(&read.to_bytes()), Ok(read));
+    }
+
+    #[test]
+    fn the_header_bounds_the_finest_level() {
+        let clusters = textured_clusters();
+        let header = read::read_header(&clusters.to_bytes()).unwrap();
+        let finest = clusters.mesh_of(&clusters.cut_at_error(0.0)).0;
+        let extreme = |pick: fn(f32, f32) -> f32| {
+            finest
+                .positions()
+                .iter()
+                .copied()
+                .reduce(|a, b| std::array::from_fn(|axis| pick(a[axis], b[axis])))
+                .unwrap()
+        };
+        assert_eq!(header.bounds, Some([extreme(f32::min), extreme(f32::max)]));
     }
 
     #[test]

@@ -91,6 +91,7 @@ fn lay_out(clusters: &Clusters, &PageFiller { page_size, n_pages, .. }: &PageFil
         width: channel.width,
     };
     let n_errors = clusters.groups.iter().map(|group| group.attribute_errors.len()).sum();
+    let bounds = finest_bounds(clusters);
     let header_at = |begin: usize| {
         let mut end = begin;
         let mut array = |count: usize, stride: usize, alignment: usize| {
@@ -101,6 +102,7 @@ fn lay_out(clusters: &Clusters, &PageFiller { page_size, n_pages, .. }: &PageFil
         Header {
             page_size,
             origin: clusters.origin,
+            bounds,
             clusters: array(clusters.clusters.len(), ClusterRow::LEAST, ALIGNMENT),
             groups: array(clusters.groups.len(), GroupRow::LEAST, ALIGNMENT),
             attribute_errors: array(n_errors, 4, ALIGNMENT),
@@ -116,6 +118,18 @@ fn lay_out(clusters: &Clusters, &PageFiller { page_size, n_pages, .. }: &PageFil
     let mut json = json_of(&header);
     json.resize(room, b' ');
     (header, json)
+}
+
+/// Returns the lowest and highest coordinates of the finest level; `None` without positions.
+fn finest_bounds(clusters: &Clusters) -> Option<[[f32; 3]; 2]> {
+    let finest = clusters.clusters.iter().filter(|cluster| cluster.level == 0);
+    let vertices =
+        finest.filter_map(|it| clusters.vertices.get(it.first_vertex as usize..)?.get(..it.n_vertices as usize));
+    let positions = vertices.flatten().map(|&v| clusters.positions[v as usize]);
+    positions.fold(None, |bounds, p| {
+        let [low, high] = bounds.unwrap_or([p; 2]);
+        Some([std::array::from_fn(|axis| low[axis].min(p[axis])), std::array::from_fn(|axis| high[axis].max(p[axis]))])
+    })
 }
 
 fn json_of(header: &Header) -> Vec<u8> {

@@ -76,6 +76,9 @@ function checkHeader(header, size) {
   }
   const areWide = Array.isArray(header.channels) && header.channels.every((channel) => isCount(channel?.width) && channel.width > 0);
   check(areWide, 'a channel of impossible width');
+  const isPoint = (point) => Array.isArray(point) && point.length === 3 && point.every(Number.isFinite);
+  const hasBounds = header.bounds === undefined || (Array.isArray(header.bounds) && header.bounds.length === 2 && header.bounds.every(isPoint));
+  check(hasBounds, 'the header has no box of the mesh');
 }
 
 async function readTable(file, { offset, count }, words) {
@@ -106,12 +109,12 @@ function groupColumns(table, n) {
 function clusterColumns(table, n) {
   const columns = Object.fromEntries(['sources', 'groups', 'levels', 'pages', 'offsets', 'nVertices', 'nFaces']
     .map((name, i) => [name, columnOf(table, table.words, 4 + i)]));
-  return { n, ...columns };
+  return { n, spheres: spheresOf(table), ...columns };
 }
 
 function checkTables({ header, clusters, groups }) {
   check(clusters.n > 0, 'it has no clusters');
-  check(groups.spheres.every(Number.isFinite), 'a sphere without a finite center and radius');
+  check([groups, clusters].every(({ spheres }) => spheres.every(Number.isFinite)), 'a sphere without a finite center and radius');
   check(groups.errors.every((error) => error >= 0), 'a group with a negative error');
   for (let c = 0; c < clusters.n; c++) {
     const [source, group] = [clusters.sources[c], clusters.groups[c]];

@@ -25,10 +25,16 @@ export function errorInPixels({ spheres, errors }, group, { eye, pixels, near })
   return (errors[group] * pixels) / Math.max(toCentre - spheres[at + 3], near, Number.MIN_VALUE);
 }
 
-/** Returns whether a group's sphere is in the view at least in part. */
-export function isInView({ spheres }, group, planes) {
-  const [x, y, z, radius] = spheres.subarray(4 * group, 4 * group + 4);
-  return planes.every(([a, b, c, offset]) => a * x + b * y + c * z + offset >= -radius);
+/** Factor on radii of spheres, whose numbers are rounded. */
+const SLACK = 1.001;
+
+/** Returns whether the sphere of a group, or of a cluster, is in the view at least in part. */
+export function isInView({ spheres }, index, planes) {
+  const at = 4 * index;
+  for (const [a, b, c, offset] of planes) {
+    if (a * spheres[at] + b * spheres[at + 1] + c * spheres[at + 2] + offset < -SLACK * spheres[at + 3]) return false;
+  }
+  return true;
 }
 
 /**

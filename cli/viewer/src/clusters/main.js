@@ -1,6 +1,7 @@
 // The page of `neural-mesh clusters`: shows the hierarchy that the program wrote into it, or one that the reader opens or drops.
 
 import { element } from '../element.js';
+import { wireFlight } from '../fly.js';
 import { listen } from '../keys.js';
 import { makeOpener, markOpened, openEmbedded } from '../opener.js';
 import { BOX, turnUp } from '../single.js';
@@ -10,6 +11,7 @@ import { askToDraw, lookFromStart, makeView } from '../view.js';
 import { count } from '../words.js';
 import { readHierarchy } from './container.js';
 import { LEVEL_COLOURS, SIZE_COLOURS } from './material.js';
+import { loadPaints } from './paints.js';
 import { makeRates, noteFrame, ratesOf } from './rates.js';
 import { isSettled, makeClusterScene, setClusterTheme, trianglesOf } from './scene.js';
 
@@ -30,6 +32,7 @@ function start() {
     view, scene: null, rates: makeRates(), theme: null, opener: null,
     settings: { pixels: 1, colouring: 'clusters', isFrozen: false, zUp: false, turns: false },
   };
+  view.controls.zoomToCursor = true;
   view.drawn = () => drawn(page);
   makeTheme((theme) => {
     page.theme = theme;
@@ -39,20 +42,33 @@ function start() {
   });
   listen(view, at('canvas'));
   at('reset').addEventListener('click', () => lookFromStart(view));
+  wireFlight(view, at('fly'));
   wireSettings(page);
   setInterval(() => writeFigures(page), EVERY);
   at('canvas').drawnTriangles = () => Float32Array.from(trianglesOf(page.scene));
   page.opener = makeOpener({
-    words: WORDS, read: readHierarchy, show: (hierarchy, refuse) => show(page, hierarchy, refuse),
+    words: WORDS, show: (content, refuse) => show(page, content, refuse),
+    read: async (file, facts) => ({ hierarchy: await readHierarchy(file), paints: await loadPaints(facts) }),
   });
   openEmbedded(page.opener);
 }
 
-function show(page, hierarchy, refuse) {
+function show(page, { hierarchy, paints }, refuse) {
   const { view, settings } = page;
-  page.scene = makeClusterScene(view, hierarchy, settings, { before: page.scene, failed: refuse });
+  offerTexture(settings, paints.hasTextures);
+  page.scene = makeClusterScene(view, hierarchy, settings, { before: page.scene, failed: refuse, paints });
   setClusterTheme(page.scene, page.theme);
   turnUp(page.scene, settings.zUp);
+}
+
+/** Shows the choice of textures if the file has some. */
+function offerTexture(settings, isThere) {
+  const choice = at('texture');
+  choice.disabled = !isThere;
+  choice.parentElement.hidden = !isThere;
+  if (isThere || !choice.checked) return;
+  document.querySelector('[name="colouring"][value="clusters"]').checked = true;
+  settings.colouring = 'clusters';
 }
 
 function wireSettings(page) {

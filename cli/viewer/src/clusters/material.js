@@ -4,7 +4,7 @@ import { Color, DoubleSide, MeshPhongMaterial } from 'three';
 import { tintInside } from '../model.js';
 
 /** What colours can show, in the order of the shader's numbers. */
-export const COLOURINGS = ['surface', 'clusters', 'levels', 'sizes'];
+export const COLOURINGS = ['surface', 'clusters', 'levels', 'sizes', 'texture'];
 
 /** Colours of levels, from fine to coarse; they repeat. Paul Tol's "muted", which is readable for colour-blind people. */
 export const LEVEL_COLOURS = ['#88ccee', '#44aa99', '#117733', '#999933', '#ddcc77', '#cc6677', '#aa4499', '#882255', '#332288'];
@@ -26,6 +26,7 @@ void main() {
 
 const FRAGMENT = `
 uniform int colouring;
+uniform vec3 paint;
 uniform vec3 levelColours[${LEVEL_COLOURS.length}];
 uniform vec3 sizeColours[${SIZE_COLOURS.length}];
 flat varying vec2 vNumbers;
@@ -45,24 +46,36 @@ vec3 sizeColour(float side) {
 }
 void main() {`;
 
+const MAP = `
+  if (colouring == 4) {
+    diffuseColor.rgb = paint;
+    #include <map_fragment>
+  }`;
+
 const COLOUR = `#include <color_fragment>
   if (colouring == 1) diffuseColor.rgb = clusterColour(vNumbers.x);
   if (colouring == 2) diffuseColor.rgb = levelColours[int(mod(vNumbers.y + 0.5, ${LEVEL_COLOURS.length.toFixed(1)}))];
   if (colouring == 3) diffuseColor.rgb = sizeColour(vSide);`;
 
-/** Creates the material; without normals in the file, triangles are flat. `uniforms.pixels` is that of the view, times the scale. */
-export function makeClusterMaterial({ isFlat }) {
+/** Creates values that all materials share; `pixels` is that of the view, times the scale. */
+export function makeUniforms() {
   const linear = (colours) => colours.map((colour) => new Color(colour));
-  const uniforms = {
+  return {
     colouring: { value: 0 }, pixels: { value: 1 },
     levelColours: { value: linear(LEVEL_COLOURS) }, sizeColours: { value: linear(SIZE_COLOURS) },
   };
-  const material = new MeshPhongMaterial({ side: DoubleSide, shininess: 25, specular: 0x1c1c1c, flatShading: isFlat });
+}
+
+/** Creates the material of a paint {map, colour, isCut}, the last for textures with holes; without normals in the file, triangles are flat. */
+export function makeClusterMaterial(shared, { isFlat, map, colour, isCut }) {
+  const uniforms = { ...shared, paint: { value: new Color(...colour) } };
+  const material = new MeshPhongMaterial({ side: DoubleSide, shininess: 25, specular: 0x1c1c1c, flatShading: isFlat, map, alphaTest: map && isCut ? 0.5 : 0 });
   material.onBeforeCompile = (shader) => {
     tintInside(shader);
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = shader.vertexShader.replace('void main() {', VERTEX);
-    shader.fragmentShader = shader.fragmentShader.replace('void main() {', FRAGMENT).replace('#include <color_fragment>', COLOUR);
+    shader.fragmentShader = shader.fragmentShader.replace('void main() {', FRAGMENT).replace('#include <map_fragment>', MAP)
+      .replace('#include <color_fragment>', COLOUR);
   };
-  return Object.assign(material, { uniforms });
+  return material;
 }

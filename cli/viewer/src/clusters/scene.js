@@ -4,7 +4,7 @@ import { Frustum, Matrix4 } from 'three';
 import { addGroups, placeBox } from '../single.js';
 import { askToDraw, setLight } from '../view.js';
 import { coarseGroups, isDrawn, isInView, replacedGroups } from './cut.js';
-import { COLOURINGS, makeClusterMaterial } from './material.js';
+import { COLOURINGS, makeClusterMaterial, makeUniforms } from './material.js';
 import { drawnTriangles, makePageMesh, setDrawn } from './meshes.js';
 import { decodePage } from './page.js';
 import { closeStore, hasRoots, isComplete, isWaiting, makeStore, want } from './store.js';
@@ -16,34 +16,40 @@ const BUDGET = 256 * 2 ** 20;
  * Shows a hierarchy in a view in place of an earlier scene. `settings` {pixels, colouring, isFrozen, zUp} may change between frames.
  * `failed(error)` is called for pages that cannot be shown.
  */
-export function makeClusterScene(view, hierarchy, settings, { before, failed, budget = BUDGET }) {
+export function makeClusterScene(view, hierarchy, settings, { before, failed, paints, budget = BUDGET }) {
   if (before) removeScene(view, before);
   const isFlat = !hierarchy.header.channels.some(({ role, width }) => role === 'normal' && width === 3);
+  const uniforms = makeUniforms();
+  const materials = paints.all.map((paint) => makeClusterMaterial(uniforms, { isFlat, ...paint }));
+  const order = { nPaints: materials.length, paintOf: paints.paintOf, isVUp: paints.isVUp };
   const scene = {
-    view, hierarchy, settings, ...addGroups(view), material: makeClusterMaterial({ isFlat }), pages: new Map(),
+    view, hierarchy, settings, ...addGroups(view), uniforms, materials, pages: new Map(),
     eyeOfCut: null, isPlaced: false, cut: { nClusters: 0, nTriangles: 0, ofLevels: [] },
   };
   const arrived = (page, bytes) => {
-    const made = makePageMesh(decodePage(hierarchy, page, bytes), scene.material);
+    const made = makePageMesh(decodePage(hierarchy, page, bytes, order), materials);
     scene.pages.set(page, made);
     scene.body.add(made.mesh);
     askToDraw(view);
   };
   const dropped = (page) => removePage(scene, page);
   scene.store = makeStore(hierarchy, Math.max(Math.floor(budget / hierarchy.header.page_size), 1), { arrived, dropped, failed });
-  view.beforePane = ({ height }) => {
+  view.beforePane = (pane) => {
     view.renderer.info.reset();
-    update(scene, height);
+    update(scene, pane);
   };
   want(scene.store, []);
   return scene;
 }
 
-function removeScene(view, { root, store, pages, material }) {
+function removeScene(view, { root, store, pages, materials }) {
   closeStore(store);
   view.scenes[0].scene.remove(root);
   for (const { mesh } of pages.values()) mesh.geometry.dispose();
-  material.dispose();
+  for (const material of materials) {
+    material.map?.dispose();
+    material.dispose();
+  }
 }
 
 function removePage({ pages, body }, page) {
@@ -54,8 +60,8 @@ function removePage({ pages, body }, page) {
 }
 
 /** Sets the colours of a theme. */
-export function setClusterTheme({ material, view }, { surface, stage }) {
-  material.color.set(surface);
+export function setClusterTheme({ materials, view }, { surface, stage }) {
+  for (const material of materials) material.color.set(surface);
   view.renderer.setClearColor(stage);
   askToDraw(view);
 }
@@ -71,28 +77,32 @@ export function trianglesOf({ pages }) {
 }
 
 /** Decides the cut for the camera and draws it. */
-function update(scene, height) {
-  const { hierarchy, store, settings, view, material } = scene;
+function update(scene, pane) {
+  const { hierarchy, store, settings, view, uniforms } = scene;
   if (!hasRoots(store)) return;
   if (!scene.isPlaced) place(scene);
-  const eye = eyeOf(scene, height);
-  material.uniforms.pixels.value = eye.pixels * scene.root.scale.x;
+  const eye = eyeOf(scene, pane);
+  uniforms.pixels.value = eye.pixels * scene.root.scale.x;
   // Even light keeps colours that mean something alike on all sides.
-  setLight(view, settings.colouring !== 'surface');
-  material.uniforms.colouring.value = COLOURINGS.indexOf(settings.colouring);
+  setLight(view, !['surface', 'texture'].includes(settings.colouring));
+  uniforms.colouring.value = COLOURINGS.indexOf(settings.colouring);
   // A frozen cut stays that of the camera when it was frozen.
   if (!settings.isFrozen || !scene.eyeOfCut) scene.eyeOfCut = eye;
   const coarse = coarseGroups(hierarchy, scene.eyeOfCut, settings.pixels);
   want(store, coarse.filter((group) => isInView(hierarchy.groups, group, scene.eyeOfCut.planes)));
   const replaced = replacedGroups(hierarchy, coarse, (group) => isComplete(store, group));
+  // What is outside of the view is part of the cut, and not drawn; a frozen cut is seen by the camera as it is now.
+  const isVisible = (cluster) => isInView(hierarchy.clusters, cluster, eye.planes);
   let nChanged = 0;
-  for (const page of scene.pages.values()) nChanged += setDrawn(page, (cluster) => isDrawn(hierarchy, replaced, cluster));
+  for (const page of scene.pages.values()) nChanged += setDrawn(page, (cluster) => isDrawn(hierarchy, replaced, cluster), isVisible);
   if (nChanged > 0) scene.cut = countCut(scene);
 }
 
 /** Returns the camera in the mesh's coordinates, as the cut sees it. */
-function eyeOf({ root, body, view: { camera, renderer } }, height) {
+function eyeOf({ root, body, view: { camera, renderer } }, { width, height }) {
   root.updateMatrixWorld();
+  camera.aspect = width / Math.max(height, 1);
+  camera.updateProjectionMatrix();
   camera.updateMatrixWorld();
   const { x, y, z } = body.worldToLocal(camera.position.clone());
   const toImage = new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).multiply(body.matrixWorld);
@@ -106,17 +116,17 @@ function eyeOf({ root, body, view: { camera, renderer } }, height) {
   };
 }
 
-/** Centers the box of the coarsest level, and looks at all of it. */
+/** Centers the box of the finest level, and looks at all of it. */
 function place(scene) {
-  const { store, hierarchy: { clusters }, pages } = scene;
-  const level = clusters.levels.reduce((a, b) => Math.max(a, b));
+  const { header: { bounds }, clusters } = scene.hierarchy;
   placeBox(scene, (visit) => {
-    for (const page of store.rootPages) {
-      const { position, facts } = pages.get(page).mesh.geometry.attributes;
-      for (let v = 0; v < position.count; v++) {
-        if (facts.getY(v) === level) visit(position.getX(v), position.getY(v), position.getZ(v));
-      }
-    }
+    if (bounds) return bounds.forEach((corner) => visit(...corner));
+    // The spheres of the finest clusters contain the mesh.
+    return clusters.levels.forEach((level, cluster) => {
+      const [x, y, z, radius] = clusters.spheres.subarray(4 * cluster, 4 * cluster + 4);
+      if (level > 0) return;
+      for (const side of [-radius, radius]) visit(x + side, y + side, z + side);
+    });
   });
   scene.isPlaced = true;
 }
@@ -124,9 +134,9 @@ function place(scene) {
 /** Counts clusters and triangles of the cut, in all and of each level. */
 function countCut({ pages, hierarchy: { clusters } }) {
   const cut = { nClusters: 0, nTriangles: 0, ofLevels: [] };
-  for (const { contents, drawn } of pages.values()) {
+  for (const { contents, chosen } of pages.values()) {
     contents.forEach((cluster, i) => {
-      if (!drawn[i]) return;
+      if (!chosen[i]) return;
       const [level, nFaces] = [clusters.levels[cluster], clusters.nFaces[cluster]];
       const ofLevel = (cut.ofLevels[level] ??= { nClusters: 0, nTriangles: 0 });
       for (const sum of [cut, ofLevel]) {

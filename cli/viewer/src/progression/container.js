@@ -9,20 +9,23 @@ const HEAD = 12;
 /** Bytes of a merge, and of a dropped component. */
 const MERGE = 21;
 const DROPPED = 12;
+/** Stored numbers of roles of channels. */
+export const ROLES = { normal: 0, uv: 2, colour: 3 };
 
 /**
- * Reads a file, a blob: positions and faces of the mesh; `surface`, faces and copied vertices, if the merges are of a mesh that was
- * split to become manifold; the merges; `size`, the numbers of vertices and faces that shares refer to; dropped components; proved
- * levels; `sceneDiagonal`, of the box of a scene, else null; `hasNormals`.
+ * Reads a file, a blob: positions and faces of the mesh; `attributes` {wedges, channels, groups}; `surface`, faces and copied vertices, if
+ * the merges are of a mesh that was split to become manifold; the merges; `size`, the numbers of vertices and faces that shares refer
+ * to; dropped components; proved levels; `placement` in a scene, else null; `origin` of the coordinates; `hasNormals`; the file of the mesh as
+ * `source`, if it is inside.
  */
 export async function readProgression(file) {
   const bytes = new Uint8Array(await file.arrayBuffer());
   await checkEnds(bytes);
   const reader = { bytes, view: new DataView(bytes.buffer), at: HEAD, end: bytes.length - 8 };
   const [positions, faces] = [floatRows(reader, 3), wordRows(reader, 3)];
-  const hasNormals = skipAttributes(reader);
-  const sceneDiagonal = skipScene(reader);
-  skipOptions(reader);
+  const attributes = readAttributes(reader);
+  const placement = readPlacement(reader);
+  const origin = readOrigin(reader);
   const size = [length(reader), length(reader)];
   for (let origin = 0; origin < 2; origin++) skipOrigin(reader);
   const surface = { faces: optional(reader, () => wordRows(reader, 3)), copies: wordRows(reader, 1) };
@@ -30,10 +33,15 @@ export async function readProgression(file) {
   const drops = list(reader, 24, () => readDrop(reader));
   const proofs = list(reader, 16, () => ({ nVertices: length(reader), distance: float(reader) }));
   check(proofs.every(({ nVertices, distance }) => nVertices > 0 && distance >= 0), 'a proved level without a distance');
-  // The files of the input follow, which nothing here needs.
+  const files = list(reader, 16, () => ({ name: new TextDecoder().decode(byteRow(reader)), bytes: byteRow(reader) }));
   check(positions.every(Number.isFinite), 'a position that is not finite');
   checkFaces(faces, positions.length / 3);
-  return { positions, faces, surface: readSurface(surface, positions, faces), merges, size, drops, proofs, sceneDiagonal, hasNormals };
+  checkAttributes(attributes, faces.length / 3);
+  const hasNormals = attributes.channels.some(({ role }) => role === ROLES.normal);
+  return {
+    positions, faces, attributes, surface: readSurface(surface, positions, faces), merges, size, drops, proofs, placement, origin, hasNormals,
+    source: files[0] ?? null,
+  };
 }
 
 async function checkEnds(bytes) {
@@ -89,37 +97,48 @@ function readDrop(reader) {
   return drop;
 }
 
-/** Skips wedges, channels, groups, kept faces and locked vertices; returns whether there are normals. */
-function skipAttributes(reader) {
-  skipRows(reader, 12);
-  const roles = list(reader, 25, () => {
-    skipRows(reader, 1);
+/** Reads the wedges of each face, channels {name, role, width, values}, and the group of each face; skips kept faces and locked vertices. */
+function readAttributes(reader) {
+  const wedges = wordRows(reader, 3);
+  const channels = list(reader, 25, () => {
+    const name = new TextDecoder().decode(byteRow(reader));
     const role = byte(reader);
-    length(reader);
-    skipRows(reader, 4);
-    return role;
+    return { name, role, width: length(reader), values: floatRows(reader, 1) };
   });
-  for (const stride of [4, 1, 1]) skipRows(reader, stride);
-  return roles.includes(0);
+  const groups = wordRows(reader, 1);
+  for (let i = 0; i < 2; i++) skipRows(reader, 1);
+  return { wedges, channels, groups };
 }
 
-/** Skips the placement in a scene; returns the diagonal of the scene's box, or null without a scene. */
-function skipScene(reader) {
+function checkAttributes({ wedges, channels, groups }, nFaces) {
+  check(groups.length === 0 || groups.length === nFaces, 'groups of other faces');
+  if (channels.length === 0) return;
+  check(wedges.length === 3 * nFaces, 'wedges of other faces');
+  const nWedges = wedges.reduce((most, wedge) => Math.max(most, wedge + 1), 0);
+  for (const { width, values } of channels) check(width > 0 && nWedges <= values.length / width, 'a wedge without values');
+}
+
+/** Reads the placement in a scene: the first group of each piece, matrices of its instances by columns, and the scene's diagonal. */
+function readPlacement(reader) {
   return optional(reader, () => {
-    skipRows(reader, 4);
+    const firstGroups = wordRows(reader, 1);
     list(reader, 8, () => list(reader, 8, () => skipRows(reader, 1)));
     skipRows(reader, 4);
     skipRows(reader, 1);
-    list(reader, 8, () => skipRows(reader, 128));
-    return float(reader);
+    const places = list(reader, 8, () => list(reader, 128, () => Array.from({ length: 16 }, () => float(reader))));
+    check(places.flat(2).every(Number.isFinite) && firstGroups.length === places.length + 1, 'a placement that is none');
+    return { firstGroups, places, diagonal: float(reader) };
   });
 }
 
-/** Skips options, scores, kept edges and the end of the collapse. */
-function skipOptions(reader) {
+/** Skips options, scores, kept edges and the end of the collapse; returns the origin of the coordinates, which is among them. */
+function readOrigin(reader) {
   take(reader, 4 + 16 + 3 + 8 + 1);
   optional(reader, () => take(reader, 4));
-  take(reader, 1 + 25 + 1 + 8 + 1);
+  take(reader, 1);
+  const origin = [0, 1, 2].map(() => float(reader));
+  take(reader, 1 + 1 + 8 + 1);
+  return origin;
 }
 
 function skipOrigin(reader) {
@@ -170,6 +189,12 @@ function optional(reader, read) {
   const flag = byte(reader);
   check(flag < 2, 'a choice that is none');
   return flag === 1 ? read() : null;
+}
+
+function byteRow(reader) {
+  const n = count(reader, 1);
+  const { at } = take(reader, n);
+  return reader.bytes.subarray(at, at + n);
 }
 
 function floatRows(reader, width) {

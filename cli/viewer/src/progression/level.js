@@ -2,6 +2,8 @@
 
 import { fillFaces, fillPositions, largestWithin, makeSequence } from './sequence.js';
 import { check, readProgression } from './container.js';
+import { readMaterials } from './materials.js';
+import { makePlacement } from './placement.js';
 import { normalise, restore, scaleOf } from './scale.js';
 
 /** No limit of a size. */
@@ -11,11 +13,13 @@ const NEVER = 0xffff;
 
 /** Reads a file, a blob, and prepares its levels. */
 export async function openProgression(file) {
-  const { positions, faces, surface, merges, size, drops, proofs, sceneDiagonal, ...others } = await readProgression(file);
+  const { positions, faces, surface, merges, size, drops, proofs, placement, source, ...others } = await readProgression(file);
   const scale = scaleOf(positions);
   const sequence = await makeSequence(normalise(positions, surface.copies, scale), surface.faces, merges);
   return {
-    ...others, diagonal: sceneDiagonal ?? scale.diagonal, mesh: { positions, faces }, isMesh: surface.isMesh, scale, sequence, size, drops, proofs,
+    ...others, diagonal: placement?.diagonal ?? scale.diagonal, mesh: { positions, faces }, isMesh: surface.isMesh, surface, scale, sequence, size,
+    drops, proofs, isScene: placement !== null, materials: readMaterials(source, placement),
+    placement: makePlacement(placement, others.attributes.groups, surface.faces, sequence),
     lasts: drops.length > 0 ? lastsOf(sequence, surface.faces, drops) : null,
   };
 }
@@ -124,6 +128,20 @@ function removeDropped({ lasts, n, nFaces, nDrops }, { positions, faces }) {
     if (lasts[faces[from]] < nDrops) continue;
     for (let k = 0; k < 3; k++) faces[to++] = numbers[faces[from + k]];
   }
+}
+
+/** Returns the rank of each vertex of a level. */
+export function ranksOf({ lasts }, { n, nDrops }) {
+  const all = Uint32Array.from({ length: n }, (_, rank) => rank);
+  return nDrops === 0 ? all : all.filter((rank) => lasts[rank] >= nDrops);
+}
+
+/** Returns the face of the mesh from which each face of a level comes. */
+export function sourceFacesOf({ sequence: { faces, faceEnds, slots }, lasts }, { n, nDrops }) {
+  const sources = new Uint32Array(slots.length);
+  slots.forEach((slot, face) => { sources[slot] = face; });
+  // A face stays in the component in which it is made.
+  return sources.subarray(0, faceEnds[n]).filter((_, slot) => nDrops === 0 || lasts[faces[3 * slot]] >= nDrops);
 }
 
 /** Returns positions and faces of a level in the mesh's coordinates, as the library makes it without refinement. */

@@ -2,15 +2,19 @@
 // opens or drops.
 
 import { element } from '../element.js';
+import { wireFlight } from '../fly.js';
 import { listen } from '../keys.js';
 import { makeOpener, markOpened, openEmbedded } from '../opener.js';
 import { BOX, turnUp } from '../single.js';
-import { wait } from '../stage.js';
+import { attempt, wait } from '../stage.js';
 import { makeTheme } from '../theme.js';
 import { askToDraw, lookFromStart, makeView } from '../view.js';
 import { count, short } from '../words.js';
+import { exportLevel } from './exported.js';
+import { FORMATS } from './formats.js';
 import { findLevel, openProgression } from './level.js';
 import { makeProgressionScene, setProgressionTheme, trianglesOf } from './scene.js';
+import { breathe } from '../slices.js';
 import { PER_HALVING, sizesBetween } from './sizes.js';
 
 const at = (id) => document.getElementById(id);
@@ -27,6 +31,7 @@ function start() {
     view, scene: null, theme: null, opener: null, sizes: [0], proofs: [], written: null,
     settings: { size: Infinity, wire: false, flat: true, zUp: false, turns: false },
   };
+  view.controls.zoomToCursor = true;
   view.drawn = () => drawn(page);
   makeTheme((theme) => {
     page.theme = theme;
@@ -38,6 +43,8 @@ function start() {
   at('reset').addEventListener('click', () => lookFromStart(view));
   wireSwitches(page);
   wireSlider(page);
+  wireFly(page);
+  at('save').addEventListener('click', () => attempt(save(page)));
   at('canvas').drawnTriangles = () => Float32Array.from(trianglesOf(page.scene));
   page.opener = makeOpener({ words: WORDS, read: openProgression, show: (progression) => show(page, progression) });
   openEmbedded(page.opener);
@@ -74,6 +81,30 @@ function wireSlider(page) {
   slider.addEventListener('input', () => moveTo(page, slider.valueAsNumber));
   at('fewer').addEventListener('click', () => moveTo(page, slider.valueAsNumber - PER_HALVING));
   at('more').addEventListener('click', () => moveTo(page, slider.valueAsNumber + PER_HALVING));
+}
+
+/** Makes the level fall as the camera flies away, so that triangles stay as large on the screen. */
+function wireFly(page) {
+  wireFlight(page.view, at('fly'), () => {
+    const first = at('size').valueAsNumber;
+    return (factor) => moveTo(page, first - Math.round(2 * PER_HALVING * Math.log2(factor)));
+  });
+}
+
+/** Saves the level that is shown, in the chosen format. */
+async function save({ scene }) {
+  if (!scene?.level) return;
+  const { level, progression } = scene;
+  wait('Making the file');
+  await breathe();
+  const format = at('format').value;
+  const file = FORMATS[format](exportLevel(progression, level));
+  wait('');
+  const name = at('name').textContent.replace(/\.\w+$/, '');
+  const link = element('a', '', { href: URL.createObjectURL(file), download: `${name}-${level.nFaces}.${format}` });
+  link.click();
+  // The browser reads the file after the click.
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
 function wireSwitches(page) {

@@ -6,12 +6,16 @@ import { makeMaterials, makeRoomForWire, paint, setTheme, wireOpacity } from '..
 import { addGroups, placeBox } from '../single.js';
 import { fillNormals } from '../surface.js';
 import { askToDraw, setLight } from '../view.js';
-import { fillLevel, findLevel, makeRoom } from './level.js';
+import { fillLevel, findLevel, makeRoom, ranksOf } from './level.js';
+import { placeLevel } from './placement.js';
+import { restore } from './scale.js';
 
 /** Shows a progression in a view in place of an earlier scene. `settings` {size, wire, flat} may change between frames. */
 export function makeProgressionScene(view, progression, settings, before) {
   if (before) removeScene(before);
-  const room = makeRoom(progression);
+  const { placement } = progression;
+  const own = makeRoom(progression);
+  const room = placement ? { positions: new Float32Array(3 * placement.most.nVertices), faces: new Uint32Array(3 * placement.most.nFaces) } : own;
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', dynamic(room.positions, 3));
   geometry.setAttribute('normal', dynamic(new Float32Array(room.positions.length), 3));
@@ -19,19 +23,27 @@ export function makeProgressionScene(view, progression, settings, before) {
   const materials = makeMaterials();
   const solid = new Mesh(geometry, materials.solid);
   solid.frustumCulled = false;
-  const scene = { view, progression, settings, room, materials, solid, wire: null, level: null, drawn: {}, ...addGroups(view) };
+  const scene = { view, progression, settings, own, room, materials, solid, wire: null, level: null, drawn: {}, ...addGroups(view) };
   scene.body.add(solid);
   setLight(view, false);
-  const whole = findLevel(progression, { vertices: Infinity, faces: Infinity });
-  fillLevel(progression, whole, room);
+  const { nVertices } = fillRoom(scene, findLevel(progression, { vertices: Infinity, faces: Infinity }));
   placeBox(scene, (visit) => {
-    for (let i = 0; i < 3 * whole.nVertices; i += 3) visit(room.positions[i], room.positions[i + 1], room.positions[i + 2]);
+    for (let i = 0; i < 3 * nVertices; i += 3) visit(room.positions[i], room.positions[i + 1], room.positions[i + 2]);
   });
   view.beforePane = () => {
     view.renderer.info.reset();
     update(scene);
   };
   return scene;
+}
+
+/** Writes a level, with all instances in a scene; returns the numbers of drawn vertices and faces. */
+function fillRoom({ progression, own, room }, level) {
+  fillLevel(progression, level, own);
+  if (own === room) return level;
+  const { nVertices, nFaces } = level;
+  const mesh = { positions: restore(own.positions.subarray(0, 3 * nVertices), progression.scale), faces: own.faces.subarray(0, 3 * nFaces) };
+  return placeLevel(progression.placement, ranksOf(progression, level), mesh, room);
 }
 
 function dynamic(array, width) {
@@ -53,8 +65,8 @@ export function setProgressionTheme({ materials, view }, colours) {
 }
 
 /** Returns the corners' positions of all drawn triangles, 9 numbers each, at unit size. */
-export function trianglesOf({ room: { positions, faces }, level }) {
-  return Array.from(faces.subarray(0, 3 * level.nFaces)).flatMap((v) => [...positions.subarray(3 * v, 3 * v + 3)]);
+export function trianglesOf({ room: { positions, faces }, shown }) {
+  return Array.from(faces.subarray(0, 3 * shown.nFaces)).flatMap((v) => [...positions.subarray(3 * v, 3 * v + 3)]);
 }
 
 /** Makes what the settings ask for and was not drawn last. */
@@ -63,13 +75,13 @@ function update(scene) {
   const { position, normal } = solid.geometry.attributes;
   if (drawn.size !== size) {
     scene.level = findLevel(progression, { vertices: size, faces: Infinity });
-    fillLevel(progression, scene.level, room);
-    sendFirst(position, 3 * scene.level.nVertices);
-    sendFirst(solid.geometry.index, 3 * scene.level.nFaces);
-    solid.geometry.setDrawRange(0, 3 * scene.level.nFaces);
+    scene.shown = fillRoom(scene, scene.level);
+    sendFirst(position, 3 * scene.shown.nVertices);
+    sendFirst(solid.geometry.index, 3 * scene.shown.nFaces);
+    solid.geometry.setDrawRange(0, 3 * scene.shown.nFaces);
     Object.assign(drawn, { size, hasNormals: false, hasEdges: false });
   }
-  const { nVertices, nFaces } = scene.level;
+  const { nVertices, nFaces } = scene.shown;
   // Flat faces take no normals from the vertices.
   if (!flat && !drawn.hasNormals) {
     fillNormals(room.positions.subarray(0, 3 * nVertices), room.faces.subarray(0, 3 * nFaces), normal.array.subarray(0, 3 * nVertices));
@@ -87,7 +99,7 @@ function update(scene) {
 
 /** Draws the three edges of each face, so that those inside the surface are drawn twice. */
 function drawEdges(scene) {
-  const { room: { faces }, level: { nFaces }, solid, materials, body } = scene;
+  const { room: { faces }, shown: { nFaces }, solid, materials, body } = scene;
   scene.wire ??= makeWire(solid.geometry, materials.wire);
   body.add(scene.wire);
   const { index } = scene.wire.geometry;

@@ -16,7 +16,7 @@ const NONE = 0xffffffff;
  *
  * `vertices` has the vertex of each rank. `parents`, `parentPositions` and `positions` say what the split that makes a vertex
  * restores. `faceEnds` is the number of faces of each level, `faces` the corners of each face when it is made; `moves` up to
- * `moveEnds` are the corners that move to each vertex.
+ * `moveEnds` are the corners that move to each vertex. `slots` has the place of each face of the mesh among them.
  */
 export async function makeSequence(positions, faces, merges) {
   const n = positions.length / 3;
@@ -128,7 +128,7 @@ async function sortFaces(surfaceFaces, links) {
       followCorners(surfaceFaces, face, links, corners, move);
     }
   });
-  return { faces, faceEnds, moves, moveEnds };
+  return { faces, faceEnds, moves, moveEnds, slots };
 }
 
 /** Returns for each face the vertex whose split makes it and its corners then, and how many corners move to each vertex. */

@@ -51,17 +51,19 @@ fn simplify_whole<'p>(
 // Such normals carry no information, and would make every edge a held hard edge.
 pub(super) struct PlainInput<'a> {
     given: Input<'a>,
-    flat_normals: Option<&'a str>,
+    /// Index and name of the channel left out.
+    flat_normals: Option<(usize, &'a str)>,
     others: Option<Attributes>,
 }
 
 impl<'a> PlainInput<'a> {
     pub fn new(input: &Input<'a>) -> Self {
         let Input { mesh, attributes, .. } = *input;
-        let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
+        let mut channels = attributes.channels.iter().enumerate();
+        let normals = channels.find(|(_, channel)| channel.role == Role::Normal);
         let normals = normals.filter(|_| is_shaded_flat(mesh, attributes));
         let others = normals.map(|_| attributes.clone().keep_roles(|role| role != Role::Normal, true));
-        Self { given: *input, flat_normals: normals.map(|channel| channel.name.as_str()), others }
+        Self { given: *input, flat_normals: normals.map(|(at, channel)| (at, channel.name.as_str())), others }
     }
 
     pub fn input(&self) -> Input<'_> {
@@ -70,9 +72,12 @@ impl<'a> PlainInput<'a> {
 
     /// Gives a result flat normals if the input had them, and kept faces all their values.
     pub fn restore(&self, closed: &mut ClosedResult) {
-        if let Some(name) = self.flat_normals {
+        if let Some((at, name)) = self.flat_normals {
             let Simplified { mesh, attributes, .. } = &mut closed.simplified;
             *attributes = with_flat_normals(mesh, attributes, name);
+            // Channels keep the order of the input, by which others find them.
+            let channels = &mut attributes.channels;
+            channels[at..].rotate_right(1);
         }
         closed.restore_kept(self.given.attributes);
     }
@@ -105,5 +110,30 @@ pub(super) fn unchanged_result(pulse: Pulse, input: &Input, scores: ScoreSource)
         source_vertices: Some((0..mesh.positions().len() as u32).collect()),
         map: None,
         report: Report { scores, ..Report::for_mesh(pulse, mesh) },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Channel, shapes};
+    use crate::simplify::{Options, Target, simplify};
+    use std::ops::ControlFlow;
+
+    #[test]
+    fn flat_normals_keep_their_place_among_the_channels() {
+        let mesh = shapes::icosphere(3);
+        let values = mesh.positions().iter().flat_map(|p| [p[0], p[1]]).collect();
+        let uv = Channel { name: "uv".into(), role: Role::Uv, width: 2, values };
+        let wedges = mesh.faces().to_vec();
+        let textured = Attributes { wedges, channels: vec![uv], ..Attributes::default() };
+        let mut attributes = with_flat_normals(&mesh, &textured, "normal");
+        attributes.channels.rotate_right(1);
+        let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
+        let options = Options::new(Target::Faces(200));
+        let result = simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert!(result.attributes.is_valid_for(200) && is_shaded_flat(&result.mesh, &result.attributes));
+        let names: Vec<&str> = result.attributes.channels.iter().map(|channel| channel.name.as_str()).collect();
+        assert_eq!(names, ["normal", "uv"]);
     }
 }
