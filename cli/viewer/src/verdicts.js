@@ -1,6 +1,8 @@
 // Figures in words, each with a verdict.
 //
-// Distances are judged by what they are on a screen on which the mesh is a thousand pixels long: 0.1 % of the diagonal is one pixel.
+// Distances are judged by what they are on a screen on which the mesh is a thousand pixels long: 0.1 % of the diagonal is one pixel. Of mean
+// and largest distance, FLIP, angle and volume of 16 benchmark meshes, 72 of 77 are good at half of the vertices, 60 at a tenth, and 19 at a
+// fiftieth, where 29 are poor.
 
 import { count, number, short } from './words.js';
 
