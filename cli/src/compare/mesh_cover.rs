@@ -1,10 +1,14 @@
 //! Covers of compared meshes: their materials, or the original's texture if only a texture is missing.
 
-use neural_mesh::mesh::{Attributes, Look, Looks, Role};
+use neural_mesh::mesh::{Attributes, BaseTexture, Look, Looks, Role};
 use neural_mesh::picture::DecodedMaterials;
 
 pub struct MeshCover {
     pub materials: DecodedMaterials,
+    pub looks: Vec<Look>,
+    /// Group of each face; empty if there is only one.
+    pub groups: Vec<u32>,
+    pub has_uvs: bool,
     /// True if the texture is borrowed from the original.
     pub borrowed: bool,
 }
@@ -15,9 +19,24 @@ pub fn only_texture(looks: &Looks) -> Option<Look> {
     let first = textured.next()?;
     let image = |look: &Look| look.texture.as_ref().map(|texture| texture.image.clone());
     let mut look = textured.all(|look| image(look) == image(first)).then(|| first.clone())?;
+    let channel = look.texture.as_ref().map(|texture| texture.channel.clone());
     // An empty channel name means the mesh's first texture coordinates.
-    look.texture.iter_mut().for_each(|texture| texture.channel.clear());
+    let clear = |texture: &mut BaseTexture| texture.channel.clear();
+    let finish = &mut look.finish;
+    let normal_and_emission = [&mut finish.normal_texture, &mut finish.emission_texture];
+    let rest = [&mut finish.roughness_texture, &mut finish.metal_texture, &mut finish.occlusion_texture];
+    for map in normal_and_emission.into_iter().chain(rest) {
+        *map = map.take().filter(|map| Some(&map.channel) == channel.as_ref());
+        map.iter_mut().for_each(clear);
+    }
+    look.texture.iter_mut().for_each(clear);
     Some(look)
+}
+
+impl MeshCover {
+    pub fn group(&self, face: u32) -> usize {
+        self.groups.get(face as usize).map_or(0, |&group| group as usize)
+    }
 }
 
 /// Returns the cover (colours and textures) of a mesh; `None` for a plain white one.
@@ -31,7 +50,8 @@ pub fn mesh_cover(mut attributes: Attributes, mut looks: Looks, original_look: O
     }
     // The page tells of textures that cannot be decoded.
     let (materials, _) = DecodedMaterials::new(&attributes, &looks);
-    Some(MeshCover { materials: materials?, borrowed: borrowed.is_some() })
+    let borrowed = borrowed.is_some();
+    Some(MeshCover { materials: materials?, looks: looks.of_groups, groups: attributes.groups, has_uvs, borrowed })
 }
 
 #[cfg(test)]

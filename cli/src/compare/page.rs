@@ -87,7 +87,7 @@ struct PackedCovers {
 fn pack_covers(meshes: &[&NamedMesh], surfaces: &[SurfaceData]) -> PackedCovers {
     let (mut covers, mut scripts, mut gallery) = (Vec::new(), Vec::new(), Gallery::default());
     for (at, (named, surface)) in meshes.iter().zip(surfaces).enumerate() {
-        let data = named.cover.as_ref().map(|cover| CoverData::new(&named.mesh, cover, surface, &mut gallery));
+        let data = CoverData::new(named, surface, &mut gallery);
         scripts.extend(data.as_ref().map(|data| data_script(&format!("cover-{at}"), &data.text)));
         covers.push(data.map(|data| data.layout));
     }

@@ -1,15 +1,24 @@
 // The cover of a surface in three.js: corners with texture coordinates and colours, and images.
 
 import {
-  BufferAttribute, BufferGeometry, ClampToEdgeWrapping, Color, DoubleSide, Mesh, MeshPhongMaterial, MirroredRepeatWrapping,
-  RepeatWrapping, SRGBColorSpace, Texture,
+  BufferAttribute, BufferGeometry, ClampToEdgeWrapping, Color, DoubleSide, Mesh, MeshPhongMaterial, MeshStandardMaterial,
+  MirroredRepeatWrapping, NoColorSpace, RepeatWrapping, ShaderChunk, SRGBColorSpace, Texture,
 } from 'three';
 
 const WRAPS = { repeat: RepeatWrapping, clamp: ClampToEdgeWrapping, mirror: MirroredRepeatWrapping };
 
-/** Creates the store of images and materials that the covers of a scene share; `imageOf(index)` returns an image file as a blob. */
-export function makeWardrobe(imageOf) {
-  return { imageOf, bitmaps: new Map(), materials: new Map() };
+/** How bright the surroundings are that metal and polished surfaces reflect. */
+const REFLECTED = 1.3;
+
+/** Shader code of surroundings that are reflected and give no other light, which comes from the lamps, as on surfaces without maps. */
+const ONLY_REFLECTED = ShaderChunk.lights_fragment_maps.replaceAll('iblIrradiance +=', 'vec3 unused =');
+
+/**
+ * Creates the store of images and materials that the covers of a scene share; `imageOf(index)` returns an image file as a blob,
+ * `reflected()` a texture of what surfaces reflect.
+ */
+export function makeWardrobe(imageOf, reflected) {
+  return { imageOf, reflected, bitmaps: new Map(), textures: new Map(), materials: new Map() };
 }
 
 /** Adds the covered surface that `load` returns to a model when it is first shown; all callers wait for it. */
@@ -42,21 +51,44 @@ function materialOf(paint, wardrobe) {
   return wardrobe.materials.get(key);
 }
 
-async function makeMaterial({ image, wrap, color, coloured }, wardrobe) {
-  // If the browser cannot read an image, the plain colour stays.
-  const bitmap = image === null ? null : await bitmapOf(image, wardrobe).catch(() => null);
-  const map = bitmap && textureOf(bitmap, wrap);
-  return new MeshPhongMaterial({
-    map, color: new Color(...(color ?? [1, 1, 1])), vertexColors: coloured,
-    side: DoubleSide, shininess: 25, specular: 0x1c1c1c, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+async function makeMaterial({ image, wrap, color, coloured, finish }, wardrobe) {
+  const texture = (index, colorSpace) => textureOf(index ?? null, wrap, colorSpace, wardrobe);
+  const common = {
+    map: await texture(image, SRGBColorSpace), color: new Color(...(color ?? [1, 1, 1])), vertexColors: coloured,
+    side: DoubleSide, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+  };
+  if (!finish) return new MeshPhongMaterial({ ...common, shininess: 25, specular: 0x1c1c1c });
+  const { maps, emission, roughness, metal, normalScale, occlusion } = finish;
+  const [normalMap, roughnessMap, metalnessMap, aoMap] = await Promise.all(
+    [maps.normal, maps.roughness, maps.metal, maps.occlusion].map((index) => texture(index, NoColorSpace)));
+  const material = new MeshStandardMaterial({
+    ...common, normalMap, roughnessMap, metalnessMap, aoMap, emissiveMap: await texture(maps.emission, SRGBColorSpace),
+    emissive: new Color(...emission), roughness, metalness: metal, aoMapIntensity: occlusion,
+    envMap: wardrobe.reflected(), envMapIntensity: REFLECTED,
   });
+  material.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace('#include <lights_fragment_maps>', ONLY_REFLECTED);
+  };
+  // Without stored tangents, those of the texture coordinates count, whose v runs downwards.
+  material.normalScale.set(normalScale, -normalScale);
+  return material;
+}
+
+/** Returns the texture of an image, shared by all materials that use it alike; null without an image that the browser can read. */
+function textureOf(index, wrap, colorSpace, wardrobe) {
+  const key = `${index} ${wrap} ${colorSpace}`;
+  if (index === null) return null;
+  if (!wardrobe.textures.has(key)) {
+    wardrobe.textures.set(key, bitmapOf(index, wardrobe).then((bitmap) => makeTexture(bitmap, wrap, colorSpace), () => null));
+  }
+  return wardrobe.textures.get(key);
 }
 
 /** Creates the texture of an image, {repeat, clamp, mirror} along u and v. */
-export function textureOf(bitmap, [u, v]) {
+export function makeTexture(bitmap, [u, v], colorSpace = SRGBColorSpace) {
   const texture = new Texture(bitmap, undefined, WRAPS[u], WRAPS[v]);
   texture.flipY = false;
-  texture.colorSpace = SRGBColorSpace;
+  texture.colorSpace = colorSpace;
   texture.anisotropy = 4;
   texture.needsUpdate = true;
   return texture;
@@ -80,10 +112,7 @@ export async function setCovers({ materials }, flatShading, polygonOffset) {
 }
 
 /** Frees the graphics memory that the covers of a scene share. */
-export async function disposeWardrobe({ bitmaps, materials }) {
-  for (const material of await Promise.allSettled(materials.values())) {
-    material.value?.map?.dispose();
-    material.value?.dispose();
-  }
+export async function disposeWardrobe({ bitmaps, textures, materials }) {
+  for (const held of [materials, textures]) for (const { value } of await Promise.allSettled(held.values())) value?.dispose();
   for (const bitmap of await Promise.allSettled(bitmaps.values())) bitmap.value?.close();
 }

@@ -14,8 +14,9 @@ export function addGround(view) {
     // The sun only casts the shadow; the other lights shade.
     const sun = new DirectionalLight(0xffffff, 0.01);
     sun.castShadow = true;
-    sun.shadow.mapSize.set(512, 512);
-    Object.assign(sun.shadow, { radius: 9, blurSamples: 16, bias: -0.0005 });
+    // The shadow is blurred so far that more pixels would not show.
+    sun.shadow.mapSize.set(256, 256);
+    Object.assign(sun.shadow, { radius: 4.5, blurSamples: 8, bias: -0.0005 });
     const plane = new Mesh(new PlaneGeometry(1, 1), new ShadowMaterial({ opacity: 0.28, transparent: true, depthWrite: false }));
     plane.rotation.x = -Math.PI / 2;
     plane.receiveShadow = true;

@@ -61,7 +61,7 @@ function wireSlider(scene, { original, results }, { surfaces, covers, flip }, pa
     const index = slider.valueAsNumber;
     const { name } = results[index - 1];
     slider.setAttribute('aria-valuetext', name);
-    at('which').textContent = `${name} (${index} of ${results.length})`;
+    at('which').textContent = `${index} of ${results.length}: ${name}`;
     fillCaption(panes[1], 'Simplified', results[index - 1], surfaces[index].marked, wordsOfCover(covers[index]));
     fillHeadline(at('headline'), original, results[index - 1]);
     showColumn(at('figures'), index - 1);

@@ -133,11 +133,6 @@ export function wireOpacity(nCorners) {
   return Math.min(0.6, Math.max(0.1, 0.6 * Math.sqrt(60_000 / nCorners)));
 }
 
-/** Returns the number of points that are drawn. */
-export function nPoints(model) {
-  return model.geometry.getAttribute('position').count;
-}
-
 /** Paints a model by the distances of its points, as texture coordinates n_points x 2. */
 export function setShares({ painted, plain }, shares) {
   (painted ?? plain).geometry.setAttribute('uv', new BufferAttribute(shares, 2));

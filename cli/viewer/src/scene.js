@@ -2,21 +2,22 @@
 //
 // Meshes come from a source, an object of functions, most of which may return promises:
 //   surface(index, place)   a mesh: positions, faces, normals; `fine`, the same as it is drawn; findEdges(), findMarked()
-//   shares(pair, counts)    {ofResult, ofOriginal}: distances as shares of the largest, n_points x 2; null if unknown.
+//   shares(pair, surfaces)  {ofResult, ofOriginal}: distances as shares of the largest, n_points x 2; null if unknown.
 //                           `surfaces`, of original and result, if the points are not those of `fine`
 //   hasCover(index)         whether a mesh has textures or colours; synchronous
-//   cover(index, surface)   positions, normals, uvs, colours, faces by paint, runs, and the paints {image, wrap, color, coloured}
+//   cover(index, surface)   positions, normals, uvs, colours, faces by paint, runs, and the paints {image, wrap, color, coloured, finish}
 //   image(index)            the file of an image as a blob
 
-import { Group, Mesh } from 'three';
+import { BufferAttribute, BufferGeometry, Group, Mesh } from 'three';
 import { colourTexture } from './colours.js';
 import { addCover, disposeWardrobe, makeWardrobe, setCovers } from './cover.js';
 import { farthestOf, makeRing } from './farthest.js';
 import {
-  addMarks, addPainted, addWire, disposeModel, makeMaterials, makeModel, makeRoomForWire, nPoints, paint, setShares, setTheme,
+  addMarks, addPainted, addWire, disposeModel, makeMaterials, makeModel, makeRoomForWire, paint, setShares, setTheme,
 } from './model.js';
 import { addGround, layGround } from './ground.js';
-import { askForThumbnail, askToDraw, lookAt, lookFromStart, renewShadows, setFour, setLight, setPlace } from './view.js';
+import { reflectedOf } from './reflected.js';
+import { askForThumbnail, askToDraw, lookAt, lookFromStart, renewShadow, setFour, setLight, setPlace } from './view.js';
 
 /** Returns the placement of a comparison in the scene: the original's box is centered and its diagonal 2. */
 export function placeOf(surfaces, eye) {
@@ -43,6 +44,20 @@ export function makeScene(view, content) {
   return scene;
 }
 
+/** Draws a face without an area with the materials of meshes, so that their programs are compiled before the first mesh comes. */
+export function warmUp({ view, roots, materials, models }) {
+  if (models.length > 0) return;
+  const geometry = new BufferGeometry();
+  for (const name of ['position', 'normal']) geometry.setAttribute(name, new BufferAttribute(new Float32Array(9), 3));
+  roots.forEach((root, i) => {
+    const mesh = new Mesh(geometry, i === 0 ? materials.solid : materials.tinted);
+    Object.assign(mesh, { castShadow: true, frustumCulled: false, onAfterRender: () => mesh.removeFromParent() });
+    root.add(mesh);
+  });
+  askForThumbnail(view, new Mesh(geometry, materials.tinted), Object.assign(document.createElement('canvas'), { width: 1, height: 1 }));
+  roots.forEach((_, pane) => renewShadow(view, pane));
+}
+
 /**
  * Empties a scene for other meshes. Each of `pairs` names an original and a result, by their numbers in the source; without a result
  * the original is shown alone. `places` says of each original where it and its results lie.
@@ -61,8 +76,8 @@ export function setContent(scene, content) {
 
 function fill(scene, { source, pairs, places }) {
   return Object.assign(scene, {
-    source, pairs, places, place: places[pairs[0].original], wardrobe: makeWardrobe(source.image),
-    loaded: { models: new Map(), results: new Map() }, models: [], shown: [], shares: null, wanted: null,
+    source, pairs, places, place: places[pairs[0].original], wardrobe: makeWardrobe(source.image, () => reflectedOf(scene.view)),
+    loaded: { models: new Map(), results: new Map() }, models: [], shown: [], shares: null, wanted: null, casters: [],
   });
 }
 
@@ -88,7 +103,7 @@ async function loadPair(scene, pair) {
     loadModel(scene, pair.original, place, materials.solid)));
   if (pair.result === undefined) return { original, model: null, shares: null };
   const { model } = await loadModel(scene, pair.result, place, materials.tinted);
-  const shares = await source.shares(pair, { nOfOriginal: nPoints(original), nOfResult: nPoints(model) });
+  const shares = await source.shares(pair, [original.surface, model.surface]);
   return { original, model, shares };
 }
 
@@ -132,7 +147,7 @@ function wearShares(scene, shares) {
   scene.shares = shares;
   if (!shares) return;
   const { models } = scene;
-  shares.surfaces?.forEach((fine, i) => addPainted(models[i], fine));
+  shares.surfaces?.forEach((measured, i) => { if (measured) addPainted(models[i], measured); });
   setShares(models[0], shares.ofOriginal);
   setShares(models[1], shares.ofResult);
 }
@@ -142,7 +157,7 @@ export async function refreshShares(scene, at) {
   const { loaded } = scene;
   const pair = await loaded.results.get(at);
   if (!pair) return;
-  pair.shares = await scene.source.shares(scene.pairs[at], { nOfOriginal: nPoints(pair.original), nOfResult: nPoints(pair.model) });
+  pair.shares = await scene.source.shares(scene.pairs[at], [pair.original.surface, pair.model.surface]);
   if (scene.wanted !== at || scene.loaded !== loaded || scene.models[1] !== pair.model) return;
   wearShares(scene, pair.shares);
   await applySwitches(scene);
@@ -212,7 +227,20 @@ async function applySwitches(scene) {
     if (model.painted) model.painted.visible = isPainted;
     if (model.covered) model.covered.visible = switches.texture;
   }
-  renewShadows(view);
+  renewShadows(scene);
+  askToDraw(view);
+}
+
+/** Makes the shadows of panes again that show another surface or the surface turned. */
+function renewShadows({ view, roots, models, switches, casters }) {
+  roots.forEach((_, pane) => {
+    const { plain, painted, covered } = models[pane] ?? {};
+    const caster = [plain, painted, covered].find((object) => object?.visible);
+    const before = casters[pane];
+    if (before && before.caster === caster && before.zUp === switches.zUp) return;
+    casters[pane] = { caster, zUp: switches.zUp };
+    renewShadow(view, pane);
+  });
 }
 
 /** Returns whether distances are shown as colours: switched on and known. */

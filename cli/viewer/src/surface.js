@@ -48,10 +48,10 @@ export async function unpackShares(n, numbers) {
 }
 
 /**
- * What covers a surface: wedges, which are its vertices with texture coordinates and colours, and its faces over them, those of a
- * paint behind each other; `runs` says where those of each paint begin in `faces` and how long they are.
+ * What covers a surface: wedges, which are its vertices with texture coordinates, colours and normals, and its faces over them, those of
+ * a paint behind each other; `runs` says where those of each paint begin in `faces` and how long they are.
  */
-export async function unpackCover({ wedges, low, step, coloured, paints }, numbers, { positions, normals, faces }) {
+export async function unpackCover({ wedges, low, step, coloured, shaded, paints }, numbers, { positions, normals, faces }) {
   const cover = {
     positions: new Float32Array(3 * wedges), normals: new Float32Array(3 * wedges), uvs: new Float32Array(2 * wedges),
     colours: coloured ? new Float32Array(3 * wedges) : null,
@@ -65,13 +65,33 @@ export async function unpackCover({ wedges, low, step, coloured, paints }, numbe
   for (let axis = 0; axis < 2; axis++) {
     await readDifferences(numbers, wedges, (steps, i) => { cover.uvs[2 * i + axis] = low[axis] + steps * step[axis]; });
   }
+  if (shaded) await readNormals(numbers, cover.normals);
   for (let channel = 0; coloured && channel < 3; channel++) {
     await readDifferences(numbers, wedges, (value, i) => { cover.colours[3 * i + channel] = value / 4095; });
   }
   const paintOf = new Uint32Array(faces.length / 3);
   await readDifferences(numbers, paintOf.length, (paint, face) => { paintOf[face] = paint; });
   const corners = await readFaces({ faces: paintOf.length }, numbers);
-  return { ...cover, ...byPaint(corners, paintOf, paints.length) };
+  return { ...cover, ...byPaint(corners, paintOf, Math.max(paints.length, 1)) };
+}
+
+/** Steps of a normal along each side of the square onto which the octahedron unfolds. */
+const NORMAL_STEPS = 2047;
+
+/** Decodes stored normals; where the file has none, the given ones stay. */
+async function readNormals(numbers, normals) {
+  const n = normals.length / 3;
+  const sides = [new Float32Array(n), new Float32Array(n)];
+  for (const side of sides) await readDifferences(numbers, n, (steps, i) => { side[i] = (2 * steps) / NORMAL_STEPS - 1; });
+  for (let i = 0; i < n; i++) {
+    const [a, b] = [sides[0][i], sides[1][i]];
+    if (a > 1) continue;
+    const z = 1 - Math.abs(a) - Math.abs(b);
+    const fold = Math.max(-z, 0);
+    const [x, y] = [a - Math.sign(a) * fold, b - Math.sign(b) * fold];
+    const length = Math.hypot(x, y, z);
+    normals.set([x / length, y / length, z / length], 3 * i);
+  }
 }
 
 /** Sorts faces by paint, and returns the range of each paint in corners. */

@@ -1,6 +1,8 @@
 // Figures in words, each with a verdict.
 //
-// Distances are judged by what they are on a screen on which the mesh is a thousand pixels long: 0.1 % of the diagonal is one pixel.
+// Distances are judged by what they are on a screen on which the mesh is a thousand pixels long: 0.1 % of the diagonal is one pixel. Of mean
+// and largest distance, FLIP, angle and volume of 16 benchmark meshes, 72 of 77 are good at half of the vertices, 60 at a tenth, and 19 at a
+// fiftieth, where 29 are poor.
 
 import { count, number, short } from './words.js';
 
@@ -25,10 +27,10 @@ export function times(before, after) {
   return `${quotient < 9.95 ? Number(quotient.toFixed(1)) : count(quotient)}×`;
 }
 
-/** Says how far a surface is off on average, in percent of the diagonal. */
-export function percentOff(mean) {
-  if (mean === 0) return '0 % off';
-  return mean < 1e-3 ? '< 0.001 % off' : `${number(mean, mean < 0.1 ? 1 : 2)} % off`;
+/** Says how far a surface is off on average, in percent of the diagonal; `ofWhat` stands between the percent and `off`. */
+export function percentOff(mean, ofWhat = '') {
+  const percent = mean > 0 && mean < 1e-3 ? '< 0.001' : number(mean, mean < 0.1 ? 1 : 2);
+  return `${percent} % ${ofWhat}off`;
 }
 
 /** Formats the number of bytes of a file. */
@@ -146,7 +148,7 @@ function closeness(original, { values }) {
   const mean = values?.distance_mean;
   if (mean === null || mean === undefined) return { value: '… off', words: values ? 'the distance is not known' : 'measuring the distance', grade: 'none' };
   const farthest = Number.isFinite(values.distance_max) ? `, ${number(values.distance_max, 2)} % at most` : '';
-  return { value: percentOff(mean), words: `${pixels(mean)} on average${farthest}`, grade: tell('distance_mean', mean, {}).grade };
+  return { value: percentOff(mean, 'of its size '), words: `${pixels(mean)} on average${farthest}`, grade: tell('distance_mean', mean, {}).grade };
 }
 
 function surface(original, { values }) {

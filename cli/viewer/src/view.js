@@ -12,7 +12,7 @@ export function makeView(canvas, panes, { half, radius, eye }) {
   renderer.setScissorTest(true);
   renderer.info.autoReset = false;
   const camera = new PerspectiveCamera(30, 1, 0.01, 100);
-  const view = { renderer, camera, panes, half, radius, eye: new Vector3(...eye), wipe: null, isFour: false, asked: false, isMoved: false, isShadowOld: true, grounds: [], thumbnails: [] };
+  const view = { renderer, camera, panes, half, radius, eye: new Vector3(...eye), wipe: null, isFour: false, asked: false, isMoved: false, oldShadows: new Set([0, 1]), grounds: [], thumbnails: [] };
   view.scenes = panes.map(makeScene);
   view.controls = new OrbitControls(camera, canvas);
   view.controls.addEventListener('change', () => askToDraw(view));
@@ -74,11 +74,11 @@ function draw(view) {
     const shown = shownPart(frame, i, view.wipe);
     view.beforePane?.(box);
     // The first drawing of a pane makes its shadow.
-    view.renderer.shadowMap.needsUpdate = view.isShadowOld;
+    view.renderer.shadowMap.needsUpdate = view.oldShadows.has(i);
     if (view.isFour) drawFour(view, view.scenes[i], frame, shown);
     else drawScene(view, view.scenes[i], view.camera, frame, shown);
   });
-  view.isShadowOld = false;
+  view.oldShadows.clear();
   view.drawn?.();
 }
 
@@ -116,9 +116,9 @@ export function setFour(view, isFour) {
   askToDraw(view);
 }
 
-/** Makes the shadows anew with the next drawing, as the meshes have changed. */
-export function renewShadows(view) {
-  view.isShadowOld = true;
+/** Makes the shadow of a pane again with the next drawing, as its mesh has changed. */
+export function renewShadow(view, pane) {
+  view.oldShadows.add(pane);
   askToDraw(view);
 }
 

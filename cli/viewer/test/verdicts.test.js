@@ -9,7 +9,7 @@ const VALUES = { distance_mean: 0.0807, distance_max: 0.899, boundary_edges: 0, 
 const said = (original, result) => headline({ original: { ...ORIGINAL, ...original }, result: { faces: 582, bytes: 11_300, values: VALUES, ...result } });
 
 test('the headline is what a reader repeats', () => {
-  assert.deepEqual(said({}, {}).map(({ value }) => value), ['13× smaller', '0.08 % off', 'closed']);
+  assert.deepEqual(said({}, {}).map(({ value }) => value), ['13× smaller', '0.08 % of its size off', 'closed']);
 });
 
 test('a file that is mostly textures is no reason to say smaller', () => {
@@ -43,5 +43,5 @@ test('the best value is the least, the largest, or that nearest to zero', () => 
 test('numbers are as short as they are true', () => {
   assert.deepEqual([times(5856, 582), times(3, 2), times(1, 0)], ['10×', '1.5×', '–']);
   assert.deepEqual([spokenBytes(999), spokenBytes(11_340), spokenBytes(1_234_567)], ['999 bytes', '11.3 kB', '1.23 MB']);
-  assert.deepEqual([0, 0.0005, 0.0123, 0.456].map(percentOff), ['0 % off', '< 0.001 % off', '0.01 % off', '0.46 % off']);
+  assert.deepEqual([0, 0.0005, 0.0123, 0.456].map((mean) => percentOff(mean)), ['0 % off', '< 0.001 % off', '0.01 % off', '0.46 % off']);
 });

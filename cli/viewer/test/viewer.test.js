@@ -1,10 +1,11 @@
 // The page in a browser: it draws, every control does what it says, and nothing is asked from elsewhere.
 //
-// `scripts/viewer_test` makes the pages of PAGES: several.html (closed meshes), open.html (one with marked edges) and textured.html,
-// and large-compare.html.
+// `scripts/viewer_test` makes the pages of PAGES: several.html (closed meshes), open.html (one with marked edges), textured.html, mapped.html
+// (a ball with all maps, and one with normals of faces) and large-compare.html.
 
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
+import { namelessControls, recordShifts, walksByKeyboard, weakWords } from './access.js';
 import { launch, open, visit } from './browser.js';
 import { opening } from './load_time.js';
 import { makeEye, shoot } from './pixels.js';
@@ -12,6 +13,7 @@ import { makeEye, shoot } from './pixels.js';
 const SEVERAL = `${process.env.PAGES}/several.html`;
 const OPEN = `${process.env.PAGES}/open.html`;
 const TEXTURED = `${process.env.PAGES}/textured.html`;
+const MAPPED = `${process.env.PAGES}/mapped.html`;
 
 let browser;
 let eye;
@@ -51,7 +53,7 @@ test('both meshes are drawn', () => withPage(SEVERAL, {}, async (page) => {
 test('a headline says size, closeness and whether the surface is closed', async () => {
   await withPage(SEVERAL, {}, async (page) => {
     const parts = () => page.locator('#headline strong').allTextContents();
-    assert.match((await parts()).join(), /^\d+× smaller,0\.\d+ % off,closed$/);
+    assert.match((await parts()).join(), /^\d+× smaller,0\.\d+ % of its size off,closed$/);
   });
   await withPage(OPEN, {}, async (page) => assert.equal(await page.locator('#headline .poor strong').last().textContent(), 'holes'));
 });
@@ -128,7 +130,7 @@ test('the slider changes the result and its column', () => withPage(SEVERAL, {},
     await page.keyboard.press('ArrowRight');
     await page.waitForSelector('html[data-result="2"]');
   }, 0.01);
-  assert.match(await page.textContent('#which'), /\(2 of 3\)/);
+  assert.match(await page.textContent('#which'), /^2 of 3: /);
   const column = page.locator('#figures thead th.shown');
   assert.equal(await column.textContent(), await page.textContent('#pane-1 .name'));
   await page.click('#previous');
@@ -227,6 +229,18 @@ test('the texture gives way to other colours, facets and edges, and comes back',
   await showsNoTexture(page, '#pane-0');
 }));
 
+test('maps of a material are shown, and surfaces are shaded by stored normals', () => withPage(MAPPED, {}, async (page) => {
+  const green = await eye.mostly(await shoot(page, '#pane-0'), 1);
+  assert.ok(green.left > 0.004 && green.right > 0.004, JSON.stringify(green));
+  await changes(page, '#pane-0', () => page.keyboard.press('t'), 0.05);
+  // Facets are there already where normals are those of faces.
+  const [smooth, flat] = [await shoot(page, '#pane-0'), await shoot(page, '#pane-1')];
+  await page.keyboard.press('f');
+  const [more, less] = [await eye.differing(smooth, await shoot(page, '#pane-0')), await eye.differing(flat, await shoot(page, '#pane-1'))];
+  assert.ok(more > 0.01 && less < 0.005, `${more} and ${less} of the pixels changed`);
+  await changes(page, '#pane-1', () => page.keyboard.press('c'), 0.05);
+}));
+
 test('without a texture there is no switch for it', () => withPage(SEVERAL, {}, async (page) => {
   assert.equal(await page.isVisible('label:has(#texture)'), false);
   const first = await shoot(page, '.stage');
@@ -246,11 +260,39 @@ test('a phone has room for all of it', () => withPage(SEVERAL, { viewport: { wid
   assert.ok(await eye.covered(await shoot(page, '#pane-1')) > 0.05);
 }));
 
-test('every control has a name', () => withPage(SEVERAL, {}, async (page) => {
-  const nameless = await page.evaluate(() => [...document.querySelectorAll('button, input, select, canvas')]
-    .filter((element) => !(element.ariaLabel || element.labels?.length || element.textContent.trim()))
-    .map((element) => element.outerHTML));
-  assert.deepEqual(nameless, []);
+/** Opens all details at once; runs in the page. */
+function openAll() {
+  for (const one of document.querySelectorAll('details')) Object.assign(one, { name: '', open: true });
+}
+
+test('every control has a name, and the keyboard reaches all of them', () => withPage(MAPPED, {}, async (page) => {
+  await page.evaluate(openAll);
+  await page.keyboard.press('c');
+  assert.deepEqual(await namelessControls(page), []);
+  await walksByKeyboard(page);
+}));
+
+for (const colorScheme of ['light', 'dark']) {
+  test(`words stand out from what is behind them: ${colorScheme}`, async () => {
+    for (const path of [SEVERAL, OPEN, TEXTURED]) {
+      await withPage(path, { colorScheme }, async (page) => {
+        for (const key of ['c', 'm']) await page.keyboard.press(key);
+        await page.evaluate(openAll);
+        assert.deepEqual(await weakWords(page), []);
+      });
+    }
+  });
+}
+
+test('nothing on the page moves by itself', () => withPage(SEVERAL, {}, async (page) => {
+  await page.evaluate(recordShifts);
+  await page.waitForFunction(() => document.getElementById('flip-map').width > 300);
+  for (const result of [2, 3]) {
+    await page.click('#next');
+    await page.waitForSelector(`html[data-result="${result}"]`);
+  }
+  await page.waitForTimeout(500);
+  assert.deepEqual(await page.evaluate(() => globalThis.shifts), []);
 }));
 
 test('a large page opens within three seconds', async (context) => {

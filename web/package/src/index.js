@@ -71,7 +71,12 @@ export async function look(input, { name, beside, signal, worker } = {}) {
     if (!images.has(number)) images.set(number, answer.array(number));
     return images.get(number);
   };
-  const groups = mesh.groups.map(({ image, ...group }) => (Number.isInteger(image) ? { ...group, image: imageOf(image) } : group));
+  const groups = mesh.groups.map(({ image, finish, ...group }) => {
+    const maps = Object.entries(finish?.maps ?? {}).map(([kind, number]) => [kind, imageOf(number)]);
+    return {
+      ...group, ...(Number.isInteger(image) && { image: imageOf(image) }), ...(finish && { finish: { ...finish, maps: Object.fromEntries(maps) } }),
+    };
+  });
   return { mesh: { ...arrays, origin: mesh.origin, eye: mesh.eye, groups }, notes };
 }
 

@@ -272,6 +272,24 @@ export interface LookGroup {
   color: [number, number, number, number];
   /** A PNG, JPEG or WebP file. */
   image?: Uint8Array<ArrayBuffer>;
+  /** Absent if the material is only a colour. */
+  finish?: Finish;
+}
+
+/** How a material treats light, as glTF defines it. */
+export interface Finish {
+  /** Emitted red, green, blue, from 0 to 1. */
+  emission: [number, number, number];
+  /** From 0 to 1. */
+  roughness: number;
+  /** From 0 to 1. */
+  metal: number;
+  /** Factor of the normal map. */
+  normalScale: number;
+  /** Strength of the occlusion, from 0 to 1. */
+  occlusion: number;
+  /** PNG, JPEG or WebP files on the texture coordinates of the image; roughness in green, metal in blue, occlusion in red. */
+  maps: { [name in 'normal' | 'emission' | 'roughness' | 'metal' | 'occlusion']?: Uint8Array<ArrayBuffer> };
 }
 
 /**

@@ -11,6 +11,12 @@ export async function listFormats() {
   return write.filter((name) => !name.includes('-'));
 }
 
+/** Simplifies a small file in a worker of its own: browsers compile the functions that run often faster while nobody waits for them. */
+export async function warmUpEngine({ name, bytes }) {
+  const { files: [made] } = await simplify(bytes, { ratio: 0.1, no_check: true }, { name, out: 'small.glb' });
+  await look(made.bytes, { name: made.name });
+}
+
 /** Reads a file as a mesh to draw, with notes for the reader. */
 export function lookAtFile({ name, bytes, beside }, { signal }) {
   return look(bytes, { name, beside, signal });

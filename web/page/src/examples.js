@@ -7,6 +7,11 @@ export const EXAMPLES = {
   Planet: makePlanet,
 };
 
+/** Returns a gear of fewer faces. */
+export function makeSmallGear() {
+  return makeRing('gear.ply', 400, 64, gearPoint);
+}
+
 /** Returns a closed ring of points: `pointOf(u, v)` gives {point, share}, a position and a share of the second colour. */
 function makeRing(name, nAlong, nAround, pointOf) {
   const points = [];

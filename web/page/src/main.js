@@ -4,14 +4,15 @@ import { makeBar } from '../../../cli/viewer/src/bar.js';
 import { fillCaption } from '../../../cli/viewer/src/caption.js';
 import { fillHeadline } from '../../../cli/viewer/src/headline.js';
 import {
-  drawThumbnail, dropPair, makeScene, placeOf, refreshShares, setColourEnd, setContent, setSceneTheme, showPair,
+  drawThumbnail, dropPair, makeScene, placeOf, refreshShares, setColourEnd, setContent, setSceneTheme, showPair, warmUp,
 } from '../../../cli/viewer/src/scene.js';
 import { markFirstDraw, offerTexture, wait, wireStage } from '../../../cli/viewer/src/stage.js';
 import { makeTheme } from '../../../cli/viewer/src/theme.js';
 import { spokenBytes } from '../../../cli/viewer/src/verdicts.js';
 import { makeView } from '../../../cli/viewer/src/view.js';
 import { wireWipe } from '../../../cli/viewer/src/wipe.js';
-import { listFormats } from './engine.js';
+import { listFormats, warmUpEngine } from './engine.js';
+import { makeSmallGear } from './examples.js';
 import { endingOf, meshesAmong, readMesh } from './files.js';
 import { cancel, makeJobs } from './jobs.js';
 import { levelCanvas, makeDownloads, makeLevels, showChosen, showDownloads, showFigures, showLevels, showNotes, showRecipes } from './panel.js';
@@ -47,6 +48,8 @@ function start() {
   showWork(null, '');
   setOpen(false);
   app.endings = listFormats();
+  // Nobody waits for what fails there.
+  app.endings.then(() => warmUpEngine(makeSmallGear())).catch(() => {});
   attempt(app.endings.then((endings) => makeDownloads(endings, (ending) => attempt(download(app, ending)))));
 }
 
@@ -56,7 +59,11 @@ function makeStage(app) {
   const view = makeView(at('canvas'), panes, place);
   const source = makeSource(() => null);
   app.scene = makeScene(view, { source, pairs: [{ original: 0 }], places: [place] });
-  view.drawn = markFirstDraw;
+  view.drawn = () => {
+    markFirstDraw();
+    view.drawn = null;
+    setTimeout(warmUp, 0, app.scene);
+  };
   makeTheme((colours) => setSceneTheme(app.scene, colours));
   app.showScale = makeBar((share) => setColourEnd(app.scene, share));
   offerTexture(false);

@@ -3,6 +3,7 @@
 // A mesh has `positions` (n x 3, relative to `origin`), `faces` (m x 3, in order of groups), and if the file has them `normals`, `uv`,
 // `colors` (n x 4) and `groups`; its vertices are split at seams.
 
+import { withImages } from '../../../cli/viewer/src/finish.js';
 import { vertexNormals } from '../../../cli/viewer/src/surface.js';
 import { findEdges } from './edges.js';
 import { makeImages, numberOfImage } from './images.js';
@@ -74,10 +75,11 @@ function spread(normals, pointOf) {
 /** Returns the paints of a mesh's groups, or null if there are no colours. */
 function paintsOf({ faces, colors, uv, groups }, images) {
   const runs = groups?.length ? groups : [{ from: 0, faces: faces.length / 3 }];
-  const paints = runs.map(({ color = [1, 1, 1, 1], image, wrap = ['repeat', 'repeat'] }) => ({
-    image: uv ? numberOfImage(images, image) : null, wrap, color: color.slice(0, 3), coloured: Boolean(colors),
+  const numberOf = (image) => (uv ? numberOfImage(images, image) : null);
+  const paints = runs.map(({ color = [1, 1, 1, 1], image, wrap = ['repeat', 'repeat'], finish }) => ({
+    image: numberOf(image), wrap, color: color.slice(0, 3), coloured: Boolean(colors), finish: withImages(finish, numberOf),
   }));
-  const isPlain = paints.every(({ image, color }) => image === null && color.every((channel) => channel > 0.99));
+  const isPlain = paints.every(({ image, color, finish }) => image === null && !finish && color.every((channel) => channel > 0.99));
   if (isPlain && !colors) return null;
   return { paints, runs: runs.map((run) => [3 * run.from, 3 * run.faces]) };
 }

@@ -7,6 +7,7 @@ import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { after, before, test } from 'node:test';
+import { namelessControls, recordShifts, walksByKeyboard, weakWords } from '../../../cli/viewer/test/access.js';
 import { launch } from '../../../cli/viewer/test/browser.js';
 import { makeEye, shoot } from '../../../cli/viewer/test/pixels.js';
 import { brokenFiles, fileOf, TINY, waveGlb, zipped } from './files.js';
@@ -187,17 +188,12 @@ test('a headline says size, closeness and whether the surface is closed', { skip
   await page.waitForSelector('html[data-measured="10 %"]');
   const parts = await page.locator('#headline strong').allTextContents();
   assert.match(parts[0], /^1[0-9]× smaller$/);
-  assert.match(parts[1], /^0\.0\d % off$/);
+  assert.match(parts[1], /^0\.0\d % of its size off$/);
   assert.equal(parts[2], 'closed');
 }));
 
 test('nothing on the page moves by itself', () => withPage({}, async (page) => {
-  await page.evaluate(() => {
-    globalThis.shifts = [];
-    new PerformanceObserver((list) => globalThis.shifts.push(...list.getEntries().map(({ value, sources }) => (
-      [value, ...sources.map(({ node }) => node?.id || node?.className || node?.nodeName)]))))
-      .observe({ type: 'layout-shift', buffered: true });
-  });
+  await page.evaluate(recordShifts);
   await drop(page, [fileOf('spot.ply')]);
   await page.waitForSelector('html[data-measured="10 %"]');
   await page.waitForSelector('#levels:not(:has([data-state="missing"]))');
@@ -351,37 +347,11 @@ test('the keyboard reaches every control, and the focus is seen', () => withMesh
   await isIdle(page);
   await page.click('#recipes summary');
   await page.click('#options summary');
-  const wanted = await page.evaluate(() => {
-    const reachable = 'button, input, select, summary, [tabindex="0"]';
-    const all = [...document.querySelectorAll(reachable)].filter((one) => one.checkVisibility() && !one.disabled);
-    all.forEach((one, i) => { one.dataset.walk = i; });
-    document.activeElement.blur();
-    return all.map((one) => one.id || one.getAttribute('aria-label') || one.textContent.trim().slice(0, 20));
-  });
-  const reached = new Set();
-  for (let i = 0; i < wanted.length + 5; i++) {
-    await page.keyboard.press('Tab');
-    const seen = await page.evaluate(() => {
-      const one = document.activeElement;
-      if (!one.dataset.walk) return null;
-      const elements = [one, one.closest('.chip')].filter(Boolean);
-      const styles = elements.flatMap((of) => [null, '::after'].map((part) => getComputedStyle(of, part)));
-      const hasOutline = ({ outlineStyle, outlineWidth }) => outlineStyle !== 'none' && parseFloat(outlineWidth) >= 1;
-      return { walk: Number(one.dataset.walk), isSeen: styles.some(hasOutline) };
-    });
-    if (!seen) continue;
-    reached.add(seen.walk);
-    assert.ok(seen.isSeen, `the focus of ${wanted[seen.walk]} is not seen`);
-  }
-  assert.deepEqual(wanted.filter((_, i) => !reached.has(i)), []);
+  await walksByKeyboard(page);
 }));
 
 test('every control has a name', () => withMesh({}, async (page) => {
-  const nameless = await page.evaluate(() => [...document.querySelectorAll('button, input:not([hidden]), select, canvas:not([aria-hidden]), [role]')]
-    .filter((one) => !['alert', 'status'].includes(one.role) && !one.getAttribute('aria-labelledby'))
-    .filter((one) => !(one.ariaLabel || one.labels?.length || one.textContent.trim()))
-    .map((one) => one.outerHTML));
-  assert.deepEqual(nameless, []);
+  assert.deepEqual(await namelessControls(page), []);
 }));
 
 for (const colorScheme of ['light', 'dark']) {
@@ -391,25 +361,6 @@ for (const colorScheme of ['light', 'dark']) {
     for (const summary of await page.locator('summary').all()) await summary.click();
     await drop(page, [{ name: 'empty.ply', bytes: Buffer.alloc(0) }]);
     await page.waitForSelector('#alert:not([hidden])');
-    const weak = await page.evaluate(() => {
-      const channels = (colour) => colour.match(/[\d.]+/g).map(Number);
-      const luminance = (rgb) => rgb.slice(0, 3).map((c) => c / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
-        .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
-      const behind = (one) => {
-        for (let at = one; at; at = at.parentElement) {
-          const colour = channels(getComputedStyle(at).backgroundColor);
-          if (colour.length === 3 || colour[3] === 1) return colour;
-        }
-        return [255, 255, 255];
-      };
-      const hasText = (one) => [...one.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
-      const isRead = (one) => hasText(one) && one.checkVisibility() && !one.closest('[inert], :disabled, script, style, noscript');
-      return [...document.querySelectorAll('body *')].filter(isRead)
-        .map((one) => {
-          const [a, b] = [luminance(channels(getComputedStyle(one).color)), luminance(behind(one))];
-          return { text: one.textContent.trim().slice(0, 30), ratio: (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05) };
-        }).filter(({ ratio }) => ratio < 4.5);
-    });
-    assert.deepEqual(weak, []);
+    assert.deepEqual(await weakWords(page), []);
   }));
 }

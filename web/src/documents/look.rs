@@ -2,7 +2,9 @@
 
 use neural_mesh::io::{self, Asset, Folder};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::mesh::{Attributes, Channel, Look, Looks, RawMesh, Role, TriMesh, Wrap, linear_light};
+use neural_mesh::mesh::{
+    Attributes, BaseTexture, Channel, Finish, Look, Looks, RawMesh, Role, TriMesh, Wrap, linear_light,
+};
 use neural_mesh::picture::toward_eye;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -94,28 +96,44 @@ fn wrap_name(wrap: Wrap) -> &'static str {
     }
 }
 
-/// Describes each group: first face, number of faces, colour and texture.
+/// Describes each group: first face, number of faces, colour, texture and finish.
 fn add_groups(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &mut Answer) -> Value {
-    let mut images: Vec<(*const u8, usize)> = Vec::new();
+    let mut known: Vec<(*const u8, usize)> = Vec::new();
+    let mut add_image = |texture: &BaseTexture| {
+        let from = texture.image.as_ptr();
+        known.iter().find(|(bytes, _)| *bytes == from).map(|(_, part)| *part).unwrap_or_else(|| {
+            let part = answer.add(texture.image.to_vec());
+            known.push((from, part));
+            part
+        })
+    };
     let mut from = 0;
     let numbers: Vec<u32> = (0..mesh.faces().len() as u32).map(|face| attributes.group(face)).collect();
     let runs: Vec<(u32, usize)> = numbers.chunk_by(|x, y| x == y).map(|run| (run[0], run.len())).collect();
     let mut group = |(number, n_faces): (u32, usize)| {
         let white = Look::default();
         let look = looks.of_groups.get(number as usize).unwrap_or(&white);
-        let image = look.texture.as_ref().map(|texture| {
-            let known = images.iter().find(|(bytes, _)| *bytes == texture.image.as_ptr()).map(|(_, part)| *part);
-            known.unwrap_or_else(|| {
-                let part = answer.add(texture.image.to_vec());
-                images.push((texture.image.as_ptr(), part));
-                part
-            })
-        });
+        let image = look.texture.as_ref().map(&mut add_image);
         let [r, g, b] = look.colour;
-        let wrap = look.texture.as_ref().map(|texture| texture.wrap.map(wrap_name));
-        let group = json!({ "from": from, "faces": n_faces, "color": [r, g, b, 1.0], "image": image, "wrap": wrap });
+        let wrap = look.main_texture().map(|texture| texture.wrap.map(wrap_name));
+        let mut group =
+            json!({ "from": from, "faces": n_faces, "color": [r, g, b, 1.0], "image": image, "wrap": wrap });
+        if let Some(finish) = describe_finish(look, &mut add_image) {
+            group["finish"] = finish;
+        }
         from += n_faces;
         group
     };
     runs.into_iter().map(&mut group).collect()
+}
+
+/// Describes the factors and maps of a material; `None` if it is only a colour.
+fn describe_finish(look: &Look, add_image: &mut impl FnMut(&BaseTexture) -> usize) -> Option<Value> {
+    let Finish { emission, roughness, metal, normal_scale, occlusion, .. } = &look.finish;
+    if look.finish.is_matte() {
+        return None;
+    }
+    let maps: Map<String, Value> = look.drawn_maps().map(|(name, map)| (name.into(), add_image(map).into())).collect();
+    Some(json!({ "emission": emission, "roughness": roughness, "metal": metal, "normalScale": normal_scale,
+        "occlusion": occlusion, "maps": maps }))
 }

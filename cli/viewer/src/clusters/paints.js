@@ -1,6 +1,6 @@
 // Base colours of the input: textures and colours that the program wrote beside the file, and which material has which.
 
-import { decode, textureOf } from '../cover.js';
+import { decode, makeTexture } from '../cover.js';
 import { bytesOf } from '../numbers.js';
 
 /** Paints of a file that comes alone: one plain colour. */
@@ -13,7 +13,7 @@ export const PLAIN = { all: [{ map: null, colour: [1, 1, 1], isCut: false }], pa
 export async function loadPaints({ paints = [], groups = [], images = [], isVUp = false }) {
   if (paints.length === 0) return PLAIN;
   const bitmaps = await Promise.all(images.map((type, index) => load(index, type).catch(() => null)));
-  const all = paints.map(({ image, wrap, ...paint }) => ({ map: bitmaps[image] ? textureOf(bitmaps[image], wrap) : null, ...paint }));
+  const all = paints.map(({ image, wrap, ...paint }) => ({ map: bitmaps[image] ? makeTexture(bitmaps[image], wrap) : null, ...paint }));
   return { all, paintOf: (group) => groups[group] ?? 0, isVUp, hasTextures: true };
 }
 

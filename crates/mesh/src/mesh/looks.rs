@@ -64,8 +64,45 @@ pub struct Finish {
     pub normal_texture: Option<BaseTexture>,
     /// Factor of the normal map's first two components.
     pub normal_scale: f32,
+    /// Texture of the occlusion of ambient light, in its red channel.
+    pub occlusion_texture: Option<BaseTexture>,
+    /// Strength of the occlusion in 0..=1.
+    pub occlusion: f32,
     /// True if the material is opaque.
     pub is_opaque: bool,
+}
+
+impl Look {
+    /// Returns the texture whose coordinates and wrap modes a viewer uses: that of the colour, else the first map.
+    pub fn main_texture(&self) -> Option<&BaseTexture> {
+        self.texture.as_ref().or_else(|| self.finish.maps().into_iter().find_map(|(_, map)| map))
+    }
+
+    /// Lists the maps on the main texture's coordinates, each with its name.
+    pub fn drawn_maps(&self) -> impl Iterator<Item = (&'static str, &BaseTexture)> {
+        let channel = self.main_texture().map(|texture| &texture.channel);
+        let maps = self.finish.maps().into_iter().filter_map(|(name, map)| Some((name, map?)));
+        maps.filter(move |(_, map)| Some(&map.channel) == channel)
+    }
+}
+
+impl Finish {
+    /// Returns whether a surface is rough and not metal, emits no light and has no map: only a colour.
+    pub fn is_matte(&self) -> bool {
+        self.maps().iter().all(|(_, map)| map.is_none())
+            && self.emission == [0.0; 3]
+            && (self.roughness, self.metal) == (1.0, 0.0)
+    }
+
+    fn maps(&self) -> [(&'static str, Option<&BaseTexture>); 5] {
+        [
+            ("normal", self.normal_texture.as_ref()),
+            ("emission", self.emission_texture.as_ref()),
+            ("roughness", self.roughness_texture.as_ref()),
+            ("metal", self.metal_texture.as_ref()),
+            ("occlusion", self.occlusion_texture.as_ref()),
+        ]
+    }
 }
 
 impl Default for Look {
@@ -85,6 +122,8 @@ impl Default for Finish {
             metal_texture: None,
             normal_texture: None,
             normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion: 1.0,
             is_opaque: true,
         }
     }
@@ -107,7 +146,7 @@ impl Looks {
         Self { of_groups, ..Self::default() }
     }
 
-    /// Returns whether every group is white and without texture.
+    /// Returns whether every group is white and without a texture of its colour.
     pub fn is_plain(&self) -> bool {
         self.of_groups.iter().all(|look| look.texture.is_none() && look.colour == [1.0; 3])
     }

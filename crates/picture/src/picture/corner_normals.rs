@@ -41,6 +41,21 @@ impl CornerNormals {
         Some(Self { normals: attributes.wedges.iter().map(corners).collect() })
     }
 
+    /// Returns the unit normals of a face's corners; zeros if the face has none.
+    ///
+    /// ```
+    /// # use neural_mesh_picture as neural_mesh;
+    /// use neural_mesh::mesh::{Attributes, Channel, Role};
+    /// use neural_mesh::picture::CornerNormals;
+    /// let normals = Channel { name: "NORMAL".into(), role: Role::Normal, width: 3, values: vec![0.0, 0.0, 2.0] };
+    /// let attributes = Attributes { wedges: vec![[0; 3]], channels: vec![normals], groups: Vec::new() };
+    /// let normals = CornerNormals::new(&attributes).unwrap();
+    /// assert_eq!((normals.corners(0)[1], normals.corners(1)[1]), ([0.0, 0.0, 1.0], [0.0; 3]));
+    /// ```
+    pub fn corners(&self, face: u32) -> [[f32; 3]; 3] {
+        self.normals.get(face as usize).map_or([[0.0; 3]; 3], |corners| corners.map(|normal| normal.to_array()))
+    }
+
     pub(super) fn place_on<'a>(
         &'a self,
         shape: &'a ScaledMesh,

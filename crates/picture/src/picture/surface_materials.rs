@@ -43,7 +43,7 @@ pub struct PaintedCorner {
 }
 
 impl SurfaceMaterials {
-    /// Makes the materials of a mesh from its attributes and materials; `None` if the mesh is all white.
+    /// Makes the materials of a mesh from its attributes and materials; `None` if the mesh is all white and has no map.
     ///
     /// ```
     /// # use neural_mesh_picture as neural_mesh;
@@ -70,7 +70,7 @@ impl SurfaceMaterials {
         };
         let mut paints: Vec<GroupPaint> = looks.of_groups.iter().map(paint).collect();
         paints.push(GroupPaint { colour: Vec3::ONE, texture: None, uses_corner_colours: true });
-        let uvs = if images.is_empty() { Vec::new() } else { uvs(attributes, looks) };
+        let uvs = uvs(attributes, looks);
         let colours = corner_colours(attributes, looks.linear_colours);
         // White materials would draw the same picture at more cost.
         let is_white = paints.iter().all(|paint| paint.colour == Vec3::ONE) && uvs.is_empty() && colours.is_empty();
@@ -224,7 +224,7 @@ fn uvs(attributes: &Attributes, looks: &Looks) -> Vec<[Vec2; 3]> {
         let mut uvs = attributes.channels.iter().filter(|channel| channel.role == Role::Uv && channel.width == 2);
         if name.is_empty() { uvs.next() } else { uvs.find(|channel| channel.name == name) }
     };
-    let of_look = |look: &Look| look.texture.as_ref().and_then(|texture| channel(&texture.channel));
+    let of_look = |look: &Look| look.main_texture().and_then(|texture| channel(&texture.channel));
     let of_groups: Vec<Option<&Channel>> = looks.of_groups.iter().map(of_look).collect();
     if of_groups.iter().all(Option::is_none) {
         return Vec::new();

@@ -20,6 +20,7 @@ struct MaterialData {
     emissive_factor: Vec<f32>,
     emissive_texture: Option<TextureUse>,
     normal_texture: Option<TextureUse>,
+    occlusion_texture: Option<TextureUse>,
     alpha_mode: Option<String>,
 }
 
@@ -40,6 +41,7 @@ struct TextureUse {
     #[serde(default)]
     tex_coord: usize,
     scale: Option<f32>,
+    strength: Option<f32>,
     #[serde(default)]
     extensions: TextureUseExtensions,
 }
@@ -163,6 +165,8 @@ impl<'a> LookReader<'a> {
             metal_texture: rough,
             normal_texture: material.normal_texture.as_ref().and_then(|used| self.texture(used)),
             normal_scale: material.normal_texture.as_ref().and_then(|used| used.scale).unwrap_or(1.0),
+            occlusion_texture: material.occlusion_texture.as_ref().and_then(|used| self.texture(used)),
+            occlusion: share(material.occlusion_texture.as_ref().and_then(|used| used.strength)),
             is_opaque: material.alpha_mode.as_deref().is_none_or(|mode| mode == "OPAQUE"),
         }
     }
@@ -242,12 +246,13 @@ mod tests {
     #[test]
     fn what_materials_do_with_light_is_read() {
         let used = r#"{"index": 0}}, "emissiveFactor": [0, 0.5, 2], "emissiveTexture": {"index": 1}, "alphaMode": "MASK",
-            "normalTexture": {"index": 0, "scale": 0.5}, "extras": {"nothing": {}"#;
+            "normalTexture": {"index": 0, "scale": 0.5}, "occlusionTexture": {"index": 1, "strength": 0.25}, "extras": {"nothing": {}"#;
         let (looks, notes) = asset(r#"{"bufferView": 1}"#, used).looks();
         let finish = &looks[0][0].finish;
         assert_eq!((finish.emission, finish.roughness, finish.metal), ([0.0, 0.5, 1.0], 1.0, 1.0));
         assert_eq!((finish.normal_scale, finish.is_opaque, notes.len()), (0.5, false, 0));
         assert!(finish.emission_texture.is_some() && finish.normal_texture.is_some());
+        assert_eq!((finish.occlusion_texture.is_some(), finish.occlusion), (true, 0.25));
         assert_eq!(finish.metal_texture, None);
         assert_eq!(looks[0][1].finish, Finish::default());
     }
