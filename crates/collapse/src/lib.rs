@@ -6,7 +6,7 @@ mod collapse;
 mod indices;
 
 pub use collapse::{
-    CollapseError, CollapseOptions, CollapseOutcome, CollapseRecord, CollapseResult, CollapseSize, collapse,
+    CollapseError, CollapseOptions, CollapseOutcome, CollapseRecord, CollapseResult, CollapseSize, Heartbeat, collapse,
 };
 pub use indices::{
     IndexBuffers, IndexOptions, IndexResult, measure_extent, prune_components, select_points, simplify_indices,

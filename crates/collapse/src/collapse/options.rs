@@ -29,6 +29,36 @@ pub struct CollapseOptions<'a> {
     pub locked: &'a [bool],
     /// Most threads of the current rayon pool to use; 0 is all of them. Results have the same bits on any number.
     pub n_threads: usize,
+    /// Called often while the collapse runs.
+    pub heartbeat: Heartbeat<'a>,
+}
+
+/// A function of the caller that hears from any thread how many merges were made since the last call, mostly 0.
+///
+/// It may end the collapse by unwinding.
+#[derive(Clone, Copy, Default)]
+pub struct Heartbeat<'a>(Option<&'a (dyn Fn(usize) + Sync)>);
+
+impl<'a> Heartbeat<'a> {
+    /// Nobody hears.
+    pub const NONE: Self = Self(None);
+
+    /// Returns the heartbeat that calls `listener`.
+    pub fn new(listener: &'a (dyn Fn(usize) + Sync)) -> Self {
+        Self(Some(listener))
+    }
+
+    pub(crate) fn beat(self, n_merges: usize) {
+        if let Some(listener) = self.0 {
+            listener(n_merges);
+        }
+    }
+}
+
+impl fmt::Debug for Heartbeat<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Heartbeat({})", self.0.is_some())
+    }
 }
 
 impl CollapseOptions<'_> {
@@ -42,6 +72,7 @@ impl CollapseOptions<'_> {
             n_fit_steps: 0,
             locked: &[],
             n_threads: 1,
+            heartbeat: Heartbeat::NONE,
         }
     }
 }
