@@ -6,8 +6,8 @@ mod collapse;
 mod indices;
 
 pub use collapse::{
-    CollapseError, CollapseOptions, CollapseOutcome, CollapseRecord, CollapseResult, CollapseSize, PassListener,
-    collapse,
+    CollapseError, CollapseOptions, CollapseOutcome, CollapseRecord, CollapseResult, CollapseSize, Heartbeat,
+    PassListener, collapse,
 };
 pub use indices::{
     IndexBuffers, IndexOptions, IndexResult, measure_extent, prune_components, select_points, simplify_indices,

@@ -282,7 +282,7 @@ mod tests {
     fn a_tetrahedron_has_four_rings() {
         let vertices = (0..4).map(|i| Vertex::new([i as f32; 3], i)).collect();
         let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
-        let Built::Rings(rings) = build_rings(vertices, &faces, &[0, 1, 2, 3], Team { n_threads: 1 }) else { panic!() };
+        let Built::Rings(rings) = build_rings(vertices, &faces, &[0, 1, 2, 3], Team::alone()) else { panic!() };
         rings.sanity_check();
         assert_eq!(rings.ring(0), [1, 2, 3]);
         assert_eq!(rings.n_faces, 4);

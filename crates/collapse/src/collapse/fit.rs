@@ -16,7 +16,9 @@ const RELAXATION: f32 = 1.2;
 const PULL: f32 = 0.002;
 
 /// Largest squared step, over twice the area of a vertex.
-const LONGEST_STEP: f32 = 0.1;
+///
+/// At 0.1 the largest distance is 12 to 15 % larger at ratios of 0.005 and 0.01, 1 to 2 % at 0.05 and 0.1.
+const LONGEST_STEP: f32 = 0.01;
 
 /// Mean squared distance of samples before the first step, over that from which on they are of another part.
 const USUAL: f32 = 0.02;
@@ -96,7 +98,8 @@ fn take_samples(n: usize, n_faces: usize, input: FitInput, position: impl Fn(u32
         let sixth = 1.0 / 6.0;
         let point = [0, 1, 2].map(|k| a[k] + sixth * (x[k] + y[k]));
         let place = &mut next[place(i, face)];
-        samples[*place as usize] = Sample { point, weight: dot(normal, normal).sqrt() };
+        // Samples that were left out count with the next, so that sums of areas are those of the surface.
+        samples[*place as usize] = Sample { point, weight: thinning as f32 * dot(normal, normal).sqrt() };
         *place += 1;
     }
     (starts, samples)

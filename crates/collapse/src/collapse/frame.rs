@@ -54,6 +54,11 @@ impl UnitFrame {
         (f64::from(length) * self.scale) as f32
     }
 
+    /// Returns the factor from prices, areas times squared distances, to the input's units.
+    pub(crate) fn unit_of_prices(self) -> f64 {
+        self.size.powi(4)
+    }
+
     /// Returns a length of the unit frame in the input's units.
     pub(crate) fn to_input_length(self, length: f32) -> f32 {
         (f64::from(length) * self.size) as f32

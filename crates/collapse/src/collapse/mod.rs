@@ -46,7 +46,7 @@ mod vector;
 mod visit;
 mod wedges;
 
-pub use options::{CollapseError, CollapseOptions, CollapseOutcome, CollapseSize, PassListener};
+pub use options::{CollapseError, CollapseOptions, CollapseOutcome, CollapseSize, Heartbeat, PassListener};
 pub use record::CollapseRecord;
 
 use attributes::WedgeAttributes;
@@ -77,6 +77,12 @@ pub struct CollapseResult {
     /// Estimate of the largest distance between result and input, in the input's units: sums of the distances that
     /// merges moved the surface by. No bound; the fit is not in it.
     pub error: f32,
+    /// The same estimate at each vertex of the result.
+    pub errors: Vec<f32>,
+    /// For each pass that merged, the number of vertices left and the price up to which it merged.
+    ///
+    /// A price is an area times a squared distance from its planes, as the mean over all importances, in the input's units.
+    pub pass_prices: Vec<(usize, f64)>,
     /// Whether the size was reached.
     pub outcome: CollapseOutcome,
 }
@@ -107,7 +113,7 @@ pub fn collapse(
     faces: &[[u32; 3]],
     options: &CollapseOptions,
 ) -> Result<CollapseResult, CollapseError> {
-    let team = Team::new(options.n_threads);
+    let team = Team::new(options.n_threads, options.heartbeat);
     let mut run = Run::new(positions, faces, options, None, team)?;
     let fits = options.moves && options.n_fit_steps > 0 && run.record.n_passes() > 0;
     if fits && options.listener.is_none_or(|listener| listener(1.0).is_continue()) {
@@ -140,7 +146,7 @@ pub(crate) fn collapse_by_wedges(
 ) -> Result<WedgeResult, CollapseError> {
     // Where each vertex is its only wedge, the record tells at the end what others follow from pass to pass.
     let followed = (sides.has_copies || sides.width > 0).then_some(sides);
-    let mut run = Run::new(positions, faces, options, followed, Team::new(options.n_threads))?;
+    let mut run = Run::new(positions, faces, options, followed, Team::new(options.n_threads, options.heartbeat))?;
     let out = run.place_vertices(positions);
     let error = run.error();
     let (faces, attributes) = match run.sides.take() {
@@ -211,10 +217,13 @@ impl Run {
     fn assemble(self, positions: &[[f32; 3]]) -> CollapseResult {
         let (mut out, error) = (self.place_vertices(positions), self.error());
         let Run { prepared, collapsed, mut record, .. } = self;
-        let Collapsed { rings, mut origins, is_reached, .. } = collapsed;
+        let Collapsed { rings, mut origins, is_reached, pass_prices, .. } = collapsed;
         let mut faces = rings.to_faces();
-        prepared.join_copies(&mut faces, (&mut out, &mut origins), &mut record);
+        let mut errors: Vec<f32> = rings.errors.iter().map(|&error| prepared.frame.to_input_length(error)).collect();
+        prepared.join_copies(&mut faces, (&mut out, &mut origins, &mut errors), &mut record);
         let outcome = if is_reached { CollapseOutcome::Reached } else { CollapseOutcome::Stopped };
-        CollapseResult { positions: out, faces, origins, record, error, outcome }
+        let to_input = |(n, price): (usize, f32)| (n, f64::from(price) * prepared.frame.unit_of_prices());
+        let pass_prices = pass_prices.into_iter().map(to_input).collect();
+        CollapseResult { positions: out, faces, origins, record, error, errors, pass_prices, outcome }
     }
 }

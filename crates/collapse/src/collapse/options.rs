@@ -34,6 +34,36 @@ pub struct CollapseOptions<'a> {
     pub cuts: bool,
     /// Called before each pass with the share of the merges that is done; a break ends the collapse as stopped.
     pub listener: Option<PassListener<'a>>,
+    /// Called often while the collapse runs.
+    pub heartbeat: Heartbeat<'a>,
+}
+
+/// A function of the caller that hears from any thread how many merges were made since the last call, mostly 0.
+///
+/// It may end the collapse by unwinding.
+#[derive(Clone, Copy, Default)]
+pub struct Heartbeat<'a>(Option<&'a (dyn Fn(usize) + Sync)>);
+
+impl<'a> Heartbeat<'a> {
+    /// Nobody hears.
+    pub const NONE: Self = Self(None);
+
+    /// Returns the heartbeat that calls `listener`.
+    pub fn new(listener: &'a (dyn Fn(usize) + Sync)) -> Self {
+        Self(Some(listener))
+    }
+
+    pub(crate) fn beat(self, n_merges: usize) {
+        if let Some(listener) = self.0 {
+            listener(n_merges);
+        }
+    }
+}
+
+impl fmt::Debug for Heartbeat<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Heartbeat({})", self.0.is_some())
+    }
 }
 
 /// Hears the progress of a collapse, from 0 to 1.
@@ -52,6 +82,7 @@ impl CollapseOptions<'_> {
             n_threads: 1,
             cuts: true,
             listener: None,
+            heartbeat: Heartbeat::NONE,
         }
     }
 }

@@ -81,6 +81,8 @@ pub(crate) struct Collapsed {
     pub origins: Vec<u32>,
     /// Squared distance from which on a sample is of another part of the surface.
     pub farthest: f32,
+    /// For each pass that merged, the number of vertices left and the price up to which it merged.
+    pub pass_prices: Vec<(usize, f32)>,
     pub is_reached: bool,
 }
 
@@ -107,6 +109,7 @@ pub(crate) fn run_passes(
     let mut origins: Vec<u32> = (0..rings.vertices.len() as u32).collect();
     let mut last_threshold = f32::MAX.to_bits();
     let (mut n_vain, mut n_slow, mut farthest) = (0, 0, f32::INFINITY);
+    let mut pass_prices = Vec::new();
     while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < MOST_PASSES && goal.goes_on(start, size) {
         if let Some(sides) = &mut sides {
             sides.prepare_pass(&mut rings, &mut arrays.losses);
@@ -114,13 +117,7 @@ pub(crate) fn run_passes(
         price_all(&rings, &mut arrays, goal.moves, team);
         let (mut selection, n_wanted) = select(&arrays, size - goal.size, start, goal, team);
         farthest = FARTHEST * selection.guard * selection.guard / GUARD;
-        // Where most of the cheap edges were refused, these get another chance before dear ones are merged.
-        let is_jump = is_jump(selection.threshold, last_threshold) && has_many_resting(&rings);
-        if is_jump {
-            let capped = f32::from_bits(last_threshold) * LARGEST_RISE;
-            selection.guard *= (capped / f32::from_bits(selection.threshold)).sqrt();
-            selection.threshold = capped.to_bits();
-        }
+        let is_jump = cap_jump(&mut selection, last_threshold, &rings);
         last_threshold = selection.threshold;
         // A guard that refuses nearly everything gives way.
         selection.guard *= GIVING_WAY.powi(n_slow);
@@ -129,8 +126,10 @@ pub(crate) fn run_passes(
         let best = &mut arrays.best;
         let mesh = PassMesh { rings: &mut rings, terms, best, selection, team };
         let tally = merge_in_rounds(mesh, numbers.len());
+        team.heartbeat.beat(tally.n_merges);
         size -= tally.count_spent(goal.unit).min(size);
         n_vain = if tally.n_merges == 0 { n_vain + 1 } else { 0 };
+        let price = f32::from_bits(selection.threshold) / mean_importance(&arrays.quadrics);
         // Where hardly anything moves, those who were refused get another chance.
         let is_slow = tally.n_merges * 100 < n_wanted;
         n_slow += i32::from(is_slow);
@@ -155,12 +154,32 @@ pub(crate) fn run_passes(
         }
         rings = next;
         numbers.push(of_next);
+        if tally.n_merges > 0 {
+            pass_prices.push((rings.vertices.len(), price));
+        }
     }
-    Collapsed { rings, numbers, origins, farthest, is_reached: size <= goal.size }
+    Collapsed { rings, numbers, origins, farthest, pass_prices, is_reached: size <= goal.size }
 }
 
-fn is_jump(threshold: u32, last: u32) -> bool {
-    f32::from_bits(threshold) > LARGEST_RISE * f32::from_bits(last)
+// The mean factor on the quadrics, by area.
+fn mean_importance(quadrics: &[VertexQuadric]) -> f32 {
+    let add = |[weighed, whole]: [f32; 2], q: &VertexQuadric| {
+        let importance = q.importance();
+        [weighed + q.0[6], whole + q.0[6] / importance.max(1e-3)]
+    };
+    let [weighed, whole] = quadrics.iter().fold([0.0; 2], add);
+    if whole > 0.0 { weighed / whole } else { 1.0 }
+}
+
+// Where most of the cheap edges were refused, these get another chance before dear ones are merged.
+fn cap_jump(selection: &mut Selection, last_threshold: u32, rings: &Rings) -> bool {
+    let capped = f32::from_bits(last_threshold) * LARGEST_RISE;
+    let is_jump = f32::from_bits(selection.threshold) > capped && has_many_resting(rings);
+    if is_jump {
+        selection.guard *= (capped / f32::from_bits(selection.threshold)).sqrt();
+        selection.threshold = capped.to_bits();
+    }
+    is_jump
 }
 
 // Whether one vertex in eight asks for no merge.

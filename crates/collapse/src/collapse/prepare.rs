@@ -134,7 +134,7 @@ impl Prepared {
     pub(crate) fn join_copies(
         &self,
         faces: &mut Vec<[u32; 3]>,
-        (out, origins): (&mut Vec<Point>, &mut Vec<u32>),
+        (out, origins, errors): (&mut Vec<Point>, &mut Vec<u32>, &mut Vec<f32>),
         record: &mut CollapseRecord,
     ) {
         let Some(cuts) = &self.cuts else { return };
@@ -162,11 +162,13 @@ impl Prepared {
                 new[v] = n;
                 out[n as usize] = out[v];
                 origins[n as usize] = origins[v];
+                errors[n as usize] = errors[v];
                 n += 1;
             }
         }
         out.truncate(n as usize);
         origins.truncate(n as usize);
+        errors.truncate(n as usize);
         let new: Vec<u32> = joined.iter().map(|&v| new[v as usize]).collect();
         for face in faces.iter_mut() {
             *face = face.map(|v| new[v as usize]);

@@ -39,7 +39,7 @@ pub(crate) struct PassMesh<'a> {
     /// The best edge of each vertex; after a merge, the other end.
     pub best: &'a mut [u64],
     pub selection: Selection,
-    pub team: Team,
+    pub team: Team<'a>,
 }
 
 /// Merges vertices of the mesh, with stretches that shift from pass to pass.

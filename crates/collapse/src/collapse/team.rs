@@ -5,26 +5,35 @@
 #[cfg(feature = "threads")]
 use std::sync::{Mutex, PoisonError};
 
+use crate::collapse::options::Heartbeat;
+
 /// Vertices per piece.
 pub(crate) const STRETCH: usize = 1 << 15;
 
-/// The number of threads that work on pieces.
+/// The number of threads that work on pieces, and the caller's heartbeat.
 #[derive(Clone, Copy)]
-pub(crate) struct Team {
+pub(crate) struct Team<'a> {
     pub n_threads: usize,
+    pub heartbeat: Heartbeat<'a>,
 }
 
-impl Team {
+impl<'a> Team<'a> {
     /// Returns a team of `n_threads`; 0 is all of the current pool.
     #[cfg(feature = "threads")]
-    pub(crate) fn new(n_threads: usize) -> Team {
-        Team { n_threads: if n_threads == 0 { rayon::current_num_threads() } else { n_threads } }
+    pub(crate) fn new(n_threads: usize, heartbeat: Heartbeat<'a>) -> Team<'a> {
+        Team { n_threads: if n_threads == 0 { rayon::current_num_threads() } else { n_threads }, heartbeat }
     }
 
     /// Returns a team of one.
     #[cfg(not(feature = "threads"))]
-    pub(crate) fn new(_: usize) -> Team {
-        Team { n_threads: 1 }
+    pub(crate) fn new(_: usize, heartbeat: Heartbeat<'a>) -> Team<'a> {
+        Team { n_threads: 1, heartbeat }
+    }
+
+    /// Returns a team of one without a heartbeat.
+    #[cfg(test)]
+    pub(crate) fn alone() -> Team<'static> {
+        Team { n_threads: 1, heartbeat: Heartbeat::NONE }
     }
 
     /// Calls `work` once for each piece, on several threads if there are several pieces.
@@ -33,7 +42,10 @@ impl Team {
         if self.n_threads.min(pieces.len()) > 1 {
             return self.share(pieces, work);
         }
-        pieces.into_iter().for_each(work);
+        for piece in pieces {
+            self.heartbeat.beat(0);
+            work(piece);
+        }
     }
 
     #[cfg(feature = "threads")]
@@ -44,6 +56,7 @@ impl Team {
             loop {
                 let next = waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
                 let Some(piece) = next else { break };
+                self.heartbeat.beat(0);
                 work(piece);
             }
         };

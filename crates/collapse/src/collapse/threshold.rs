@@ -70,9 +70,9 @@ mod tests {
         let mut prices: Vec<u32> = best[..5000].iter().map(|x| (x >> 32) as u32).collect();
         prices.sort_unstable();
         for n in [1, 10, 700, 5000] {
-            let found = find_threshold(&best, n, Team { n_threads: 1 });
+            let found = find_threshold(&best, n, Team::alone());
             assert_eq!(found, prices[n - 1] | 511);
         }
-        assert_eq!(find_threshold(&best, 5001, Team { n_threads: 1 }), ANY);
+        assert_eq!(find_threshold(&best, 5001, Team::alone()), ANY);
     }
 }

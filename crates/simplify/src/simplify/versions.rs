@@ -6,7 +6,7 @@
 /// # use neural_mesh_simplify as neural_mesh;
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
 /// ```
-pub const CLOSED_VERSION: u32 = 11;
+pub const CLOSED_VERSION: u32 = 12;
 
 /// Version of the closed assembly with constraints or attributes; changes whenever such a result has other bits.
 ///
@@ -14,7 +14,7 @@ pub const CLOSED_VERSION: u32 = 11;
 /// # use neural_mesh_simplify as neural_mesh;
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);
 /// ```
-pub const CARRIED_VERSION: u32 = 10;
+pub const CARRIED_VERSION: u32 = 11;
 
 /// Version of the paper's assembly.
 ///
@@ -32,8 +32,8 @@ mod tests {
     use crate::linalg::golden::{GoldenCheck, Hash, Results, check};
     use crate::mesh::{Attributes, Channel, Role, TriMesh, shapes, vertex_normals, with_flat_normals};
     use crate::simplify::{
-        ClosedOptions, Input, Options, PaperOptions, Purpose, ScoreSource, Simplified, Symmetry, Target, simplify,
-        simplify_levels_of_detail, simplify_recorded,
+        ClosedOptions, Effort, Input, Options, PaperOptions, Purpose, ScoreSource, Simplified, Symmetry, Target,
+        simplify, simplify_levels_of_detail, simplify_recorded,
     };
 
     #[test]
@@ -78,7 +78,12 @@ mod tests {
 
     fn with_options() -> Results {
         let plain = ClosedOptions::default();
+        let fast = ClosedOptions { effort: Effort::Fast, ..plain.clone() };
         let cases = [
+            ("fast", shapes::wavy_sphere(5, 8.0), fast.clone()),
+            ("fast open", shapes::grid(60, 60), fast.clone()),
+            ("fast components", shapes::chain_of_tori(3), fast.clone()),
+            ("fast subset", shapes::wavy_sphere(4, 8.0), ClosedOptions { subset: true, ..fast }),
             ("subset", shapes::wavy_sphere(4, 8.0), ClosedOptions { subset: true, ..plain.clone() }),
             ("poses unknown", shapes::wavy_sphere(4, 8.0), ClosedOptions { purpose: Purpose::Poses, ..plain.clone() }),
             ("mirrored", shapes::torus(48, 24, 2.0, 0.7), ClosedOptions { symmetric: Some(Symmetry::Best), ..plain }),
@@ -90,10 +95,13 @@ mod tests {
     fn carried_results() -> Results {
         let creases = ClosedOptions { crease_angle: Some(30.0), ..ClosedOptions::default() };
         let locked = ClosedOptions { lock_boundaries: true, ..ClosedOptions::default() };
-        let [creases, locked] = [creases, locked].map(|options| Options::with_closed(Target::Ratio(0.2), options));
+        let fast = ClosedOptions { effort: Effort::Fast, ..locked.clone() };
+        let [creases, locked, fast] =
+            [creases, locked, fast].map(|options| Options::with_closed(Target::Ratio(0.2), options));
         vec![
             ("creases kept".into(), hash_of(&shapes::bolt(24), &creases)),
             ("boundary locked".into(), hash_of(&shapes::grid(30, 20), &locked)),
+            ("boundary locked fast".into(), hash_of(&shapes::grid(60, 40), &fast)),
             ("attributes".into(), hash_attributes()),
             ("charts".into(), hash_charts()),
             ("hard edges".into(), hash_hard_edges()),

@@ -14,7 +14,7 @@ impl TestMesh {
     pub fn to_rings(&self) -> Rings {
         let vertices = self.positions.iter().enumerate().map(|(i, &p)| Vertex::new(p, i as u32)).collect();
         let ranks: Vec<u32> = (0..self.positions.len() as u32).collect();
-        match build_rings(vertices, &self.faces, &ranks, Team { n_threads: 1 }) {
+        match build_rings(vertices, &self.faces, &ranks, Team::alone()) {
             Built::Rings(rings) => rings,
             Built::NoDisks(no_disks, _) => panic!("no disks: {no_disks:?}"),
         }

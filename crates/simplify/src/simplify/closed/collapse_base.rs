@@ -41,9 +41,10 @@ impl CollapseBase<'_> {
         f64::from(self.original.surface.length(1.0)).powi(4)
     }
 
-    pub fn pass_prices(&self, collapse: &Collapse) -> Vec<(usize, f64)> {
+    /// Converts prices of a collapse at unit size to the mesh's units.
+    pub fn pass_prices(&self, at_unit_size: &[(usize, f32)]) -> Vec<(usize, f64)> {
         let unit = self.unit_of_prices();
-        collapse.pass_prices().iter().map(|&(n, price)| (n, f64::from(price) / unit)).collect()
+        at_unit_size.iter().map(|&(n, price)| (n, f64::from(price) / unit)).collect()
     }
 
     pub fn limit(&self, price: Option<f64>, limit: Limit) -> Limit {

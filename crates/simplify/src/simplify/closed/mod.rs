@@ -11,6 +11,7 @@ mod diamond;
 mod dropping;
 mod faces_around;
 mod importance;
+mod kernel_collapse;
 mod original;
 mod output;
 mod pins;
@@ -34,12 +35,13 @@ use super::options::SimplifyError;
 use super::progress::Progress;
 use ceilings::find_ceilings;
 use coarsening::coarsen;
-use collapse::{Collapse, Constraints, Poses, merges_to, sum_attribute_quadrics};
+use collapse::{Collapse, Constraints, Poses, merges_to, size_with_shape, sum_attribute_quadrics};
 use collapse_base::CollapseBase;
 use deviation_check::DeviationCheck;
+use kernel_collapse::{KernelCollapse, collapse_by_kernel, is_kernel_enough};
 use original::Original;
 use output::Output;
-use prepare::prepare;
+use prepare::{prepare, prepare_bare};
 use refine::sample_points::SamplePoints;
 use refine::{degenerate_faces, duplicate_positions, fit, flips, foldovers, nested, spikes};
 use torn_edges::hold_torn_edges;
@@ -92,6 +94,12 @@ pub(super) fn simplify_levels<'a>(
     Levels { limits, n_without_dropping, mut size_with_shape, saved }: Levels<'_, 'a>,
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
+    let may_drop = n_without_dropping == 0;
+    if saved.is_none()
+        && let Some(levels) = simplify_by_kernel(mesh, request, limits, may_drop, progress)?
+    {
+        return Ok(levels);
+    }
     let mut levels = FinishedLevels { size_with_shape, ..FinishedLevels::default() };
     if limits.is_empty() {
         return Ok(levels);
@@ -123,7 +131,7 @@ pub(super) fn simplify_levels<'a>(
         }
         // Only the first level has a history: later ones find it taken.
         let trace = start_trace(running.history.take());
-        let pass_prices = base.pass_prices(&running);
+        let pass_prices = base.pass_prices(running.pass_prices());
         let size_by_prices = running.size_with_shape(base.original.surface.area());
         collapse = keep_for_next(running, levels.results.len() + 1 == limits.len());
         let mut result = refine(&base, request, output, end, trace, progress)?.with_prices(pass_prices);
@@ -131,6 +139,43 @@ pub(super) fn simplify_levels<'a>(
         levels.results.push(result);
     }
     Ok(levels)
+}
+
+/// Simplifies to the only limit by the kernel; `None` where the request is not for it, or the size out of its reach.
+fn simplify_by_kernel<'a>(
+    mesh: &TriMesh,
+    request: &ClosedRequest,
+    limits: &[Limit],
+    may_drop: bool,
+    progress: Progress<'a>,
+) -> Result<Option<FinishedLevels<'a>>, SimplifyError> {
+    let &[limit] = limits else { return Ok(None) };
+    if !is_kernel_enough(mesh, request, limit) {
+        return Ok(None);
+    }
+    let (n_vertices, n_faces) = (mesh.positions().len(), mesh.faces().len());
+    progress.enter("surface", n_faces)?;
+    let mut original = prepare_bare(mesh, &request.requirements, progress.pulse);
+    hold_torn_edges(&mut original, request, limits);
+    let limit = original.pins.with_copies(limit);
+    progress.enter("collapse", merges_to(limit, n_vertices, n_faces))?;
+    let Some(collapsed) = collapse_by_kernel(&original, limit, progress.pulse) else { return Ok(None) };
+    let KernelCollapse { output, pass_prices } = collapsed;
+    let mut levels = FinishedLevels::default();
+    let cost = VertexCost { pass_prices: &pass_prices, limit, must_fit: false };
+    if let Some(within) = request.requirements.drops_within.filter(|_| may_drop) {
+        levels.dropped = dropping::choose_dropped(&original, &output, &cost, within, &request.visual_properties());
+        if levels.dropped.is_some() {
+            return Ok(Some(levels));
+        }
+    }
+    let size = [output.positions.len(), output.faces().len()];
+    let size_with_shape = size_with_shape(&pass_prices, n_vertices, size, original.surface.area());
+    let base = CollapseBase { original, collapse_vertices: Vec::new() };
+    let mut result = refine(&base, request, output, CollapseEnd::Reached, None, progress)?;
+    result.simplified.report.size_with_shape = size_with_shape;
+    levels.results.push(result.with_prices(base.pass_prices(&pass_prices)));
+    Ok(Some(levels))
 }
 
 struct EndedCollapse<'a> {

@@ -22,6 +22,8 @@ pub struct Output {
     around: FacesAround,
     pub pins: Pins,
     pub vertex_of: Vec<u32>,
+    /// Largest distance of each vertex from the original, as the collapse has followed it; empty if it has not.
+    distances: Vec<f32>,
     /// True if merges may have left the curves that held them.
     has_free_curves: bool,
     corners: Option<ResultCorners>,
@@ -31,11 +33,39 @@ impl Output {
     pub fn new(pulse: Pulse, positions: Vec<Vec3>, faces: Vec<[u32; 3]>, pins: Pins, vertex_of: Vec<u32>) -> Self {
         let intended_normals = pulse.map(&faces, |face| unit_normal(face.map(|v| positions[v as usize])));
         let around = FacesAround::new(pulse, positions.len(), &faces);
-        Self { positions, faces, intended_normals, around, pins, vertex_of, has_free_curves: false, corners: None }
+        Self {
+            positions,
+            faces,
+            intended_normals,
+            around,
+            pins,
+            vertex_of,
+            distances: Vec::new(),
+            has_free_curves: false,
+            corners: None,
+        }
     }
 
     pub fn with_free_curves(self, has_free_curves: bool) -> Self {
         Self { has_free_curves, ..self }
+    }
+
+    pub fn with_distances(self, distances: Vec<f32>) -> Self {
+        Self { distances, ..self }
+    }
+
+    /// Returns whether a vertex may be farther than this from the original.
+    pub fn may_be_beyond(&self, v: u32, distance: f32) -> bool {
+        // Also where nothing is known.
+        self.distances.get(v as usize).is_none_or(|known| !(*known <= distance))
+    }
+
+    /// Moves a vertex to where its distance from the original is unknown.
+    pub fn move_vertex(&mut self, v: u32, position: Vec3) {
+        self.positions[v as usize] = position;
+        if let Some(known) = self.distances.get_mut(v as usize) {
+            *known = f32::INFINITY;
+        }
     }
 
     /// Records the attributes of the corners; must precede the first flip.

@@ -32,7 +32,7 @@ pub use history::{CollapseEvent, Renewal};
 pub use pair::{PULL, Placement};
 pub use poses::Poses;
 pub use recording::RecordedMerge;
-pub use state::{Collapse, CollapseEnd, merges_to};
+pub use state::{Collapse, CollapseEnd, merges_to, size_with_shape};
 
 #[cfg(test)]
 mod tests {

@@ -113,6 +113,22 @@ pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
+/// Estimates by the prices of a collapse from `n_input` vertices to a size the smallest one with the shape.
+///
+/// A price is an area times a squared distance, and the area around a vertex its share of the whole.
+pub fn size_with_shape(
+    pass_prices: &[(usize, f32)],
+    n_input: usize,
+    [n_vertices, n_faces]: [usize; 2],
+    area: f64,
+) -> Option<(usize, usize)> {
+    let keeps_shape = |&(n, price): &(usize, f32)| f64::from(price) * n as f64 <= MOST_BEND * MOST_BEND * area;
+    let first = pass_prices.iter().position(|pass| !keeps_shape(pass))?;
+    let vertices = if first > 0 { pass_prices[first - 1].0 } else { n_input };
+    // A merge removes two faces, but for those at boundaries.
+    Some((vertices, n_faces + 2 * (vertices - n_vertices)))
+}
+
 /// Builds the corner table of a closed surface; node `i` is vertex `order[i]`.
 fn corners_in_order(surface: &PreparedSurface, order: &[u32]) -> CornerTable {
     // Surface vertices get their rank along the space-filling curve. Ghost vertices follow them and keep their numbers.
@@ -196,14 +212,8 @@ impl<'a> Collapse<'a> {
     }
 
     /// Estimates the smallest size, in vertices and faces, at which the surface keeps its shape; `None` if it does now.
-    ///
-    /// A price is an area times a squared distance, and the area around a vertex its share of the whole.
     pub fn size_with_shape(&self, area: f64) -> Option<(usize, usize)> {
-        let keeps_shape = |&(n, price): &(usize, f32)| f64::from(price) * n as f64 <= MOST_BEND * MOST_BEND * area;
-        let first = self.pass_prices.iter().position(|pass| !keeps_shape(pass))?;
-        let vertices = if first > 0 { self.pass_prices[first - 1].0 } else { self.merged.len() };
-        // A merge removes two faces, but for those at boundaries.
-        Some((vertices, self.n_faces + 2 * (vertices - self.n_vertices)))
+        size_with_shape(&self.pass_prices, self.merged.len(), [self.n_vertices, self.n_faces], area)
     }
 
     pub fn free_memory(self) {

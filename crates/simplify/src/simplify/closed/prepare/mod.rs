@@ -17,6 +17,13 @@ pub fn prepare<'a>(mesh: &'a TriMesh, requirements: &Requirements<'a>, pulse: Pu
     prepare_surface(mesh, PreparedSurface::new(mesh, pulse), requirements)
 }
 
+/// Prepares a mesh without features or attributes for a collapse that sums quadrics of its own.
+pub fn prepare_bare<'a>(mesh: &'a TriMesh, requirements: &Requirements<'a>, pulse: Pulse<'a>) -> Original<'a> {
+    let surface = PreparedSurface::without_sums(mesh, pulse);
+    let pins = Pins::new(&surface, requirements);
+    Original { mesh, surface, features: FeatureEdges::default(), pins, attributes: None }
+}
+
 pub fn prepare_at_scale<'a>(
     mesh: &'a TriMesh,
     scale: Normalisation,

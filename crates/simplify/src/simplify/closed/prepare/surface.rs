@@ -101,15 +101,28 @@ impl<'a> PreparedSurface<'a> {
 
     /// Prepares a manifold that was made of the mesh.
     pub fn of_manifold(mesh: &TriMesh, manifold: Manifold<'a>, scale: Normalisation, pulse: Pulse<'a>) -> Self {
+        let mut surface = Self::place_manifold(mesh, manifold, scale, pulse);
+        let (normals, mut quadrics) = sum_faces(pulse, &surface.positions, &surface.faces);
+        add_boundary_lines(&surface.positions, &surface.rings, &mut quadrics);
+        support_weightless(pulse, &mut quadrics);
+        (surface.normals, surface.quadrics) = (normals, quadrics);
+        surface
+    }
+
+    /// Prepares a mesh without normals and quadrics, which a closest point on a surface of consistent winding does not need.
+    pub fn without_sums(mesh: &'a TriMesh, pulse: Pulse<'a>) -> Self {
+        let manifold = manifold_with(pulse, mesh.positions(), mesh.faces());
+        Self::place_manifold(mesh, manifold, Normalisation::from_positions(mesh.positions()), pulse)
+    }
+
+    fn place_manifold(mesh: &TriMesh, manifold: Manifold<'a>, scale: Normalisation, pulse: Pulse<'a>) -> Self {
         let Manifold { faces, rings, copies, .. } = manifold;
         pulse.beat(0);
         let mut positions = pulse.map(mesh.positions(), |&p| scale.normalise(p));
         // Copies start at the position of their vertex.
         positions.extend(copies.iter().map(|&v| scale.normalise(mesh.positions()[v as usize])));
-        let (normals, mut quadrics) = sum_faces(pulse, &positions, &faces);
-        add_boundary_lines(&positions, &rings, &mut quadrics);
-        support_weightless(pulse, &mut quadrics);
-        Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, pulse, copies }
+        let (normals, quadrics, importance) = (Vec::new(), Vec::new(), Vec::new());
+        Self { positions, faces, rings, normals, quadrics, importance, scale, pulse, copies }
     }
 
     /// Adds to both ends of each edge a plane through the edge, perpendicular to the surface.

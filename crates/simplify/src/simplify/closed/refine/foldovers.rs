@@ -103,7 +103,7 @@ fn move_corners(original: &Original, output: &mut Output, foldovers: &[u32]) {
     let regions = original.collect_regions(&output.vertex_of, &mark(output, &rings));
     for &f in foldovers {
         if let Some((v, place)) = better_corner(&RepairView { regions: &regions, output, least: 0.0 }, f) {
-            output.positions[v as usize] = place;
+            output.move_vertex(v, place);
         }
     }
 }

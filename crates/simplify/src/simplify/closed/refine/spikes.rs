@@ -12,6 +12,9 @@ const SPIKE: f32 = 5.0;
 const REMAINING: f32 = 0.9;
 /// Distance of a vertex, over that from which it is a spike, from which distances around it are searched for more.
 const SUSPECT: f32 = 0.7;
+/// Distance by the collapse, over the least of a spike, up to which a vertex is none.
+// Twenty-four meshes, ratios 0.05 to 0.5: the same spikes as without it.
+const SURE: f32 = 0.5;
 // A vertex that moves back can make spikes of its neighbours.
 const ROUNDS: usize = 4;
 
@@ -30,6 +33,21 @@ pub fn shorten(original: &Original, output: &mut Output, least: f32) -> usize {
     is_moved.into_iter().filter(|moved| *moved).count()
 }
 
+/// Marks the vertices that may be spikes, and those within two edges, whose distances and starts these are judged by.
+fn find_wanted(output: &Output, least: f32) -> Vec<bool> {
+    let mut is_wanted: Vec<bool> =
+        (0..output.positions.len() as u32).map(|v| output.may_be_beyond(v, SURE * least)).collect();
+    if is_wanted.contains(&false) && is_wanted.contains(&true) {
+        for _ in 0..2 {
+            let inner = is_wanted.clone();
+            for face in output.faces().iter().filter(|face| face.iter().any(|&v| inner[v as usize])) {
+                face.iter().for_each(|&v| is_wanted[v as usize] = true);
+            }
+        }
+    }
+    is_wanted
+}
+
 struct Spikes<'a> {
     original: &'a Original<'a>,
     output: &'a mut Output,
@@ -44,9 +62,15 @@ struct Spikes<'a> {
 impl<'a> Spikes<'a> {
     fn new(original: &'a Original, output: &'a mut Output, least: f32) -> Self {
         let n = output.positions.len();
-        let starts = original.nearest_in_regions(&output.positions, &output.vertex_of, &vec![true; n]);
+        let is_wanted = find_wanted(output, least);
+        // Without suspects nothing is searched.
+        let starts = if is_wanted.contains(&true) {
+            original.nearest_in_regions(&output.positions, &output.vertex_of, &is_wanted)
+        } else {
+            vec![0; n]
+        };
         let mut spikes = Self { original, output, starts, distances: Vec::new(), is_searched: vec![false; n], least };
-        let distance = |v: usize| spikes.distance(v as u32);
+        let distance = |v: usize| if is_wanted[v] { spikes.distance(v as u32) } else { 0.0 };
         spikes.distances = original.surface.pulse.counting_if(false).map_numbers(n, distance);
         spikes
     }

@@ -1,0 +1,200 @@
+//! The collapse of effort `fast`, by the crate `neural_mesh_collapse`.
+//!
+//! The kernel takes bare meshes and one size. Its result is what the collapse of this assembly hands to the refinement:
+//! a manifold with the topology of the surface and at most one merge below the size. Where it cannot reach the size, the
+//! request goes to the collapse of this assembly, which also knows what gives way first.
+
+use neural_mesh_collapse::{CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, Heartbeat, collapse};
+
+use crate::mesh::TriMesh;
+use crate::mesh::pulse::Pulse;
+use crate::simplify::limits::Limit;
+use crate::simplify::options::{Effort, Optimize, Purpose};
+
+use super::original::Original;
+use super::output::Output;
+use super::pins::Pins;
+use super::request::{ClosedRequest, Importance, Requirements};
+use super::stage_settings::StageSettings;
+
+/// Least number of vertices of a result; below, one merge a pass places corners exactly.
+const LEAST_VERTICES: usize = 64;
+/// Locked vertices of the input, of so many of the result one, at which the distance would have to be checked.
+const LOCKED_ONE_IN: usize = 2;
+
+/// Returns whether the kernel knows all that a request asks for.
+pub fn is_kernel_enough(mesh: &TriMesh, request: &ClosedRequest, limit: Limit) -> bool {
+    let Requirements { edges, locked, kept, purpose, attributes, scene, hold_shape, half, .. } = &request.requirements;
+    let is_bare = edges.is_empty() && attributes.is_none() && scene.is_none() && half.is_none() && kept.is_empty();
+    // Blocks of large meshes hold their shape; a price is one of this assembly.
+    let is_size = request.price.is_none() && hold_shape.is_none() && !request.differentiable;
+    // The kernel has one importance: that of bending, as strong as in `fast`.
+    let is_fast = request.settings == StageSettings::new(Optimize::Balanced, Effort::Fast);
+    let is_usual = is_fast && matches!(request.importance, Importance::Bending) && *purpose == Purpose::Shape;
+    let n_locked = locked.iter().filter(|&&is_locked| is_locked).count();
+    let has_room = limit.size() >= LEAST_VERTICES && n_locked * LOCKED_ONE_IN < limit.size();
+    is_bare && is_size && is_usual && has_room && !limit.is_met_by(mesh)
+}
+
+/// A surface at its size.
+pub struct KernelCollapse {
+    pub output: Output,
+    /// Vertices left by each pass that merged some, and its highest price, at unit size.
+    pub pass_prices: Vec<(usize, f32)>,
+}
+
+/// Collapses a surface to a limit; `None` if the size is out of reach, or the surface is one-sided.
+pub fn collapse_by_kernel(original: &Original, limit: Limit, pulse: Pulse) -> Option<KernelCollapse> {
+    let Original { surface, pins, .. } = original;
+    let positions: Vec<[f32; 3]> = pulse.counting_if(false).map(&surface.positions, |p| p.to_array());
+    let n_vertices = positions.len();
+    let size = match limit.faces {
+        usize::MAX => CollapseSize::Vertices(limit.vertices),
+        n_faces => CollapseSize::Faces(n_faces),
+    };
+    let locked: Vec<bool> = if pins.has_more_than_plane() {
+        (0..n_vertices as u32).map(|v| pins.is_locked(v)).collect()
+    } else {
+        Vec::new()
+    };
+    let beat = |n_merges: usize| pulse.beat(n_merges);
+    let mut options = CollapseOptions::new(size);
+    (options.moves, options.locked, options.n_threads) = (!pins.is_subset(), &locked, 0);
+    // Only one-sided surfaces would have to be cut: all others come as manifolds.
+    (options.heartbeat, options.cuts) = (Heartbeat::new(&beat), false);
+    let result = collapse(&positions, &surface.faces, &options).ok()?;
+    (result.outcome == CollapseOutcome::Reached).then(|| KernelCollapse::new(result, n_vertices, pins, pulse))
+}
+
+impl KernelCollapse {
+    fn new(result: CollapseResult, n_vertices: usize, pins: &Pins, pulse: Pulse) -> Self {
+        let vertex_of = result.record.vertices_after(result.record.n_passes());
+        // A result vertex takes the pin of the input vertex at its place.
+        let pins = if pins.is_empty() {
+            Pins::default()
+        } else {
+            pins.with_surface_origins(n_vertices).select(&result.origins)
+        };
+        let positions = result.positions.into_iter().map(Into::into).collect();
+        let output = Output::new(pulse.counting_if(false), positions, result.faces, pins, vertex_of);
+        let output = output.with_distances(result.errors);
+        let pass_prices = result.pass_prices.into_iter().map(|(n, price)| (n, price as f32)).collect();
+        Self { output, pass_prices }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{shapes, topology};
+    use crate::simplify::closed::prepare::prepare_bare;
+    use crate::simplify::closed::request::Task;
+    use crate::simplify::input::Input;
+    use crate::simplify::options::{ClosedOptions, Effort, Options, ScoreSource, Target};
+    use crate::simplify::simplify;
+
+    fn fast() -> ClosedOptions {
+        ClosedOptions { effort: Effort::Fast, ..ClosedOptions::default() }
+    }
+
+    #[test]
+    fn it_reaches_its_size_with_the_topology_of_the_surface() {
+        let closed = [shapes::wavy_sphere(4, 8.0), shapes::torus(60, 40, 1.0, 0.4), shapes::chain_of_tori(3)];
+        for mesh in closed.into_iter().chain([shapes::open_cylinder(60, 40), shapes::grid(40, 40)]) {
+            let original = prepare_bare(&mesh, &Requirements::default(), Pulse::NONE);
+            let n = mesh.positions().len() / 5;
+            for limit in [Limit::from_vertices(n), Limit { faces: 2 * n, ..Limit::from_vertices(usize::MAX) }] {
+                let KernelCollapse { output, pass_prices } = collapse_by_kernel(&original, limit, Pulse::NONE).unwrap();
+                let (n_vertices, n_faces) = (output.positions.len(), output.faces().len());
+                let is_size = n_vertices == limit.vertices || n_faces == limit.faces || n_faces + 1 == limit.faces;
+                assert!(is_size, "{n_vertices} {n_faces}");
+                assert!(pass_prices.is_sorted_by(|a, b| a.0 > b.0) && pass_prices.last().unwrap().0 == n_vertices);
+                let lighter =
+                    TriMesh::new(output.positions.iter().map(|p| p.to_array()).collect(), output.faces().to_vec());
+                let (before, after) = (topology(&mesh), topology(&lighter.unwrap()));
+                assert_eq!(after.non_manifold_edges + after.non_manifold_vertices + after.unreferenced_vertices, 0);
+                assert_eq!((after.euler, after.components), (before.euler, before.components));
+                assert_eq!((after.boundary_loops, after.inconsistent_edges), (before.boundary_loops, 0));
+            }
+        }
+    }
+
+    #[test]
+    fn every_vertex_knows_what_it_became() {
+        let mesh = shapes::torus(60, 40, 1.0, 0.4);
+        let original = prepare_bare(&mesh, &Requirements::default(), Pulse::NONE);
+        let output = collapse_by_kernel(&original, Limit::from_vertices(480), Pulse::NONE).unwrap().output;
+        let far = original.surface.positions.iter().zip(&output.vertex_of);
+        let farthest = far.map(|(p, &v)| p.distance(output.positions[v as usize])).fold(0.0, f32::max);
+        assert!(farthest < 0.2, "{farthest}");
+        let mut is_used = [false; 480];
+        output.vertex_of.iter().for_each(|&v| is_used[v as usize] = true);
+        assert_eq!(is_used, [true; 480]);
+    }
+
+    #[test]
+    fn what_is_out_of_its_reach_is_left_to_the_other_collapse() {
+        let mesh = shapes::klein_bottle(60, 40);
+        let original = prepare_bare(&mesh, &Requirements::default(), Pulse::NONE);
+        assert!(collapse_by_kernel(&original, Limit::from_vertices(480), Pulse::NONE).is_none());
+        let mesh = shapes::icosphere(3);
+        let all = Requirements { locked: vec![true; mesh.positions().len()], ..Requirements::default() };
+        let original = prepare_bare(&mesh, &all, Pulse::NONE);
+        assert!(collapse_by_kernel(&original, Limit::from_vertices(480), Pulse::NONE).is_none());
+    }
+
+    #[test]
+    fn only_bare_meshes_in_the_usual_way_go_to_the_kernel() {
+        let mesh = shapes::wavy_sphere(4, 8.0);
+        let is_enough = |options: &ClosedOptions, n_vertices: usize| {
+            let request = ClosedRequest::new(&Input::bare(&mesh), &Task::new(options, None));
+            is_kernel_enough(&mesh, &request, Limit::from_vertices(n_vertices))
+        };
+        let others = [
+            ClosedOptions::default(),
+            ClosedOptions { optimize: Optimize::Normals, ..fast() },
+            ClosedOptions { scores: ScoreSource::Geometry, ..fast() },
+            ClosedOptions { purpose: Purpose::Poses, ..fast() },
+            ClosedOptions { crease_angle: Some(5.0), ..fast() },
+            ClosedOptions { hold_shape: Some(0.01), ..fast() },
+        ];
+        for options in others {
+            assert!(!is_enough(&options, 300), "{options:?}");
+        }
+        let alike = [fast(), ClosedOptions { subset: true, ..fast() }, ClosedOptions { map: true, ..fast() }];
+        for options in alike {
+            assert!(is_enough(&options, 300) && !is_enough(&options, 30), "{options:?}");
+        }
+        assert!(!is_enough(&fast(), mesh.positions().len()));
+    }
+
+    #[test]
+    fn locked_boundaries_and_subsets_keep_every_bit() {
+        let mesh = shapes::grid(40, 40);
+        let run = |options: ClosedOptions| {
+            let options = Options::with_closed(Target::Vertices(600), options);
+            simplify(&mesh, None, &options, &mut |_| std::ops::ControlFlow::Continue(())).unwrap().mesh
+        };
+        let locked = run(ClosedOptions { lock_boundaries: true, ..fast() });
+        assert_eq!(locked.positions().len(), 600);
+        let is_on_rim = |p: &[f32; 3]| p[..2].iter().any(|x| *x == 0.0 || *x == 1.0);
+        for p in mesh.positions().iter().filter(|p| is_on_rim(p)) {
+            assert!(locked.positions().contains(p), "{p:?}");
+        }
+        let subset = run(ClosedOptions { subset: true, ..fast() });
+        assert!(subset.positions().len() == 600 && subset.positions().iter().all(|p| mesh.positions().contains(p)));
+    }
+
+    #[test]
+    fn results_are_as_near_as_those_of_the_other_collapse() {
+        let mesh = shapes::wavy_sphere(5, 10.0);
+        let targets = [Target::Ratio(0.1), Target::Ratio(0.1)];
+        let go_on = &mut |_| std::ops::ControlFlow::Continue(());
+        // Two sizes in one run are not for the kernel.
+        let both = crate::simplify::simplify_levels_of_detail(&mesh, None, &fast(), &targets, go_on).unwrap();
+        let alone = simplify(&mesh, None, &Options::with_closed(targets[0], fast()), go_on).unwrap();
+        assert_ne!(both[0].mesh, alone.mesh);
+        let distance = |result: &TriMesh| crate::metrics::quick_distance(&mesh, result, 10_000, 1).unwrap().mean;
+        assert!(distance(&alone.mesh) < 1.1 * distance(&both[0].mesh));
+    }
+}
