@@ -12,7 +12,7 @@ use crate::collapse::rings::{Rings, state};
 use crate::collapse::rounds::{PassMesh, Selection, merge_in_rounds};
 use crate::collapse::sides::SideArrays;
 use crate::collapse::team::{STRETCH, Team};
-use crate::collapse::threshold::find_threshold;
+use crate::collapse::threshold::PriceRanks;
 use crate::collapse::visit::Unit;
 
 /// Vertices visited per merge that is left, for small and for large results.
@@ -145,8 +145,8 @@ pub(crate) fn run_passes(
         if let Some(sides) = &mut sides {
             sides.follow(&rings, &next, &of_next);
         }
-        // The arrays of the first pass are too large to keep.
-        if numbers.is_empty() {
+        // The arrays of a large mesh's first pass are too large to keep.
+        if numbers.is_empty() && rings.vertices.len() > STRETCH {
             arrays.quadrics = Vec::new();
             arrays.best = Vec::new();
         } else {
@@ -222,9 +222,10 @@ fn select(arrays: &PassArrays, n_left: usize, start: usize, goal: SizeGoal, team
     let large = ((ratio - 0.2) / 0.3).clamp(0.0, 1.0);
     let visits = if is_last { LAST_VISITS } else { VISITS[0] + large * (VISITS[1] - VISITS[0]) };
     let n_wanted = ((n_merges as f32 * visits) as usize).max(LAST_MERGES).min(arrays.best.len());
-    let mut threshold = find_threshold(&arrays.best, n_wanted, team);
+    let ranks = PriceRanks::new(&arrays.best, team);
+    let mut threshold = ranks.find_threshold(n_wanted);
     if n_wanted > n_merges && !is_last {
-        let enough = f32::from_bits(find_threshold(&arrays.best, n_merges, team));
+        let enough = f32::from_bits(ranks.find_threshold(n_merges));
         threshold = threshold.min((LARGEST_PRICE * enough).min(f32::MAX).to_bits());
     }
     let areas: f32 = arrays.quadrics.iter().map(|q| q.0[6]).sum();

@@ -7,16 +7,25 @@ const ANY: u32 = 0x7f7f_ffff;
 
 const BINS: usize = 2048;
 
-/// Returns the bits of a price that at least `n_wanted` vertices are at or below, or the largest if there are fewer.
-///
-/// Positive floats are ordered as their bits. The first histogram is over bits 20 to 30, the second over bits 9 to 19.
-pub(crate) fn find_threshold(best: &[u64], n_wanted: usize, team: Team) -> u32 {
-    let coarse = count(best, 52, None, team);
-    let Some((bin, n_below)) = find_bin(&coarse[..ANY as usize >> 20], n_wanted) else { return ANY };
-    let fine = count(best, 41, Some(bin as u64), team);
-    let n_rest = n_wanted - n_below;
-    let (fine_bin, _) = find_bin(&fine, n_rest).unwrap_or((BINS - 1, 0));
-    (bin as u32) << 20 | (fine_bin as u32) << 9 | 511
+/// The best prices of all vertices, counted by bits 20 to 30: positive floats are ordered as their bits.
+pub(crate) struct PriceRanks<'a> {
+    best: &'a [u64],
+    coarse: [u32; BINS],
+    team: Team,
+}
+
+impl PriceRanks<'_> {
+    pub(crate) fn new(best: &[u64], team: Team) -> PriceRanks<'_> {
+        PriceRanks { best, coarse: count(best, 52, None, team), team }
+    }
+
+    /// Returns the bits of a price that at least `n_wanted` vertices are at or below, or the largest if there are fewer.
+    pub(crate) fn find_threshold(&self, n_wanted: usize) -> u32 {
+        let Some((bin, n_below)) = find_bin(&self.coarse[..ANY as usize >> 20], n_wanted) else { return ANY };
+        let fine = count(self.best, 41, Some(bin as u64), self.team);
+        let (fine_bin, _) = find_bin(&fine, n_wanted - n_below).unwrap_or((BINS - 1, 0));
+        (bin as u32) << 20 | (fine_bin as u32) << 9 | 511
+    }
 }
 
 // The first bin where the sum reaches `n_wanted`, and the sum before it.
@@ -69,10 +78,10 @@ mod tests {
         best.extend([u64::MAX; 50]);
         let mut prices: Vec<u32> = best[..5000].iter().map(|x| (x >> 32) as u32).collect();
         prices.sort_unstable();
+        let ranks = PriceRanks::new(&best, Team::alone());
         for n in [1, 10, 700, 5000] {
-            let found = find_threshold(&best, n, Team::alone());
-            assert_eq!(found, prices[n - 1] | 511);
+            assert_eq!(ranks.find_threshold(n), prices[n - 1] | 511);
         }
-        assert_eq!(find_threshold(&best, 5001, Team::alone()), ANY);
+        assert_eq!(ranks.find_threshold(5001), ANY);
     }
 }
