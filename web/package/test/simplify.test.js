@@ -123,6 +123,17 @@ test('an OBJ comes with its materials and images', async () => {
   assert.equal(drawn.uv.length, (2 * drawn.positions.length) / 3);
 });
 
+test('look gives the finish of materials that are more than a colour', async () => {
+  const obj = utf8(toObj(unrolledTorus(), { head: 'mtllib paint.mtl', material: 'usemtl red' }));
+  const finishOf = async (statements) => {
+    const beside = { 'paint.mtl': utf8(`newmtl red\nKd 1 0 0\n${statements}`), 'maps/red.png': PIXEL };
+    return (await look({ name: 'torus.obj', bytes: obj, beside })).mesh.groups[0].finish;
+  };
+  assert.equal(await finishOf(''), undefined);
+  const { metal, roughness, maps } = await finishOf('Pm 0.5\nnorm maps/red.png\n');
+  assert.deepEqual([metal, roughness, maps], [0.5, 1, { normal: PIXEL }]);
+});
+
 test('look gives a surface to draw', async () => {
   const { mesh, notes } = await look(spot, { name: 'spot.ply' });
   assert.ok(Array.isArray(notes));
