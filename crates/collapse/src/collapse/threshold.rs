@@ -11,11 +11,11 @@ const BINS: usize = 2048;
 pub(crate) struct PriceRanks<'a> {
     best: &'a [u64],
     coarse: [u32; BINS],
-    team: Team,
+    team: Team<'a>,
 }
 
 impl PriceRanks<'_> {
-    pub(crate) fn new(best: &[u64], team: Team) -> PriceRanks<'_> {
+    pub(crate) fn new(best: &'a [u64], team: Team<'a>) -> PriceRanks<'a> {
         PriceRanks { best, coarse: count(best, 52, None, team), team }
     }
 
