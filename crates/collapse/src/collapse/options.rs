@@ -36,7 +36,7 @@ pub struct CollapseOptions<'a> {
     pub listener: Option<PassListener<'a>>,
 }
 
-/// Hears the progress of a collapse, from 0 to 1.
+/// Receives the progress of a collapse, from 0 to 1.
 pub type PassListener<'a> = &'a (dyn Fn(f32) -> ControlFlow<()> + Sync);
 
 impl CollapseOptions<'_> {
