@@ -51,7 +51,7 @@ def _is_unasked(name: str, value: Any) -> bool:
 
 
 def only_rising(progress: Progress) -> Progress:
-    """Returns a listener that hears the largest share so far, where a second way begins anew."""
+    """Returns a listener that receives the largest share so far, where a second way begins again."""
     largest = 0.0
 
     def tell(done: float, stage: str) -> object:

@@ -42,6 +42,7 @@ pub struct PlainResult {
 /// `options` has a size of vertices or faces, and nothing else; `None` is returned for one of another kind. With `welds`
 /// a mesh with two vertices at one position is not clean. `keeps_merges` fills `became`.
 #[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "they are what Python has")]
 #[pyo3(signature = (options, meshes, n_fit_steps, locks_boundaries, welds, keeps_merges, threads, progress))]
 pub fn simplify_plain(
     py: Python,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-# Weight of the mean of a point's merged points beside the planes around them, where these leave a direction open.
+# Weight of the mean of merged points in addition to the planes around them, which may leave a direction open.
 _PULL = 1e-3
 
 

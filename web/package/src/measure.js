@@ -1,7 +1,7 @@
 // Measures the largest distance between two surfaces by samples. A module of its own, which is loaded where a call asks for a measure.
 
 /**
- * Samples of each surface beside its vertices, and the triangles up to which the middles of edges are samples, too. The largest distance of
+ * Samples of each surface in addition to its vertices, and the triangles up to which the middles of edges are samples, too. The largest distance of
  * 24 results of four meshes of 2,048 to 40,000 triangles is within 3 % of that of a million samples.
  */
 const SAMPLES = 20_000;

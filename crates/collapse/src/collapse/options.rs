@@ -66,7 +66,7 @@ impl fmt::Debug for Heartbeat<'_> {
     }
 }
 
-/// Hears the progress of a collapse, from 0 to 1.
+/// Receives the progress of a collapse, from 0 to 1.
 pub type PassListener<'a> = &'a (dyn Fn(f32) -> ControlFlow<()> + Sync);
 
 impl CollapseOptions<'_> {

@@ -14,7 +14,7 @@ pub(crate) struct PriceRanks<'a> {
     team: Team<'a>,
 }
 
-impl PriceRanks<'_> {
+impl<'a> PriceRanks<'a> {
     pub(crate) fn new(best: &'a [u64], team: Team<'a>) -> PriceRanks<'a> {
         PriceRanks { best, coarse: count(best, 52, None, team), team }
     }
