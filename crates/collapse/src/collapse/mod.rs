@@ -77,7 +77,7 @@ pub struct CollapseResult {
     /// Estimate of the largest distance between result and input, in the input's units: sums of the distances that
     /// merges moved the surface by. No bound; the fit is not in it.
     pub error: f32,
-    /// The same estimate at each vertex of the result.
+    /// Estimate of that distance at each vertex of the result.
     pub errors: Vec<f32>,
     /// For each pass that merged, the number of vertices left and the price up to which it merged.
     ///

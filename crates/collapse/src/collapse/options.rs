@@ -38,14 +38,14 @@ pub struct CollapseOptions<'a> {
     pub heartbeat: Heartbeat<'a>,
 }
 
-/// A function of the caller that hears from any thread how many merges were made since the last call, mostly 0.
+/// Listener of the caller, called from any thread with the number of merges since the last call, mostly 0.
 ///
 /// It may end the collapse by unwinding.
 #[derive(Clone, Copy, Default)]
 pub struct Heartbeat<'a>(Option<&'a (dyn Fn(usize) + Sync)>);
 
 impl<'a> Heartbeat<'a> {
-    /// Nobody hears.
+    /// No listener.
     pub const NONE: Self = Self(None);
 
     /// Returns the heartbeat that calls `listener`.

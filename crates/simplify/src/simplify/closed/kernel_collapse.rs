@@ -19,7 +19,7 @@ use super::stage_settings::StageSettings;
 
 /// Least number of vertices of a result; below, one merge a pass places corners exactly.
 const LEAST_VERTICES: usize = 64;
-/// Locked vertices of the input, of so many of the result one, at which the distance would have to be checked.
+/// Vertices of the result per locked vertex of the input, below which the distance would have to be checked.
 const LOCKED_ONE_IN: usize = 2;
 
 /// Returns whether the kernel knows all that a request asks for.

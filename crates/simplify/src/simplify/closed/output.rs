@@ -57,7 +57,7 @@ impl Output {
     /// Returns whether a vertex may be farther than this from the original.
     pub fn may_be_beyond(&self, v: u32, distance: f32) -> bool {
         // Also where nothing is known.
-        self.distances.get(v as usize).is_none_or(|known| !(*known <= distance))
+        self.distances.get(v as usize).is_none_or(|known| known.is_nan() || *known > distance)
     }
 
     /// Moves a vertex to where its distance from the original is unknown.

@@ -113,7 +113,7 @@ pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
-/// Estimates by the prices of a collapse from `n_input` vertices to a size the smallest one with the shape.
+/// Estimates the smallest size that keeps the shape by the prices of a collapse from `n_input` vertices; `None` if its result does.
 ///
 /// A price is an area times a squared distance, and the area around a vertex its share of the whole.
 pub fn size_with_shape(
