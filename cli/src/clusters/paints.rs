@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::compare::images::Gallery;
 use crate::page::data_script;
 
-/// Paints beside a hierarchy: what the page's JSON says of them, and scripts with their images.
+/// Paints of a hierarchy: their description in the page's JSON, and scripts with their images.
 #[derive(Default)]
 pub struct ClusterPaints {
     pub facts: Value,

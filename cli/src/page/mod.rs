@@ -43,7 +43,7 @@ pub fn embed_file(page: &str, name: &str, bytes: &[u8]) -> String {
     embed_file_with(page, name, bytes, (&Value::Null, ""))
 }
 
-/// Fills a template as [`embed_file`] does, with further facts (a JSON object or null) and scripts beside the file.
+/// Fills a template as [`embed_file`] does, with further facts (a JSON object or null) and scripts.
 pub fn embed_file_with(page: &str, name: &str, bytes: &[u8], (facts, scripts): (&Value, &str)) -> String {
     let mut words = json!({ "name": name });
     for (key, value) in facts.as_object().into_iter().flatten() {

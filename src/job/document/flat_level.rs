@@ -6,7 +6,6 @@ use crate::job::request::Job;
 use crate::simplify::Simplified;
 
 use super::Document;
-use super::write::scene_files;
 
 /// Writes a simplified scene as one mesh, as a file of the scene would be read and written.
 pub(super) fn flat_files(
@@ -16,8 +15,9 @@ pub(super) fn flat_files(
     file_name: &str,
 ) -> Result<Files, WriteError> {
     // A GLB has all that the scene carries, and its reader is the one that places nodes.
-    let scene = scene_files(asset, &[parts], &SceneOptions::new(Format::Glb, file_name))?;
-    let read = io::read_attributed(&scene.bytes, Some(Format::Glb)).map_err(|error| refuse(&error))?;
+    let scene = asset.write_scene(&[&parts], &SceneOptions::new(Format::Glb, file_name))?;
+    let bytes = scene.first().map_or(&[][..], |file| file.bytes.as_slice());
+    let read = io::read_attributed(bytes, Some(Format::Glb)).map_err(|error| refuse(&error))?;
     let flat = Document::from_mesh(read, job).map_err(|error| refuse(&error))?;
     let mut level = result.clone();
     (level.mesh, level.attributes) = (flat.mesh().clone(), flat.input(&[], &[]).attributes.clone());

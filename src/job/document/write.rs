@@ -97,7 +97,7 @@ impl Document {
                 let split_parts =
                     |result: &&Simplified| simplified_parts(asset, united, pieces, &result.mesh, &result.attributes);
                 // Only progressions of scenes have levels in other formats.
-                if let Some(result) = results.first().filter(|_| !job.takes_scenes()) {
+                if let Some(result) = results.first().filter(|_| self.progression.is_some() && !job.takes_scenes()) {
                     return flat_files(asset, (split_parts(result), result), job, file_name);
                 }
                 let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(split_parts).collect();

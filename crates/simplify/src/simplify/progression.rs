@@ -280,7 +280,7 @@ impl Progression {
     fn level(&self, limit: Limit) -> ProgressionLevel {
         let mut level = self.level_without(limit, Vec::new());
         for drop in &self.drops {
-            // Below the smallest form of what is left, the next components go.
+            // Below the smallest form of the remaining components, the next ones go.
             if level.is_reached && self.count(&level)[0] > drop.n_vertices {
                 break;
             }
