@@ -245,38 +245,3 @@ fn meshes_of_a_scene_that_continue_each_other_stay_in_touch() {
         assert!((0.8 * asked..=1.05 * asked).contains(&share), "{ratio}: {share}");
     }
 }
-
-#[test]
-fn a_wall_inside_a_solid_stays_at_its_skin() {
-    let folder = folder();
-    // A closed tube with a wall across, whose rim has three faces at each edge.
-    let tube = shapes::torus(60, 24, 1.0, 0.3);
-    let ring: Vec<u32> = (0..tube.positions().len() as u32)
-        .filter(|&v| {
-            let [x, y, _] = tube.positions()[v as usize];
-            y.abs() < 1e-6 && x > 0.0
-        })
-        .collect();
-    let mut ring = ring;
-    let angle = |v: &u32| {
-        let [x, _, z] = tube.positions()[*v as usize];
-        z.atan2(x - 1.0)
-    };
-    ring.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
-    assert_eq!(ring.len(), 24);
-    let centre = tube.positions().len() as u32;
-    let wall = (0..ring.len()).map(|i| [centre, ring[i], ring[(i + 1) % ring.len()]]);
-    let positions: Vec<[f32; 3]> = tube.positions().iter().copied().chain([[1.0, 0.0, 0.0]]).collect();
-    let lines = positions.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n"));
-    let faces: Vec<[u32; 3]> = tube.faces().iter().copied().chain(wall).collect();
-    let text: String =
-        lines.chain(faces.iter().map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1))).collect();
-    std::fs::write(folder.path().join("in.obj"), text).unwrap();
-    for ratio in ["0.5", "0.1"] {
-        let asked = ["simplify", "in.obj", "-o", "out.obj", "--ratio", ratio, "--keep-components", "--force"];
-        assert_eq!(run(folder.path(), &asked).code, Some(0));
-        let light = crate::common::read_welded(&folder.path().join("out.obj"));
-        assert_eq!(count_open_edges(&light), 0, "{ratio}");
-        assert_eq!(light.positions().len(), (positions.len() as f64 * ratio.parse::<f64>().unwrap()) as usize);
-    }
-}

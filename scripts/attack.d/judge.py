@@ -33,7 +33,7 @@ def of_run(subject, done):
     is_line = len(lines) == 1 and lines[0].startswith("neural-mesh: ") and lines[0].isprintable()
     if done.out or (not is_line if done.code in (1, 2, 3) else lines):
         yield "words", f"exit code {done.code}, said {(done.out + done.words)[:300]!r}"
-    n_files = len(value_of(done.options, "--lods").split(",")) if "--lods" in done.options else 1
+    n_files = len(targets_of(done))
     if value_of(done.options, "--lods") and is_scene(subject, done):
         n_files = len(done.meshes)
     if (len(done.meshes) == n_files and done.report is not None) != (done.code in (0, 3)) or done.stray:
@@ -52,6 +52,17 @@ def may_not_be_refused(subject, done):
     return (subject.mirrored or not is_mirrored(done)) and not asks(done, "--printable") and not is_too_large
 
 
+def targets_of(done):
+    """The sizes asked for, less those that the report leaves out since they repeat the level before."""
+    if "--lods" not in done.options:
+        return [done.options[:2]]
+    ratios = value_of(done.options, "--lods").split(",")
+    notes = [note for note in (done.report or {}).get("notes", []) if note.startswith("levels left out: ")]
+    for left_out in (size for note in notes for size in note.split(": ")[1].split(", ")):
+        ratios = [ratio for ratio in ratios if abs(100 * float(ratio) - float(left_out.rstrip("%"))) > 1e-9]
+    return [["--ratio", ratio] for ratio in ratios]
+
+
 def is_scene(subject, done):
     """Levels of detail of a scene stand in one file, where each takes its own place."""
     return subject.path.suffix == ".glb" and all(path.suffix == ".glb" for path in done.meshes)
@@ -68,11 +79,11 @@ def may_touch(subject, done, said):
 def results(subject, done, found):
     """Reads the results of a run, and adds a verdict for each unreadable file."""
     levels = done.report.get("levels") or [dict(done.report["output"], outcome=done.report["outcome"])]
-    targets = [["--ratio", ratio] for ratio in (value_of(done.options, "--lods") or "").split(",")]
+    targets = targets_of(done)
     if len(done.meshes) != len(levels):
         return
     for number, (path, said) in enumerate(zip(done.meshes, levels)):
-        target = targets[number] if "--lods" in done.options else done.options[:2]
+        target = targets[number]
         try:
             touch = may_touch(subject, done, said)
             result = Result(path, said, said["outcome"], target, not touch)

@@ -8,7 +8,7 @@ use super::{PositionKey, position_key};
 
 /// Boundary edge of a piece, with its vertices in the order of its face.
 #[derive(Clone, Copy)]
-struct Rim {
+struct OpenSide {
     piece: u32,
     vertices: [u32; 2],
 }
@@ -23,7 +23,7 @@ pub fn join_touching(
     piece_of: &[u32],
     class: &[usize],
 ) -> (Vec<u32>, usize) {
-    let mut rims: FxHashMap<(usize, [PositionKey; 2]), Vec<Rim>> = FxHashMap::default();
+    let mut sides: FxHashMap<(usize, [PositionKey; 2]), Vec<OpenSide>> = FxHashMap::default();
     for_each_edge(positions.len(), faces, |_, half_edges| {
         let &[half] = half_edges else { return };
         let (face, side) = (half.half_edge as usize / 3, half.half_edge as usize % 3);
@@ -31,10 +31,10 @@ pub fn join_touching(
         let mut keys = vertices.map(|v| position_key(positions[v as usize]));
         keys.sort_unstable();
         let piece = piece_of[face];
-        rims.entry((class[piece as usize], keys)).or_default().push(Rim { piece, vertices });
+        sides.entry((class[piece as usize], keys)).or_default().push(OpenSide { piece, vertices });
     });
     let mut sets = UnionFind::new(positions.len());
-    for pair in rims.values() {
+    for pair in sides.values() {
         let &[one, other] = pair.as_slice() else { continue };
         let [a, b] = one.vertices;
         let [c, d] = other.vertices;
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes, topology};
 
-    /// A sphere of which each face is a vertex triple of its piece alone.
+    /// Faces of a mesh in pieces with vertices of their own.
     fn in_pieces(mesh: &TriMesh, piece: impl Fn(usize) -> u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<u32>) {
         let (mut positions, mut numbers) = (Vec::new(), FxHashMap::default());
         let piece_of: Vec<u32> = (0..mesh.faces().len()).map(piece).collect();
@@ -67,7 +67,7 @@ mod tests {
         (positions, faces, piece_of)
     }
 
-    fn joined(positions: &[[f32; 3]], faces: &[[u32; 3]], piece_of: &[u32], class: &[usize]) -> TriMesh {
+    fn join_mesh(positions: &[[f32; 3]], faces: &[[u32; 3]], piece_of: &[u32], class: &[usize]) -> TriMesh {
         let (vertex, _) = join_touching(positions, faces, piece_of, class);
         TriMesh::new(positions.to_vec(), faces.iter().map(|face| face.map(|v| vertex[v as usize])).collect()).unwrap()
     }
@@ -76,8 +76,8 @@ mod tests {
     fn parts_of_one_sphere_are_closed_again() {
         let sphere = shapes::icosphere(3);
         let (positions, faces, piece_of) = in_pieces(&sphere, |face| (face as u32 / 100) % 3);
-        assert!(!topology(&joined(&positions, &faces, &piece_of, &[0, 1, 2])).is_closed_manifold());
-        let whole = joined(&positions, &faces, &piece_of, &[5; 3]);
+        assert!(!topology(&join_mesh(&positions, &faces, &piece_of, &[0, 1, 2])).is_closed_manifold());
+        let whole = join_mesh(&positions, &faces, &piece_of, &[5; 3]);
         assert!(topology(&whole).is_closed_manifold());
         let (_, n_joined) = join_touching(&positions, &faces, &piece_of, &[5; 3]);
         assert_eq!(positions.len() - n_joined, sphere.positions().len());

@@ -23,7 +23,6 @@ mod result;
 mod saved_collapse;
 mod split_sequence;
 mod stage_settings;
-mod torn_edges;
 mod trace;
 mod visible_drops;
 
@@ -44,7 +43,6 @@ use output::Output;
 use prepare::{prepare, prepare_bare};
 use refine::sample_points::SamplePoints;
 use refine::{degenerate_faces, duplicate_positions, fit, flips, foldovers, nested, spikes};
-use torn_edges::hold_torn_edges;
 use trace::Trace;
 
 pub(super) use attributes::blend::blend;
@@ -101,16 +99,13 @@ pub(super) fn simplify_levels<'a>(
         return Ok(levels);
     }
     let mut levels = FinishedLevels { size_with_shape, ..FinishedLevels::default() };
-    if limits.is_empty() {
-        return Ok(levels);
-    }
-    let (base, collapse) = start_or_continue(mesh, request, limits, saved, progress)?;
+    let Some(&first) = limits.first() else { return Ok(levels) };
+    let (base, collapse) = start_or_continue(mesh, request, first, saved, progress)?;
     let deviation_check = deviation_check(request, &collapse, limits);
     // The copy continues after components are dropped.
     let may_drop = request.requirements.drops_within.is_some();
     let mut collapse = Some(if may_drop && !request.differentiable { collapse.with_copy() } else { collapse });
     for &limit in limits {
-        let limit = base.original.pins.with_copies(limit);
         // The last level takes the collapse itself, not a copy, to save memory.
         let Some(running) = collapse.take() else { break };
         // The first level has entered this stage in `start`.
@@ -155,9 +150,7 @@ fn simplify_by_kernel<'a>(
     }
     let (n_vertices, n_faces) = (mesh.positions().len(), mesh.faces().len());
     progress.enter("surface", n_faces)?;
-    let mut original = prepare_bare(mesh, &request.requirements, progress.pulse);
-    hold_torn_edges(&mut original, request, limits);
-    let limit = original.pins.with_copies(limit);
+    let original = prepare_bare(mesh, &request.requirements, progress.pulse);
     progress.enter("collapse", merges_to(limit, n_vertices, n_faces))?;
     let Some(collapsed) = collapse_by_kernel(&original, limit, progress.pulse) else { return Ok(None) };
     let KernelCollapse { output, pass_prices } = collapsed;
@@ -253,16 +246,16 @@ fn keep_for_next(collapse: Collapse, is_last: bool) -> Option<Collapse> {
 fn start_or_continue<'a, 'p: 'a>(
     mesh: &'a TriMesh,
     request: &ClosedRequest<'a>,
-    limits: &[Limit],
+    limit: Limit,
     saved: Option<SavedCollapse<'p>>,
     progress: Progress<'p>,
 ) -> Result<(CollapseBase<'a>, Collapse<'p>), SimplifyError> {
     if let Some(saved) = saved
-        && let Some(continued) = saved.attach(mesh, request, limits, progress)?
+        && let Some(continued) = saved.attach(mesh, request, limit, progress)?
     {
         return Ok(continued);
     }
-    start(mesh, request, limits, progress)
+    start(mesh, request, limit, progress)
 }
 
 /// Runs a collapse to a limit, or to an earlier end where too few vertices are free to keep the shape.
@@ -288,18 +281,16 @@ fn start_trace(history: Option<Vec<collapse::CollapseEvent>>) -> Option<Trace> {
 fn start<'a, 'p: 'a>(
     mesh: &'a TriMesh,
     request: &ClosedRequest<'a>,
-    limits: &[Limit],
+    limit: Limit,
     progress: Progress<'p>,
 ) -> Result<(CollapseBase<'a>, Collapse<'p>), SimplifyError> {
     let (n_faces, requirements) = (mesh.faces().len(), &request.requirements);
-    let first = limits.first().copied().unwrap_or(Limit::NONE);
     progress.enter("surface", n_faces)?;
     let mut original = prepare(mesh, requirements, progress.pulse);
-    hold_torn_edges(&mut original, request, limits);
     progress.enter("scores", n_faces)?;
     // Importance must precede the collapse, which copies the quadrics.
     importance::weigh(&mut original.surface, request.importance, request.settings.strength, &request.visibility);
-    progress.enter("collapse", merges_to(first, original.surface.n_vertices(), n_faces))?;
+    progress.enter("collapse", merges_to(limit, original.surface.n_vertices(), n_faces))?;
     // Without constraints the collapse takes its fast paths.
     let constrains = !original.features.is_empty() || !original.pins.is_empty();
     let constraints = constrains.then(|| Constraints::new(&original));

@@ -5,14 +5,11 @@ use glam::DVec3;
 use super::prepare::surface::PreparedSurface;
 use super::request::Requirements;
 use crate::simplify::input::Half;
-use crate::simplify::limits::Limit;
 
 #[derive(Clone, Debug, Default)]
 pub struct Pins {
     locked: Vec<bool>,
     locks_edges: bool,
-    /// Copies of split vertices that are joined again in the result.
-    n_copies: usize,
     subset: bool,
     /// Surface vertex from which each vertex originates; empty for the surface's own vertices.
     origin: Vec<u32>,
@@ -28,7 +25,6 @@ impl Pins {
         Self {
             locked,
             locks_edges: !requirements.kept.is_empty(),
-            n_copies: 0,
             subset: requirements.subset,
             origin: Vec::new(),
             plane,
@@ -38,23 +34,6 @@ impl Pins {
     #[cfg(test)]
     pub fn new_subset() -> Self {
         Self { subset: true, ..Self::default() }
-    }
-
-    /// Locks further vertices and the edges between them, of which `n_copies` are copies; none if `held` is empty.
-    pub fn hold(&mut self, held: &[bool], n_copies: usize) {
-        self.locked.resize(self.locked.len().max(held.len()), false);
-        self.locked.iter_mut().zip(held).for_each(|(locked, held)| *locked |= held);
-        self.locks_edges |= !held.is_empty();
-        self.n_copies = n_copies;
-    }
-
-    pub fn joins_copies(&self) -> bool {
-        self.n_copies > 0
-    }
-
-    /// Returns the number of vertices at which a result has `limit` once its copies are joined.
-    pub fn with_copies(&self, limit: Limit) -> Limit {
-        Limit { vertices: limit.vertices.saturating_add(self.n_copies), ..limit }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -79,7 +58,6 @@ impl Pins {
         Self {
             locked: remaining.iter().map(|&v| self.is_locked(v)).collect(),
             locks_edges: self.locks_edges,
-            n_copies: self.n_copies,
             subset: self.subset,
             origin: remaining.iter().map(|&v| self.origin[v as usize]).collect(),
             plane: self.plane.as_ref().map(|plane| plane.select(remaining)),

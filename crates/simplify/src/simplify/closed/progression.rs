@@ -46,7 +46,7 @@ pub fn record_collapse(
     progress: Progress,
 ) -> Result<RecordedCollapse, SimplifyError> {
     let (limit, n_faces) = (Limit::from_vertices(1), mesh.faces().len());
-    let (base, collapse) = start(mesh, request, &[limit], progress)?;
+    let (base, collapse) = start(mesh, request, limit, progress)?;
     let mut collapse = collapse.with_recording();
     let mut end = collapse.run(limit);
     if end != CollapseEnd::Reached && request.requirements.hold_shape.is_none() {

@@ -1,7 +1,6 @@
 //! Results of the closed assembly.
 
 use glam::Vec3;
-use rustc_hash::FxHashMap;
 
 use crate::mesh::{Attributes, TriMesh};
 use crate::simplify::map;
@@ -12,7 +11,6 @@ use super::attributes::result_corners::CornerMap;
 use super::derivative::Derivative;
 use super::original::Original;
 use super::output::Output;
-use super::pins::Pins;
 
 pub struct ClosedResult {
     pub simplified: Simplified,
@@ -37,16 +35,9 @@ impl ClosedResult {
         let pulse = original.surface.pulse;
         pulse.beat(0);
         let kept = find_kept(original, &output, is_kept);
-        let (mut faces, mut pins, mut vertex_of) = output.into_parts();
+        let (faces, pins, mut vertex_of) = output.into_parts();
         // Copies of split vertices come last, and the caller does not know them.
         vertex_of.truncate(original.mesh.positions().len());
-        let mut positions = positions;
-        if pins.joins_copies() {
-            let (number, kept) = number_without_copies(original, &pins, positions.len());
-            positions = kept.iter().map(|&x| positions[x as usize]).collect();
-            faces.as_flattened_mut().iter_mut().chain(&mut vertex_of).for_each(|x| *x = number[*x as usize]);
-            pins = pins.select(&kept);
-        }
         pulse.beat(0);
         let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
         let sources = || pins.origins().iter().map(|&v| original.surface.source(v)).collect();
@@ -80,20 +71,6 @@ impl ClosedResult {
         let output_vertices = self.vertex_of.clone();
         Map { output_vertices, input_vertices, corner_faces: corners.faces, corner_weights: corners.weights }
     }
-}
-
-/// Numbers `n` output vertices so that held copies of one vertex are one; also returns the first of each number.
-fn number_without_copies(original: &Original, pins: &Pins, n: usize) -> (Vec<u32>, Vec<u32>) {
-    let (mut number, mut kept): (Vec<u32>, Vec<u32>) = (Vec::with_capacity(n), Vec::new());
-    let mut first: FxHashMap<u32, u32> = FxHashMap::default();
-    for x in 0..n as u32 {
-        let new = kept.len() as u32;
-        let source = pins.is_locked(x).then(|| original.surface.source(pins.origins()[x as usize]));
-        let own = source.map_or(new, |source| *first.entry(source).or_insert(new));
-        number.push(own);
-        kept.extend((own == new).then_some(x));
-    }
-    (number, kept)
 }
 
 /// Converts output positions to local coordinates; locked vertices, and all of a subset, keep every bit.

@@ -12,7 +12,6 @@ use super::original::Original;
 use super::prepare::prepare_at_scale;
 use super::prepare::surface::Normalisation;
 use super::request::ClosedRequest;
-use super::torn_edges::hold_torn_edges;
 
 pub struct SavedCollapse<'a> {
     collapse: Collapse<'a>,
@@ -52,16 +51,15 @@ impl<'a> SavedCollapse<'a> {
         self,
         mesh: &'b TriMesh,
         request: &ClosedRequest<'b>,
-        limits: &[Limit],
+        limit: Limit,
         progress: Progress<'b>,
     ) -> Result<Option<(CollapseBase<'b>, Collapse<'a>)>, SimplifyError> {
         progress.enter("surface", mesh.faces().len())?;
         let mut original = prepare_at_scale(mesh, self.scale, &request.requirements, progress.pulse);
-        hold_torn_edges(&mut original, request, limits);
         // Only a new collapse reads the quadrics.
         original.surface.quadrics = Vec::new();
         let Some(collapse_vertices) = self.vertices(&original) else { return Ok(None) };
-        progress.enter("collapse", self.collapse.merges_to(limits.first().copied().unwrap_or(Limit::NONE)))?;
+        progress.enter("collapse", self.collapse.merges_to(limit))?;
         Ok(Some((CollapseBase { original, collapse_vertices }, self.collapse)))
     }
 
