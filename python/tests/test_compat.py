@@ -54,6 +54,8 @@ def test_a_replay_gives_the_result_also_of_a_mesh_that_has_moved() -> None:
     assert (len(v), len(f)) == (2, 0) and list(numbers) == [0, 0, 0, 1, -1]
     with pytest.raises(ValueError, match="another mesh"):
         fast_simplification.replay_simplification(square, two, [[0, 4]])
+    with pytest.raises(ValueError, match="in a circle"):
+        fast_simplification.replay_simplification(square, two, [[0, 1], [1, 2], [2, 0]])
 
 
 def test_replayed_borders_stay_where_they_are_kept() -> None:

@@ -38,9 +38,15 @@ def replay_simplification(
         raise ValueError("``collapses`` references a vertex that is not part of any triangle: they are of another mesh")
     became = np.arange(len(points))
     became[pairs[:, 1]] = pairs[:, 0]
-    # Merged points may have been merged again.
-    while (became != became[became]).any():
-        became = became[became]
+    is_merged = became != np.arange(len(points))
+    # Merged points may have been merged again: each round follows twice as many merges.
+    for _ in range(len(points).bit_length()):
+        further = became[became]
+        if (further == became).all():
+            break
+        became = further
+    if is_merged[became].any():
+        raise ValueError("``collapses`` merges points in a circle: they are of another mesh")
     kept = np.unique(became[is_used])
     numbers = np.full(len(points), -1)
     numbers[kept] = np.arange(len(kept))
