@@ -2,6 +2,7 @@
 
 use crate::clusters::{Cluster, ClusterGroup, Clusters};
 use crate::mesh::value_bytes::{Stored, write_rows};
+use crate::spatial::Bounds;
 
 use super::{
     ALIGNMENT, ArrayPlace, CONTAINER_VERSION, ChannelHead, ClusterRow, GroupRow, Header, MAGIC, NONE, PAGE_SIZE,
@@ -125,11 +126,9 @@ fn finest_bounds(clusters: &Clusters) -> Option<[[f32; 3]; 2]> {
     let finest = clusters.clusters.iter().filter(|cluster| cluster.level == 0);
     let vertices =
         finest.filter_map(|it| clusters.vertices.get(it.first_vertex as usize..)?.get(..it.n_vertices as usize));
-    let positions = vertices.flatten().map(|&v| clusters.positions[v as usize]);
-    positions.fold(None, |bounds, p| {
-        let [low, high] = bounds.unwrap_or([p; 2]);
-        Some([std::array::from_fn(|axis| low[axis].min(p[axis])), std::array::from_fn(|axis| high[axis].max(p[axis]))])
-    })
+    let positions: Vec<[f32; 3]> = vertices.flatten().map(|&v| clusters.positions[v as usize]).collect();
+    let Bounds { low, high } = Bounds::from_points(&positions);
+    (!positions.is_empty()).then_some([low, high])
 }
 
 fn json_of(header: &Header) -> Vec<u8> {

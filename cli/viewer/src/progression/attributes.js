@@ -1,5 +1,6 @@
 // Attributes at the corners of a level: those of the mesh at its closest points.
 
+import { componentsOf } from './components.js';
 import { ranksOf, sourceFacesOf } from './level.js';
 
 /** Squared distances of candidates that count as equal, over the least; then the face that is turned like the level's decides. */
@@ -16,7 +17,9 @@ export function cornerValues(progression, level, mesh, channels) {
   const original = originalOf(progression);
   const around = facesAround(progression, level);
   const [ranks, sources] = [ranksOf(progression, level), sourceFacesOf(progression, level)];
-  const charts = chartsOf(original.wedges);
+  // Charts are components of wedges.
+  const nWedges = original.wedges.reduce((most, wedge) => Math.max(most, wedge + 1), 0);
+  const charts = componentsOf(nWedges, original.wedges);
   sources.forEach((source, face) => {
     const corners = mesh.faces.subarray(3 * face, 3 * face + 3);
     const normal = normalOf(mesh.positions, corners);
@@ -58,21 +61,6 @@ function facesAround({ sequence: { n, parents, vertices }, surface }, level) {
   const [items, next] = [new Uint32Array(starts[level.n]), starts.slice()];
   visit((rank, face) => { items[next[rank]++] = face; });
   return { starts, items };
-}
-
-/** Numbers the charts of wedges: those that faces join. */
-function chartsOf(wedges) {
-  const n = wedges.reduce((most, wedge) => Math.max(most, wedge + 1), 0);
-  const charts = Uint32Array.from({ length: n }, (_, wedge) => wedge);
-  const find = (wedge) => {
-    while (charts[wedge] !== wedge) {
-      charts[wedge] = charts[charts[wedge]];
-      wedge = charts[wedge];
-    }
-    return wedge;
-  };
-  for (let i = 0; i < wedges.length; i++) charts[find(wedges[i])] = find(wedges[3 * Math.floor(i / 3)]);
-  return charts.map((_, wedge) => find(wedge));
 }
 
 /** Returns the closest candidate to a point and the weights of its corners there; of nearly equal ones that turned most like a normal. */

@@ -1,5 +1,6 @@
 // Levels of a progression: which vertices and faces a size has, as the library's `progression.rs` decides.
 
+import { componentsOf } from './components.js';
 import { fillFaces, fillPositions, largestWithin, makeSequence } from './sequence.js';
 import { check, readProgression } from './container.js';
 import { readMaterials } from './materials.js';
@@ -38,31 +39,6 @@ function lastsOf({ n, vertices }, faces, drops) {
   });
   check(last.includes(NEVER), 'a level without components');
   return Uint16Array.from(vertices, (vertex) => last[components[vertex]]);
-}
-
-/** Numbers the components of a surface in the order of their first vertices; returns that of each vertex. */
-function componentsOf(n, faces) {
-  const parents = Uint32Array.from({ length: n }, (_, vertex) => vertex);
-  const find = (vertex) => {
-    while (parents[vertex] !== vertex) {
-      parents[vertex] = parents[parents[vertex]];
-      vertex = parents[vertex];
-    }
-    return vertex;
-  };
-  // The smallest vertex of a component stands for it.
-  const join = (a, b) => { parents[Math.max(a, b)] = Math.min(a, b); };
-  for (let i = 0; i < faces.length; i += 3) {
-    join(find(faces[i]), find(faces[i + 1]));
-    join(find(faces[i + 1]), find(faces[i + 2]));
-  }
-  const components = new Uint32Array(n);
-  let nComponents = 0;
-  for (let vertex = 0; vertex < n; vertex++) {
-    const first = find(vertex);
-    components[vertex] = first === vertex ? nComponents++ : components[first];
-  }
-  return components;
 }
 
 /**
