@@ -7,7 +7,7 @@ mod indices;
 
 pub use collapse::{
     CollapseError, CollapseOptions, CollapseOutcome, CollapseRecord, CollapseResult, CollapseSize, Heartbeat,
-    PassListener, collapse,
+    PassListener, collapse, collapse_to_sizes,
 };
 pub use indices::{
     IndexBuffers, IndexOptions, IndexResult, measure_extent, prune_components, select_points, simplify_indices,

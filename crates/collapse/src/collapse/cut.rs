@@ -19,6 +19,7 @@ use crate::collapse::roots::find_root;
 use crate::collapse::vector::{Point, cross, dot, subtract};
 
 /// The faces of a mesh whose bad vertices are cut, and whose copies they are.
+#[derive(Clone)]
 pub(crate) struct Cuts {
     pub faces: Vec<[u32; 3]>,
     /// The input vertex of each vertex; longer than the input by the copies.

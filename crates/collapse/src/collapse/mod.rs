@@ -113,17 +113,33 @@ pub fn collapse(
     faces: &[[u32; 3]],
     options: &CollapseOptions,
 ) -> Result<CollapseResult, CollapseError> {
-    let team = Team::new(options.n_threads, options.heartbeat);
-    let mut run = Run::new(positions, faces, options, None, team)?;
-    let fits = options.moves && options.n_fit_steps > 0 && run.record.n_passes() > 0;
-    if fits && options.listener.is_none_or(|listener| listener(1.0).is_continue()) {
-        let numbers = run.record.compose(run.record.n_passes());
-        let faces = run.prepared.cut_faces().unwrap_or(faces);
-        let input = FitInput { faces, numbers: &numbers, farthest: run.collapsed.farthest };
-        let position = |v: u32| run.prepared.unit_position(v, positions);
-        fit::fit(&mut run.collapsed.rings, input, position, options.n_fit_steps, team);
+    let mut run = Run::new(positions, faces, options, None)?;
+    run.go_to(options.size);
+    Ok(run.finish(positions, faces))
+}
+
+/// Simplifies a mesh to several sizes in one run: each result is where the next one goes on.
+///
+/// The first result is that of [`collapse()`], whatever follows. A size that is not below the one before is met at once.
+///
+/// # Errors
+/// As [`collapse()`]; the size of `options` is not read.
+pub fn collapse_to_sizes(
+    positions: &[[f32; 3]],
+    faces: &[[u32; 3]],
+    options: &CollapseOptions,
+    sizes: &[CollapseSize],
+) -> Result<Vec<CollapseResult>, CollapseError> {
+    let mut run = Run::new(positions, faces, options, None)?;
+    let Some((&last, others)) = sizes.split_last() else { return Ok(Vec::new()) };
+    let mut results = Vec::with_capacity(sizes.len());
+    for &size in others {
+        run.go_to(size);
+        results.push(run.clone().finish(positions, faces));
     }
-    Ok(run.assemble(positions))
+    run.go_to(last);
+    results.push(run.finish(positions, faces));
+    Ok(results)
 }
 
 /// The faces that are left of a mesh, by wedges.
@@ -146,7 +162,9 @@ pub(crate) fn collapse_by_wedges(
 ) -> Result<WedgeResult, CollapseError> {
     // Where each vertex is its only wedge, the record tells at the end what others follow from pass to pass.
     let followed = (sides.has_copies || sides.width > 0).then_some(sides);
-    let mut run = Run::new(positions, faces, options, followed, Team::new(options.n_threads, options.heartbeat))?;
+    let mut run = Run::new(positions, faces, options, followed)?;
+    run.go_to(options.size);
+    run.prepared.name_origins(&mut run.collapsed.origins);
     let out = run.place_vertices(positions);
     let error = run.error();
     let (faces, attributes) = match run.sides.take() {
@@ -156,34 +174,53 @@ pub(crate) fn collapse_by_wedges(
     Ok(WedgeResult { positions: out, faces, attributes, error })
 }
 
-/// A mesh after all merges, and how it came to be.
-struct Run {
+/// A mesh after some merges, and how it came to be.
+#[derive(Clone)]
+struct Run<'a> {
+    options: &'a CollapseOptions<'a>,
+    team: Team<'a>,
     prepared: Prepared,
     collapsed: Collapsed,
-    record: CollapseRecord,
     sides: Option<SideArrays>,
 }
 
-impl Run {
+impl<'a> Run<'a> {
     fn new(
         positions: &[[f32; 3]],
         faces: &[[u32; 3]],
-        options: &CollapseOptions,
+        options: &'a CollapseOptions<'a>,
         sides: Option<SidesInput>,
-        team: Team,
-    ) -> Result<Run, CollapseError> {
+    ) -> Result<Run<'a>, CollapseError> {
+        let team = Team::new(options.n_threads, options.heartbeat);
         let mut prepared = prepare::prepare(positions, faces, options, team)?;
-        let mut sides = sides.map(|sides| prepared.make_sides(faces, sides));
-        let (unit, size) = match options.size {
+        let sides = sides.map(|sides| prepared.make_sides(faces, sides));
+        let collapsed = Collapsed::new(std::mem::take(&mut prepared.rings));
+        Ok(Run { options, team, prepared, collapsed, sides })
+    }
+
+    fn go_to(&mut self, size: CollapseSize) {
+        let (unit, size) = match size {
             CollapseSize::Faces(size) => (Unit::Face, size),
             CollapseSize::Vertices(size) => (Unit::Vertex, size),
         };
-        let max_error = prepared.frame.to_unit_length(options.max_error);
-        let goal = SizeGoal { unit, size, max_error, moves: options.moves, listener: options.listener };
-        let mut collapsed = run_passes(std::mem::take(&mut prepared.rings), goal, sides.as_mut(), team);
-        prepared.name_origins(&mut collapsed.origins);
-        let record = prepared.take_record(std::mem::take(&mut collapsed.numbers), positions.len());
-        Ok(Run { prepared, collapsed, record, sides })
+        let CollapseOptions { moves, is_careful, listener, max_error, .. } = *self.options;
+        let max_error = self.prepared.frame.to_unit_length(max_error);
+        let goal = SizeGoal { unit, size, max_error, moves, is_careful, listener };
+        run_passes(&mut self.collapsed, goal, self.sides.as_mut(), self.team);
+    }
+
+    // Fits the vertices to the input.
+    fn finish(mut self, positions: &[[f32; 3]], faces: &[[u32; 3]]) -> CollapseResult {
+        let CollapseOptions { moves, n_fit_steps, listener, .. } = *self.options;
+        let fits = moves && n_fit_steps > 0 && !self.collapsed.numbers.is_empty();
+        if fits && listener.is_none_or(|listener| listener(1.0).is_continue()) {
+            let numbers = self.prepared.compose(&self.collapsed.numbers);
+            let faces = self.prepared.cut_faces().unwrap_or(faces);
+            let input = FitInput { faces, numbers: &numbers, farthest: self.collapsed.farthest };
+            let position = |v: u32| self.prepared.unit_position(v, positions);
+            fit::fit(&mut self.collapsed.rings, input, position, n_fit_steps, self.team);
+        }
+        self.assemble(positions)
     }
 
     // Positions of the vertices of the rings, in the input's units.
@@ -203,7 +240,7 @@ impl Run {
 
     // The faces of the input whose corners are still apart, each corner by what it came from.
     fn list_faces(&self, faces: &[[u32; 3]]) -> Vec<WedgeFace> {
-        let numbers = self.record.compose(self.record.n_passes());
+        let numbers = self.prepared.compose(&self.collapsed.numbers);
         let faces = self.prepared.cut_faces().unwrap_or(faces);
         let list = (0..).zip(faces).filter_map(|(source, face)| {
             let vertices = face.map(|v| numbers[v as usize]);
@@ -214,10 +251,12 @@ impl Run {
     }
 
     // With one vertex for copies that are joined again.
-    fn assemble(self, positions: &[[f32; 3]]) -> CollapseResult {
+    fn assemble(mut self, positions: &[[f32; 3]]) -> CollapseResult {
+        self.prepared.name_origins(&mut self.collapsed.origins);
         let (mut out, error) = (self.place_vertices(positions), self.error());
-        let Run { prepared, collapsed, mut record, .. } = self;
-        let Collapsed { rings, mut origins, is_reached, pass_prices, .. } = collapsed;
+        let Run { mut prepared, collapsed, .. } = self;
+        let Collapsed { rings, numbers, mut origins, is_reached, pass_prices, .. } = collapsed;
+        let mut record = prepared.take_record(numbers, positions.len());
         let mut faces = rings.to_faces();
         let mut errors: Vec<f32> = rings.errors.iter().map(|&error| prepared.frame.to_input_length(error)).collect();
         prepared.join_copies(&mut faces, (&mut out, &mut origins, &mut errors), &mut record);

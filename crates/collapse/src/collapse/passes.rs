@@ -18,6 +18,11 @@ use crate::collapse::visit::Unit;
 /// Vertices visited per merge that is left, for small and for large results.
 const VISITS: [f32; 2] = [1.0, 1.4];
 
+/// Factor on the visits of a careful collapse.
+///
+/// Distances and normals of twelve meshes are 2 % smaller than at 1, in 1.3 of the time; at 0.25 no further.
+const CAREFUL_VISITS: f32 = 0.6;
+
 /// The part of all merges that is left to the last pass.
 const LAST_PART: f32 = 0.01;
 
@@ -60,6 +65,7 @@ pub(crate) struct SizeGoal<'a> {
     pub max_error: f32,
     /// True if vertices may move.
     pub moves: bool,
+    pub is_careful: bool,
     /// Called before each pass.
     pub listener: Option<PassListener<'a>>,
 }
@@ -72,7 +78,8 @@ impl SizeGoal<'_> {
     }
 }
 
-/// The mesh after all passes.
+/// The mesh after some passes.
+#[derive(Clone)]
 pub(crate) struct Collapsed {
     pub rings: Rings,
     /// For each pass the numbers of its vertices in the next mesh.
@@ -86,6 +93,15 @@ pub(crate) struct Collapsed {
     pub is_reached: bool,
 }
 
+impl Collapsed {
+    /// Wraps the mesh before the first pass.
+    pub(crate) fn new(rings: Rings) -> Self {
+        let origins = (0..rings.vertices.len() as u32).collect();
+        let (numbers, pass_prices) = (Vec::new(), Vec::new());
+        Self { rings, numbers, origins, farthest: f32::INFINITY, pass_prices, is_reached: false }
+    }
+}
+
 /// What is kept from pass to pass.
 #[derive(Default)]
 struct PassArrays {
@@ -96,35 +112,29 @@ struct PassArrays {
 }
 
 /// Merges until the goal is reached, or no merge is left; `sides` follow.
-pub(crate) fn run_passes(
-    mut rings: Rings,
-    goal: SizeGoal,
-    mut sides: Option<&mut SideArrays>,
-    team: Team,
-) -> Collapsed {
-    let start = measure_size(&rings, goal.unit);
+pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: Option<&mut SideArrays>, team: Team) {
+    let Collapsed { rings, numbers, origins, farthest, pass_prices, is_reached } = collapsed;
+    let start = measure_size(rings, goal.unit);
     let mut size = start;
     let mut arrays = PassArrays::default();
-    let mut numbers = Vec::new();
-    let mut origins: Vec<u32> = (0..rings.vertices.len() as u32).collect();
+    let most_passes = numbers.len() + MOST_PASSES;
     let mut last_threshold = f32::MAX.to_bits();
-    let (mut n_vain, mut n_slow, mut farthest) = (0, 0, f32::INFINITY);
-    let mut pass_prices = Vec::new();
-    while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < MOST_PASSES && goal.goes_on(start, size) {
+    let (mut n_vain, mut n_slow) = (0, 0);
+    while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < most_passes && goal.goes_on(start, size) {
         if let Some(sides) = &mut sides {
-            sides.prepare_pass(&mut rings, &mut arrays.losses);
+            sides.prepare_pass(rings, &mut arrays.losses);
         }
-        price_all(&rings, &mut arrays, goal.moves, team);
+        price_all(rings, &mut arrays, goal, team);
         let (mut selection, n_wanted) = select(&arrays, size - goal.size, start, goal, team);
-        farthest = FARTHEST * selection.guard * selection.guard / GUARD;
-        let is_jump = cap_jump(&mut selection, last_threshold, &rings);
+        *farthest = FARTHEST * selection.guard * selection.guard / GUARD;
+        let is_jump = cap_jump(&mut selection, last_threshold, rings);
         last_threshold = selection.threshold;
         // A guard that refuses nearly everything gives way.
         selection.guard *= GIVING_WAY.powi(n_slow);
 
         let terms = PriceTerms { moves: goal.moves, losses: &arrays.losses, quadrics: &arrays.quadrics };
         let best = &mut arrays.best;
-        let mesh = PassMesh { rings: &mut rings, terms, best, selection, team };
+        let mesh = PassMesh { rings: &mut *rings, terms, best, selection, team };
         let tally = merge_in_rounds(mesh, numbers.len());
         team.heartbeat.beat(tally.n_merges);
         size -= tally.count_spent(goal.unit).min(size);
@@ -139,26 +149,26 @@ pub(crate) fn run_passes(
         }
         let n_faces = rings.n_faces - tally.n_faces;
         let room = std::mem::take(&mut arrays.room);
-        let (next, of_next) = rebuild(&rings, &arrays.best, room, n_faces, team);
+        let (next, of_next) = rebuild(rings, &arrays.best, room, n_faces, team);
         let mut states = rings.states.iter();
         origins.retain(|_| states.next().is_some_and(|state| state & state::GONE == 0));
         if let Some(sides) = &mut sides {
-            sides.follow(&rings, &next, &of_next);
+            sides.follow(rings, &next, &of_next);
         }
         // The arrays of a large mesh's first pass are too large to keep.
         if numbers.is_empty() && rings.vertices.len() > STRETCH {
             arrays.quadrics = Vec::new();
             arrays.best = Vec::new();
         } else {
-            arrays.room = rings;
+            arrays.room = std::mem::take(rings);
         }
-        rings = next;
+        *rings = next;
         numbers.push(of_next);
         if tally.n_merges > 0 {
             pass_prices.push((rings.vertices.len(), price));
         }
     }
-    Collapsed { rings, numbers, origins, farthest, pass_prices, is_reached: size <= goal.size }
+    *is_reached = size <= goal.size;
 }
 
 // The mean factor on the quadrics, by area.
@@ -194,13 +204,13 @@ fn measure_size(rings: &Rings, unit: Unit) -> usize {
     }
 }
 
-fn price_all(rings: &Rings, arrays: &mut PassArrays, moves: bool, team: Team) {
+fn price_all(rings: &Rings, arrays: &mut PassArrays, goal: SizeGoal, team: Team) {
     let n = rings.vertices.len();
     arrays.quadrics.resize(n, VertexQuadric::default());
     arrays.best.resize(n, 0);
     let pieces = arrays.quadrics.chunks_mut(STRETCH).enumerate().collect();
     team.run(pieces, |(i, out)| dispatch(SumQuadrics { rings, first: i * STRETCH, out }));
-    let terms = PriceTerms { moves, losses: &arrays.losses, quadrics: &arrays.quadrics };
+    let terms = PriceTerms { moves: goal.moves, losses: &arrays.losses, quadrics: &arrays.quadrics };
     let mut elsewhere = vec![Vec::new(); n.div_ceil(STRETCH)];
     let pieces = arrays.best.chunks_mut(STRETCH).zip(&mut elsewhere).enumerate().collect();
     team.run(pieces, |(i, (best, elsewhere))| {
@@ -221,6 +231,7 @@ fn select(arrays: &PassArrays, n_left: usize, start: usize, goal: SizeGoal, team
     // From a fifth on, more visits cost less time than they cost distance.
     let large = ((ratio - 0.2) / 0.3).clamp(0.0, 1.0);
     let visits = if is_last { LAST_VISITS } else { VISITS[0] + large * (VISITS[1] - VISITS[0]) };
+    let visits = if goal.is_careful && !is_last { CAREFUL_VISITS * visits } else { visits };
     let n_wanted = ((n_merges as f32 * visits) as usize).max(LAST_MERGES).min(arrays.best.len());
     let ranks = PriceRanks::new(&arrays.best, team);
     let mut threshold = ranks.find_threshold(n_wanted);

@@ -6,7 +6,7 @@ use crate::collapse::curve::order_along_curve;
 use crate::collapse::cut::Cuts;
 use crate::collapse::frame::UnitFrame;
 use crate::collapse::options::{CollapseError, CollapseOptions};
-use crate::collapse::record::CollapseRecord;
+use crate::collapse::record::{CollapseRecord, compose_passes};
 use crate::collapse::rings::{NONE, Rings, Vertex, state};
 use crate::collapse::sides::SideArrays;
 use crate::collapse::team::Team;
@@ -14,6 +14,7 @@ use crate::collapse::vector::Point;
 use crate::collapse::wedges::{SidesInput, Wedges};
 
 /// A mesh ready for its first pass.
+#[derive(Clone)]
 pub(crate) struct Prepared {
     pub rings: Rings,
     pub frame: UnitFrame,
@@ -123,6 +124,11 @@ impl Prepared {
     /// Returns the position of an input vertex or copy in the unit frame.
     pub(crate) fn unit_position(&self, v: u32, positions: &[Point]) -> Point {
         self.frame.to_unit(positions[self.original(v)])
+    }
+
+    /// Returns what each vertex is after the given passes, copies included.
+    pub(crate) fn compose(&self, passes: &[Vec<u32>]) -> Vec<u32> {
+        compose_passes(&self.ranks, passes)
     }
 
     /// Returns the record of the given passes; the ranks go with it.

@@ -41,19 +41,19 @@ impl CollapseRecord {
 
     // For all vertices, copies included.
     pub(crate) fn compose(&self, n_passes: usize) -> Vec<u32> {
-        // From the last pass back: arrays grow, and each is read in order.
-        let mut composed: Option<Vec<u32>> = None;
-        for numbers in self.passes.iter().take(n_passes).rev() {
-            composed = Some(match composed {
-                None => numbers.clone(),
-                Some(later) => numbers.iter().map(|&v| later.get(v as usize).copied().unwrap_or(0)).collect(),
-            });
-        }
-        match composed {
-            None => self.ranks.clone(),
-            Some(composed) => self.ranks.iter().map(|&rank| composed[rank as usize]).collect(),
-        }
+        compose_passes(&self.ranks, &self.passes[..n_passes.min(self.passes.len())])
     }
+}
+
+/// Returns the number after some passes of each vertex, copies included, from its place along the curve.
+pub(crate) fn compose_passes(ranks: &[u32], passes: &[Vec<u32>]) -> Vec<u32> {
+    let Some((last, before)) = passes.split_last() else { return ranks.to_vec() };
+    // From the last pass back: arrays grow, and each is read in order.
+    let mut composed = last.clone();
+    for numbers in before.iter().rev() {
+        composed = numbers.iter().map(|&v| composed.get(v as usize).copied().unwrap_or(0)).collect();
+    }
+    ranks.iter().map(|&rank| composed[rank as usize]).collect()
 }
 
 fn count_numbers(numbers: &[u32]) -> usize {

@@ -50,7 +50,7 @@ impl Vertex {
 }
 
 /// A mesh by rings; all arrays have one entry per vertex unless said.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Rings {
     pub vertices: Vec<Vertex>,
     /// Where each ring starts, and where the last ends: one more than vertices.

@@ -5,7 +5,9 @@ use super::meshes::{TestMesh, box_of_squares, bumpy_torus, cone, double_cone, te
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
-use crate::collapse::{CollapseError, CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, collapse};
+use crate::collapse::{
+    CollapseError, CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, collapse, collapse_to_sizes,
+};
 
 fn run(mesh: &TestMesh, options: &CollapseOptions) -> (TestMesh, CollapseResult) {
     let result = collapse(&mesh.positions, &mesh.faces, options).expect("the mesh is valid");
@@ -239,4 +241,21 @@ fn bad_input_is_refused_with_its_place() {
     assert_eq!(refuse(&broken, &CollapseOptions { cuts: false, ..to_faces(10, 0) }), CollapseError::NotManifold);
     let options = CollapseOptions { locked: &[true], ..to_faces(10, 0) };
     assert_eq!(refuse(&mesh, &options), CollapseError::WrongLength { what: "locks" });
+}
+
+#[test]
+fn sizes_in_turn_begin_with_the_one_alone_and_all_are_manifold() {
+    let mesh = bumpy_torus(48, 32);
+    let options = to_faces(1000, 2);
+    let (alone, _) = run(&mesh, &options);
+    let sizes = [CollapseSize::Faces(1000), CollapseSize::Vertices(300), CollapseSize::Faces(200)];
+    let results = collapse_to_sizes(&mesh.positions, &mesh.faces, &options, &sizes).unwrap();
+    assert_eq!((&results[0].positions, &results[0].faces), (&alone.positions, &alone.faces));
+    assert_eq!([results[1].positions.len(), results[2].faces.len()], [300, 200]);
+    for result in &results {
+        assert!(is_manifold(&TestMesh { positions: result.positions.clone(), faces: result.faces.clone() }));
+        let became = result.record.vertices_after(result.record.n_passes());
+        assert!(became.iter().all(|&v| (v as usize) < result.positions.len()));
+    }
+    assert!(collapse_to_sizes(&mesh.positions, &mesh.faces, &options, &[]).unwrap().is_empty());
 }

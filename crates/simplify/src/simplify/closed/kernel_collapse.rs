@@ -1,10 +1,12 @@
-//! The collapse of effort `fast`, by the crate `neural_mesh_collapse`.
+//! The collapse of bare meshes, by the crate `neural_mesh_collapse`.
 //!
-//! The kernel takes bare meshes and one size. Its result is what the collapse of this assembly hands to the refinement:
-//! a manifold with the topology of the surface and at most one merge below the size. Where it cannot reach the size, the
-//! request goes to the collapse of this assembly, which also knows what gives way first.
+//! A result is what the collapse of this assembly hands to the refinement: a manifold with the topology of the surface
+//! and at most one merge below the size. Where it cannot reach a size, the request goes to the collapse of this assembly,
+//! which also knows what gives way first.
 
-use neural_mesh_collapse::{CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, Heartbeat, collapse};
+use neural_mesh_collapse::{
+    CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, Heartbeat, collapse_to_sizes,
+};
 
 use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
@@ -28,9 +30,11 @@ pub fn is_kernel_enough(mesh: &TriMesh, request: &ClosedRequest, limit: Limit) -
     let is_bare = edges.is_empty() && attributes.is_none() && scene.is_none() && half.is_none() && kept.is_empty();
     // Blocks of large meshes hold their shape; a price is one of this assembly.
     let is_size = request.price.is_none() && hold_shape.is_none() && !request.differentiable;
-    // The kernel has one importance: that of bending, as strong as in `fast`.
-    let is_fast = request.settings == StageSettings::new(Optimize::Balanced, Effort::Fast);
-    let is_usual = is_fast && matches!(request.importance, Importance::Bending) && *purpose == Purpose::Shape;
+    // The kernel has one importance: that of bending, as strong as in these.
+    let efforts = [Effort::Fast, Effort::Standard].map(|effort| StageSettings::new(Optimize::Balanced, effort));
+    let is_usual = efforts.contains(&request.settings)
+        && matches!(request.importance, Importance::Bending)
+        && *purpose == Purpose::Shape;
     let n_locked = locked.iter().filter(|&&is_locked| is_locked).count();
     let has_room = limit.size() >= LEAST_VERTICES && n_locked * LOCKED_ONE_IN < limit.size();
     is_bare && is_size && is_usual && has_room && !limit.is_met_by(mesh)
@@ -43,27 +47,40 @@ pub struct KernelCollapse {
     pub pass_prices: Vec<(usize, f32)>,
 }
 
-/// Collapses a surface to a limit; `None` if the size is out of reach, or the surface is one-sided.
-pub fn collapse_by_kernel(original: &Original, limit: Limit, pulse: Pulse) -> Option<KernelCollapse> {
+/// Collapses a surface to limits in turn; ends before a size that is out of reach, at once if the surface is one-sided.
+pub fn collapse_by_kernel(
+    original: &Original,
+    request: &ClosedRequest,
+    limits: &[Limit],
+    pulse: Pulse,
+) -> Vec<KernelCollapse> {
     let Original { surface, pins, .. } = original;
     let positions: Vec<[f32; 3]> = pulse.counting_if(false).map(&surface.positions, |p| p.to_array());
     let n_vertices = positions.len();
-    let size = match limit.faces {
-        usize::MAX => CollapseSize::Vertices(limit.vertices),
-        n_faces => CollapseSize::Faces(n_faces),
-    };
     let locked: Vec<bool> = if pins.has_more_than_plane() {
         (0..n_vertices as u32).map(|v| pins.is_locked(v)).collect()
     } else {
         Vec::new()
     };
     let beat = |n_merges: usize| pulse.beat(n_merges);
-    let mut options = CollapseOptions::new(size);
+    let sizes: Vec<CollapseSize> = limits.iter().copied().map(to_collapse_size).collect();
+    let Some(&first) = sizes.first() else { return Vec::new() };
+    let mut options = CollapseOptions::new(first);
     (options.moves, options.locked, options.n_threads) = (!pins.is_subset(), &locked, 0);
+    // A result that is not refined afterwards is to be quick.
+    options.is_careful = request.runs_flips();
     // Only one-sided surfaces would have to be cut: all others come as manifolds.
     (options.heartbeat, options.cuts) = (Heartbeat::new(&beat), false);
-    let result = collapse(&positions, &surface.faces, &options).ok()?;
-    (result.outcome == CollapseOutcome::Reached).then(|| KernelCollapse::new(result, n_vertices, pins, pulse))
+    let results = collapse_to_sizes(&positions, &surface.faces, &options, &sizes).unwrap_or_default();
+    let reached = results.into_iter().take_while(|result| result.outcome == CollapseOutcome::Reached);
+    reached.map(|result| KernelCollapse::new(result, n_vertices, pins, pulse)).collect()
+}
+
+fn to_collapse_size(limit: Limit) -> CollapseSize {
+    match limit.faces {
+        usize::MAX => CollapseSize::Vertices(limit.vertices),
+        n_faces => CollapseSize::Faces(n_faces),
+    }
 }
 
 impl KernelCollapse {
@@ -90,21 +107,29 @@ mod tests {
     use crate::simplify::closed::prepare::prepare_bare;
     use crate::simplify::closed::request::Task;
     use crate::simplify::input::Input;
-    use crate::simplify::options::{ClosedOptions, Effort, Options, ScoreSource, Target};
+    use crate::simplify::options::{ClosedOptions, Options, ScoreSource, Target};
     use crate::simplify::simplify;
 
     fn fast() -> ClosedOptions {
         ClosedOptions { effort: Effort::Fast, ..ClosedOptions::default() }
     }
 
+    // Collapses a mesh by default options.
+    fn collapse(mesh: &TriMesh, requirements: &Requirements, limits: &[Limit]) -> Vec<KernelCollapse> {
+        let original = prepare_bare(mesh, requirements, Pulse::NONE);
+        let options = ClosedOptions::default();
+        let request = ClosedRequest::new(&Input::bare(mesh), &Task::new(&options, None));
+        collapse_by_kernel(&original, &request, limits, Pulse::NONE)
+    }
+
     #[test]
     fn it_reaches_its_size_with_the_topology_of_the_surface() {
         let closed = [shapes::wavy_sphere(4, 8.0), shapes::torus(60, 40, 1.0, 0.4), shapes::chain_of_tori(3)];
         for mesh in closed.into_iter().chain([shapes::open_cylinder(60, 40), shapes::grid(40, 40)]) {
-            let original = prepare_bare(&mesh, &Requirements::default(), Pulse::NONE);
             let n = mesh.positions().len() / 5;
             for limit in [Limit::from_vertices(n), Limit { faces: 2 * n, ..Limit::from_vertices(usize::MAX) }] {
-                let KernelCollapse { output, pass_prices } = collapse_by_kernel(&original, limit, Pulse::NONE).unwrap();
+                let levels = collapse(&mesh, &Requirements::default(), &[limit]);
+                let [KernelCollapse { output, pass_prices }] = levels.try_into().ok().unwrap();
                 let (n_vertices, n_faces) = (output.positions.len(), output.faces().len());
                 let is_size = n_vertices == limit.vertices || n_faces == limit.faces || n_faces + 1 == limit.faces;
                 assert!(is_size, "{n_vertices} {n_faces}");
@@ -122,8 +147,10 @@ mod tests {
     #[test]
     fn every_vertex_knows_what_it_became() {
         let mesh = shapes::torus(60, 40, 1.0, 0.4);
+        let levels = collapse(&mesh, &Requirements::default(), &[960, 480].map(Limit::from_vertices));
+        let output = &levels[1].output;
+        assert_eq!(levels[0].output.positions.len(), 960);
         let original = prepare_bare(&mesh, &Requirements::default(), Pulse::NONE);
-        let output = collapse_by_kernel(&original, Limit::from_vertices(480), Pulse::NONE).unwrap().output;
         let far = original.surface.positions.iter().zip(&output.vertex_of);
         let farthest = far.map(|(p, &v)| p.distance(output.positions[v as usize])).fold(0.0, f32::max);
         assert!(farthest < 0.2, "{farthest}");
@@ -135,24 +162,23 @@ mod tests {
     #[test]
     fn what_is_out_of_its_reach_is_left_to_the_other_collapse() {
         let mesh = shapes::klein_bottle(60, 40);
-        let original = prepare_bare(&mesh, &Requirements::default(), Pulse::NONE);
-        assert!(collapse_by_kernel(&original, Limit::from_vertices(480), Pulse::NONE).is_none());
+        let size = [Limit::from_vertices(480)];
+        assert!(collapse(&mesh, &Requirements::default(), &size).is_empty());
         let mesh = shapes::icosphere(3);
         let all = Requirements { locked: vec![true; mesh.positions().len()], ..Requirements::default() };
-        let original = prepare_bare(&mesh, &all, Pulse::NONE);
-        assert!(collapse_by_kernel(&original, Limit::from_vertices(480), Pulse::NONE).is_none());
+        assert!(collapse(&mesh, &all, &size).is_empty());
     }
 
     #[test]
-    fn only_bare_meshes_in_the_usual_way_go_to_the_kernel() {
+    fn only_bare_meshes_with_their_own_importance_go_to_the_kernel() {
         let mesh = shapes::wavy_sphere(4, 8.0);
         let is_enough = |options: &ClosedOptions, n_vertices: usize| {
             let request = ClosedRequest::new(&Input::bare(&mesh), &Task::new(options, None));
             is_kernel_enough(&mesh, &request, Limit::from_vertices(n_vertices))
         };
         let others = [
-            ClosedOptions::default(),
             ClosedOptions { optimize: Optimize::Normals, ..fast() },
+            ClosedOptions { effort: Effort::Best, ..fast() },
             ClosedOptions { scores: ScoreSource::Geometry, ..fast() },
             ClosedOptions { purpose: Purpose::Poses, ..fast() },
             ClosedOptions { crease_angle: Some(5.0), ..fast() },
@@ -161,7 +187,12 @@ mod tests {
         for options in others {
             assert!(!is_enough(&options, 300), "{options:?}");
         }
-        let alike = [fast(), ClosedOptions { subset: true, ..fast() }, ClosedOptions { map: true, ..fast() }];
+        let alike = [
+            fast(),
+            ClosedOptions::default(),
+            ClosedOptions { subset: true, ..fast() },
+            ClosedOptions { map: true, ..fast() },
+        ];
         for options in alike {
             assert!(is_enough(&options, 300) && !is_enough(&options, 30), "{options:?}");
         }
@@ -188,13 +219,15 @@ mod tests {
     #[test]
     fn results_are_as_near_as_those_of_the_other_collapse() {
         let mesh = shapes::wavy_sphere(5, 10.0);
-        let targets = [Target::Ratio(0.1), Target::Ratio(0.1)];
         let go_on = &mut |_| std::ops::ControlFlow::Continue(());
-        // Two sizes in one run are not for the kernel.
-        let both = crate::simplify::simplify_levels_of_detail(&mesh, None, &fast(), &targets, go_on).unwrap();
-        let alone = simplify(&mesh, None, &Options::with_closed(targets[0], fast()), go_on).unwrap();
-        assert_ne!(both[0].mesh, alone.mesh);
+        // Shapes that are held are not for the kernel.
+        let other = ClosedOptions { hold_shape: Some(1.0), ..fast() };
+        let [kernel, other] = [fast(), other].map(|options| {
+            let options = Options::with_closed(Target::Ratio(0.1), options);
+            simplify(&mesh, None, &options, go_on).unwrap().mesh
+        });
+        assert_ne!(kernel, other);
         let distance = |result: &TriMesh| crate::metrics::quick_distance(&mesh, result, 10_000, 1).unwrap().mean;
-        assert!(distance(&alone.mesh) < 1.1 * distance(&both[0].mesh));
+        assert!(distance(&kernel) < 1.1 * distance(&other));
     }
 }

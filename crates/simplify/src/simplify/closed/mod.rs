@@ -92,11 +92,21 @@ pub(super) fn simplify_levels<'a>(
     Levels { limits, n_without_dropping, mut size_with_shape, saved }: Levels<'_, 'a>,
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
-    let may_drop = n_without_dropping == 0;
-    if saved.is_none()
-        && let Some(levels) = simplify_by_kernel(mesh, request, limits, may_drop, progress)?
-    {
-        return Ok(levels);
+    let n_for_kernel = limits.iter().take_while(|limit| is_kernel_enough(mesh, request, **limit)).count();
+    if saved.is_none() && n_for_kernel > 0 {
+        let mut levels = simplify_by_kernel(mesh, request, &limits[..n_for_kernel], n_without_dropping, progress)?;
+        let n = levels.results.len();
+        if n == limits.len() || levels.dropped.is_some() {
+            return Ok(levels);
+        }
+        if n > 0 {
+            // Smaller sizes are for the collapse of this assembly.
+            let n_without_dropping = n_without_dropping.saturating_sub(n);
+            let rest = Levels { limits: &limits[n..], n_without_dropping, size_with_shape, saved: None };
+            let rest = simplify_levels(mesh, request, rest, progress)?;
+            levels.results.extend(rest.results);
+            return Ok(FinishedLevels { results: levels.results, ..rest });
+        }
     }
     let mut levels = FinishedLevels { size_with_shape, ..FinishedLevels::default() };
     let Some(&first) = limits.first() else { return Ok(levels) };
@@ -136,39 +146,42 @@ pub(super) fn simplify_levels<'a>(
     Ok(levels)
 }
 
-/// Simplifies to the only limit by the kernel; `None` where the request is not for it, or the size out of its reach.
+/// Simplifies by the kernel; ends before a size out of its reach, or at which components should be dropped.
 fn simplify_by_kernel<'a>(
     mesh: &TriMesh,
     request: &ClosedRequest,
     limits: &[Limit],
-    may_drop: bool,
+    n_without_dropping: usize,
     progress: Progress<'a>,
-) -> Result<Option<FinishedLevels<'a>>, SimplifyError> {
-    let &[limit] = limits else { return Ok(None) };
-    if !is_kernel_enough(mesh, request, limit) {
-        return Ok(None);
-    }
+) -> Result<FinishedLevels<'a>, SimplifyError> {
     let (n_vertices, n_faces) = (mesh.positions().len(), mesh.faces().len());
     progress.enter("surface", n_faces)?;
     let original = prepare_bare(mesh, &request.requirements, progress.pulse);
-    progress.enter("collapse", merges_to(limit, n_vertices, n_faces))?;
-    let Some(collapsed) = collapse_by_kernel(&original, limit, progress.pulse) else { return Ok(None) };
-    let KernelCollapse { output, pass_prices } = collapsed;
+    // The kernel weighs vertices as it prices them.
+    progress.enter("scores", 0)?;
+    progress.enter("collapse", limits.last().map_or(0, |&last| merges_to(last, n_vertices, n_faces)))?;
+    let collapsed = collapse_by_kernel(&original, request, limits, progress.pulse);
     let mut levels = FinishedLevels::default();
-    let cost = VertexCost { pass_prices: &pass_prices, limit, must_fit: false };
-    if let Some(within) = request.requirements.drops_within.filter(|_| may_drop) {
-        levels.dropped = dropping::choose_dropped(&original, &output, &cost, within, &request.visual_properties());
-        if levels.dropped.is_some() {
-            return Ok(Some(levels));
-        }
-    }
-    let size = [output.positions.len(), output.faces().len()];
-    let size_with_shape = size_with_shape(&pass_prices, n_vertices, size, original.surface.area());
     let base = CollapseBase { original, collapse_vertices: Vec::new() };
-    let mut result = refine(&base, request, output, CollapseEnd::Reached, None, progress)?;
-    result.simplified.report.size_with_shape = size_with_shape;
-    levels.results.push(result.with_prices(base.pass_prices(&pass_prices)));
-    Ok(Some(levels))
+    for (i, (KernelCollapse { output, pass_prices }, &limit)) in collapsed.into_iter().zip(limits).enumerate() {
+        if i > 0 {
+            progress.enter("collapse", 0)?;
+        }
+        if let Some(within) = request.requirements.drops_within.filter(|_| i >= n_without_dropping) {
+            let cost = VertexCost { pass_prices: &pass_prices, limit, must_fit: false };
+            let visual = request.visual_properties();
+            levels.dropped = dropping::choose_dropped(&base.original, &output, &cost, within, &visual);
+            if levels.dropped.is_some() {
+                break;
+            }
+        }
+        let size = [output.positions.len(), output.faces().len()];
+        let size_with_shape = size_with_shape(&pass_prices, n_vertices, size, base.original.surface.area());
+        let mut result = refine(&base, request, output, CollapseEnd::Reached, None, progress)?;
+        result.simplified.report.size_with_shape = size_with_shape;
+        levels.results.push(result.with_prices(base.pass_prices(&pass_prices)));
+    }
+    Ok(levels)
 }
 
 struct EndedCollapse<'a> {
