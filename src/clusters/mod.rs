@@ -5,6 +5,7 @@
 //! so that vertices held at one level are free at the next, until one cluster is left (Karis, Stubbe and Wihlidal
 //! 2021, "A deep dive into Nanite virtualized geometry").
 
+mod ancestors;
 mod build;
 #[cfg(feature = "job")]
 mod container;
@@ -20,6 +21,7 @@ mod meshlet_mesh;
 mod overlay;
 mod overlay_surface;
 mod reduction;
+mod sharpening;
 mod sphere;
 mod vertices;
 

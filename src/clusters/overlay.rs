@@ -47,16 +47,17 @@ pub struct Footing {
 }
 
 /// State while triangles are covered one after the other.
-struct Covering<'a> {
+pub struct Covering<'a> {
     other: &'a OverlaySurface,
     /// Bound that need not be sharper.
-    enough: f64,
+    pub enough: f64,
     /// Bound above which a triangle is covered again by a sharper method.
-    usual: f64,
+    pub usual: f64,
     halvings_left: usize,
     queue: FaceQueue,
     pending: Vec<Piece>,
-    parts: Vec<(u32, f64)>,
+    /// Faces over the triangle that was covered last, with bounds.
+    pub parts: Vec<(u32, f64)>,
 }
 
 /// Faces that are still to be visited, and those that have been.
@@ -72,15 +73,8 @@ impl OverlaySurface {
     pub fn cover_by(&self, other: &Self) -> Cover {
         let (at_centroids, least) = self.find_centroids(other);
         let floor = FLOOR * self.reach();
-        let mut covering = Covering {
-            other,
-            enough: (ENOUGH * least).max(floor),
-            usual: (OUTLIER * least).max(floor),
-            halvings_left: MOST_HALVINGS * self.triangles.len(),
-            queue: FaceQueue { pending: Vec::new(), found: vec![0; other.triangles.len()], round: 0 },
-            pending: Vec::new(),
-            parts: Vec::new(),
-        };
+        let mut covering = Covering::new(other, self.triangles.len());
+        (covering.enough, covering.usual) = ((ENOUGH * least).max(floor), (OUTLIER * least).max(floor));
         let mut pieces = Vec::with_capacity(4 * self.triangles.len());
         for (face, start) in (0..).zip(&at_centroids) {
             covering.cover((self.triangles[face as usize], self.normals[face as usize]), *start);
@@ -122,6 +116,12 @@ impl OverlaySurface {
     fn face_with_nearest_centroid(&self, p: DVec3) -> u32 {
         let distances = (0u32..).zip(&self.triangles).map(|(face, it)| (centroid(it).distance_squared(p), face));
         distances.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(0, |(_, face)| face)
+    }
+
+    /// Returns the face below the centroid of a triangle near the face `hint`, or else near the closest one.
+    pub fn footing_of(&self, triangle: &[DVec3; 3], normal: DVec3, hint: u32) -> Footing {
+        let middle = centroid(triangle);
+        self.face_below(hint, middle, normal).unwrap_or_else(|| self.footing_near(middle, normal)).0
     }
 
     /// Returns the face below a point and near the closest face, or else the closest one; and its distance.
@@ -186,9 +186,22 @@ impl OverlaySurface {
     }
 }
 
-impl Covering<'_> {
+impl<'a> Covering<'a> {
+    /// Returns the state before the first of `n` triangles.
+    pub fn new(other: &'a OverlaySurface, n: usize) -> Self {
+        Self {
+            other,
+            enough: 0.0,
+            usual: 0.0,
+            halvings_left: MOST_HALVINGS * n,
+            queue: FaceQueue { pending: Vec::new(), found: vec![0; other.triangles.len()], round: 0 },
+            pending: Vec::new(),
+            parts: Vec::new(),
+        }
+    }
+
     /// Covers a triangle by the fastest method with a usual bound; `parts` has the faces and their bounds.
-    fn cover(&mut self, (triangle, normal): ([DVec3; 3], DVec3), start: Footing) {
+    pub fn cover(&mut self, (triangle, normal): ([DVec3; 3], DVec3), start: Footing) {
         let (other, parts) = (self.other, &mut self.parts);
         parts.clear();
         let footprint = Footprint::new(triangle, normal).filter(|_| start.is_below);
@@ -235,7 +248,7 @@ mod tests {
     use crate::metrics::{DistanceTolerance, certified_distance};
 
     fn largest(from: &TriMesh, to: &TriMesh) -> f64 {
-        let cover = OverlaySurface::new(from).cover_by(&OverlaySurface::new(to));
+        let cover = OverlaySurface::from_mesh(from).cover_by(&OverlaySurface::from_mesh(to));
         cover.pieces.iter().map(|piece| piece.distance).fold(0.0, f64::max)
     }
 
@@ -256,7 +269,7 @@ mod tests {
 
     #[test]
     fn faces_over_a_triangle_are_found() {
-        let (coarse, fine) = (OverlaySurface::new(&shapes::icosphere(1)), OverlaySurface::new(&shapes::icosphere(3)));
+        let (coarse, fine) = (OverlaySurface::from_mesh(&shapes::icosphere(1)), OverlaySurface::from_mesh(&shapes::icosphere(3)));
         let cover = coarse.cover_by(&fine);
         for face in 0..coarse.triangles.len() as u32 {
             let mut over: Vec<u32> = cover.pieces.iter().filter(|it| it.face == face).map(|it| it.over).collect();

@@ -36,11 +36,11 @@ pub struct EdgePlane {
 }
 
 impl OverlaySurface {
-    pub fn new(mesh: &TriMesh) -> Self {
-        let point = |v: u32| DVec3::from(mesh.positions()[v as usize].map(f64::from));
-        let triangles: Vec<[DVec3; 3]> = mesh.faces().iter().map(|face| face.map(point)).collect();
+    pub fn new(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Self {
+        let point = |v: u32| DVec3::from(positions[v as usize].map(f64::from));
+        let triangles: Vec<[DVec3; 3]> = faces.iter().map(|face| face.map(point)).collect();
         let normals = triangles.iter().map(|&corners| area_normal_f64(corners).normalize_or_zero()).collect();
-        let twins = twins(mesh.positions().len(), mesh.faces());
+        let twins = twins(positions.len(), faces);
         Self {
             triangles,
             normals,
@@ -49,6 +49,10 @@ impl OverlaySurface {
             tree: OnceCell::new(),
             at_corners: RefCell::default(),
         }
+    }
+
+    pub fn from_mesh(mesh: &TriMesh) -> Self {
+        Self::new(mesh.positions(), mesh.faces())
     }
 
     /// Returns the cutting plane of each half-edge, n_faces x 3.

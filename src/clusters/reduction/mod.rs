@@ -7,8 +7,10 @@ mod vertex_clustering;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
+use neural_mesh_collapse::{CollapseOptions, CollapseOutcome, CollapseSize};
+
 use crate::mesh::{Attributes, TriMesh};
-use crate::simplify::{ClosedOptions, Hidden, Input, SimplifyError, Target, simplify_forcing_size};
+use crate::simplify::{ClosedOptions, Effort, Hidden, Input, SimplifyError, Target, simplify_forcing_size};
 
 use super::vertices::{Patch, ReducedPatch};
 use double_faces::{PartedPatch, add_leaves, part_double_faces};
@@ -48,7 +50,14 @@ pub fn reduce(
     let PartedPatch { for_collapse, leaves } = part_double_faces(patch);
     let n_without_leaves = n_faces - n_faces * leaves.len() / patch.mesh.faces().len();
     let reduced = match for_collapse {
-        Some(rest) => add_leaves(collapse(rest, options, n_without_leaves.max(1), stops)?, patch, &leaves),
+        Some(rest) => {
+            let n_faces = n_without_leaves.max(1);
+            let reduced = match collapse_by_kernel(&rest, options, n_faces, stops) {
+                Some(reduced) => reduced,
+                None => collapse(rest, options, n_faces, stops)?,
+            };
+            add_leaves(reduced, patch, &leaves)
+        }
         None => ReducedPatch { mesh: patch.mesh.clone(), attributes: patch.attributes.clone() },
     };
     let is_far = |reduced: &ReducedPatch| reduced.mesh.faces().len() as f64 > FAR_FROM_TARGET * n_faces as f64;
@@ -60,6 +69,32 @@ pub fn reduce(
         return Ok(reduced);
     }
     Ok(cluster_vertices(reduced, &patch.locked_positions(), n_faces))
+}
+
+/// Collapses a patch by the kernel; `None` where that cannot reach the size.
+fn collapse_by_kernel(
+    (mesh, attributes, locked): &(TriMesh, Attributes, Vec<bool>),
+    options: &ClosedOptions,
+    n_faces: usize,
+    stops: &AtomicBool,
+) -> Option<ReducedPatch> {
+    let usual = ClosedOptions {
+        effort: options.effort,
+        frame: options.frame.clone(),
+        ..options_for_groups(&ClosedOptions::default())
+    };
+    let is_bare = attributes.channels.is_empty() && attributes.groups.is_empty();
+    if !is_bare || *options != usual || std::env::var("KERNEL").is_ok_and(|k| k == "0") {
+        return None;
+    }
+    let listener = |_: f32| if stops.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let mut kernel = CollapseOptions::new(CollapseSize::Faces(n_faces));
+    (kernel.locked, kernel.cuts) = (locked, false);
+    kernel.listener = Some(&listener);
+    kernel.n_fit_steps = std::env::var("FIT").ok().and_then(|f| f.parse().ok()).unwrap_or(if options.effort == Effort::Fast { 0 } else { 2 });
+    let result = neural_mesh_collapse::collapse(mesh.positions(), mesh.faces(), &kernel).ok()?;
+    let mesh = TriMesh::new(result.positions, result.faces).ok().filter(|_| result.outcome == CollapseOutcome::Reached)?;
+    Some(ReducedPatch { mesh, attributes: Attributes::default() })
 }
 
 fn collapse(
