@@ -5,10 +5,12 @@
 //! the ancestors of all points that belong to it, and perhaps some more.
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
-use super::overlay_surface::OverlaySurface;
-use super::vertices::{PoolFace, VertexPool};
 use crate::mesh::DistinctKeys;
+
+use super::overlay_surface::{OverlaySurface, centroid};
+use super::vertices::{PoolFace, VertexPool};
 
 /// Ancestors of some faces, one list per face.
 #[derive(Clone, Default)]
@@ -25,6 +27,8 @@ pub struct Ancestors {
     n_users: Vec<u32>,
     /// Levels since then.
     pub age: usize,
+    /// True if the next level has other ancestors.
+    pub is_last: bool,
 }
 
 /// Ancestors of the faces of a group.
@@ -33,6 +37,13 @@ pub struct GroupAncestors<'a> {
     pub ancestors: &'a Ancestors,
     /// List of each face of the group.
     pub lists: AncestorLists,
+}
+
+/// Some ancestors of a group, ascending, as a surface.
+pub struct AncestorSurface {
+    pub surface: OverlaySurface,
+    /// Ancestor of each face.
+    pub numbers: Vec<u32>,
 }
 
 impl AncestorLists {
@@ -71,6 +82,11 @@ impl Ancestors {
         lists.flat_map(|lists| &lists.numbers).for_each(|&number| self.n_users[number as usize] += 1);
     }
 
+    /// Returns how many live faces list an ancestor.
+    pub fn n_users(&self, number: u32) -> u32 {
+        self.n_users[number as usize]
+    }
+
     pub fn error(&self, number: u32) -> f64 {
         f64::from(self.faces[number as usize].error)
     }
@@ -82,26 +98,37 @@ impl GroupAncestors<'_> {
         corners.map(|v| DVec3::from(self.pool.positions[v as usize].map(f64::from)))
     }
 
-    /// Returns the group's ancestors, sorted, and whether all faces that list each are in the group.
-    pub fn distinct(&self) -> (Vec<u32>, Vec<bool>) {
-        let mut numbers = self.lists.numbers.clone();
-        numbers.sort_unstable();
-        let runs = numbers.chunk_by(|x, y| x == y);
-        let is_inside = |run: &[u32]| self.ancestors.n_users[run[0] as usize] as usize == run.len();
-        runs.map(|run| (run[0], is_inside(run))).unzip()
+    /// Returns how many faces of the group list each ancestor.
+    pub fn count_users(&self) -> FxHashMap<u32, u32> {
+        let mut counts = FxHashMap::default();
+        for &number in &self.lists.numbers {
+            *counts.entry(number).or_insert(0) += 1;
+        }
+        counts
     }
 
     /// Returns the surface of some ancestors.
-    pub fn surface(&self, numbers: &[u32]) -> OverlaySurface {
+    pub fn surface(&self, mut numbers: Vec<u32>) -> AncestorSurface {
+        numbers.sort_unstable();
+        numbers.dedup();
         let mut places: DistinctKeys<u32> = DistinctKeys::default();
         let mut positions = Vec::new();
-        let mut number = |vertex: u32| {
+        let mut number_place = |vertex: u32| {
             let number = places.number(self.pool.place(vertex));
             positions.extend((number as usize == positions.len()).then(|| self.pool.positions[vertex as usize]));
             number
         };
-        let faces: Vec<[u32; 3]> =
-            numbers.iter().map(|&it| self.ancestors.faces[it as usize].corners.map(&mut number)).collect();
-        OverlaySurface::new(&positions, &faces)
+        let corners = numbers.iter().map(|&number| self.ancestors.faces[number as usize].corners);
+        let faces: Vec<[u32; 3]> = corners.map(|corners| corners.map(&mut number_place)).collect();
+        AncestorSurface { surface: OverlaySurface::new(&positions, &faces), numbers }
+    }
+}
+
+impl AncestorSurface {
+    /// Returns the face, of some ancestors, whose centroid is nearest to a point.
+    pub fn find_nearest(&self, ancestors: &[u32], p: DVec3) -> u32 {
+        let faces = ancestors.iter().filter_map(|ancestor| self.numbers.binary_search(ancestor).ok());
+        let distance2 = |face: &usize| centroid(&self.surface.triangles[*face]).distance_squared(p);
+        faces.min_by(|x, y| distance2(x).total_cmp(&distance2(y))).unwrap_or(0) as u32
     }
 }

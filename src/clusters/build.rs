@@ -24,7 +24,8 @@ const SLOW: f64 = 0.9;
 const MOST_WANTED: usize = 4;
 /// Number of groups between two events.
 const GROUPS_PER_EVENT: usize = 64;
-/// Levels after which faces are proved against those of a later one.
+/// Levels that are proved against the same faces.
+// Of 20 parts, bounds of cuts over the sampled distance: at 1 median 2.0, at 3 1.5, at 4 1.45.
 const LEVELS_PER_ANCESTOR: usize = 4;
 const NO_GROUP: u32 = u32::MAX;
 const SHARED: u32 = u32::MAX - 1;
@@ -130,11 +131,11 @@ impl Build {
     pub fn add_levels(&mut self, n: usize, listener: &mut Listener) -> Result<(), SimplifyError> {
         self.work = (0, 2 * self.live.iter().map(|cluster| cluster.faces.len()).sum::<usize>());
         let mut wanted = self.clusters_per_group;
-        let period: usize = std::env::var("PERIOD").ok().and_then(|p| p.parse().ok()).unwrap_or(LEVELS_PER_ANCESTOR);
         for level in 0..n {
-            if level % period == 0 {
+            if level % LEVELS_PER_ANCESTOR == 0 {
                 self.renew_ancestors();
             }
+            self.ancestors.is_last = (level + 1) % LEVELS_PER_ANCESTOR == 0;
             let n_before = self.live.len();
             if n_before <= 1 {
                 break;
@@ -266,10 +267,9 @@ impl Build {
             return;
         };
         let faces = self.pool.append(&result.patch, &result.reduced, &result.errors.of_faces);
-        let parts = result
-            .parts
-            .into_iter()
-            .map(|part| -> Vec<(PoolFace, u32)> { part.into_iter().filter_map(|face| faces[face as usize].map(|made| (made, face))).collect() });
+        let parts = result.parts.into_iter().map(|part| -> Vec<(PoolFace, u32)> {
+            part.into_iter().filter_map(|face| faces[face as usize].map(|made| (made, face))).collect()
+        });
         let parts: Vec<_> = parts.filter(|part| !part.is_empty()).collect();
         if parts.is_empty() {
             self.live.extend(members);

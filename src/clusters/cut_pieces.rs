@@ -91,7 +91,7 @@ impl OverlaySurface {
             if half_edge == piece.entry || piece.n == MOST_CORNERS {
                 continue;
             }
-            let (inside, outside) = piece.split(&self.planes()[half_edge as usize]);
+            let (inside, outside) = piece.split(&self.plane(half_edge));
             if outside.n > 0 {
                 let twin = self.twins[half_edge as usize];
                 pending.push(match twin {

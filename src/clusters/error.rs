@@ -4,7 +4,7 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::mesh::{Attributes, Channel, Role};
 
 use super::ancestors::{AncestorLists, GroupAncestors};
-use super::overlay::Cover;
+use super::overlay::{Cover, CoveredPiece};
 use super::overlay_surface::{OverlaySurface, centroid};
 use super::sharpening::{FaceBounds, sharpen};
 use super::vertices::{Patch, ReducedPatch};
@@ -26,7 +26,10 @@ pub struct GroupErrors {
 pub fn measure(patch: &Patch, reduced: &ReducedPatch, before: &[f32], group: &GroupAncestors) -> GroupErrors {
     let (from, to) = (OverlaySurface::from_mesh(&patch.mesh), OverlaySurface::from_mesh(&reduced.mesh));
     let n_faces = reduced.mesh.faces().len();
-    let (there, back) = (from.cover_by(&to), to.cover_by(&from));
+    // A face whose bound stays below the largest distance at a centroid does not raise that of the group.
+    let most = before.iter().copied().fold(0.0, f32::max);
+    let there = from.cover_by(&to, |face, distance| distance - f64::from(before[face as usize]));
+    let back = to.cover_by(&from, |_, distance| distance - f64::from(most));
     let add = |face: u32, distance: f64| f64::from(before[face as usize]) + distance;
     let mut limits = FaceBounds { before: vec![0.0; before.len()], after: vec![0.0; n_faces] };
     for piece in &there.pieces {
@@ -58,16 +61,25 @@ fn raise(bound: &mut f64, to: f64) {
 
 /// Returns the ancestors of the result's faces: those of the faces that have pieces near them.
 fn inherit(cover: &Cover, group: &GroupAncestors, n_faces: usize) -> AncestorLists {
-    let mut pairs: Vec<(u32, u32)> = cover.pieces.iter().map(|piece| (piece.over, piece.face)).collect();
+    if group.ancestors.is_last {
+        return AncestorLists::default();
+    }
+    let pair = |piece: &CoveredPiece| u64::from(piece.over) << 32 | u64::from(piece.face);
+    let mut pairs: Vec<u64> = cover.pieces.iter().map(pair).collect();
     pairs.sort_unstable();
     pairs.dedup();
     let (mut lists, mut pairs) = (AncestorLists::default(), pairs.as_slice());
-    for face in 0..n_faces as u32 {
-        let (own, others) = pairs.split_at(pairs.partition_point(|pair| pair.0 <= face));
-        let mut numbers: Vec<u32> = own.iter().flat_map(|pair| group.lists.get(pair.1)).copied().collect();
-        numbers.sort_unstable();
-        numbers.dedup();
-        lists.push(numbers);
+    let mut numbers: Vec<u32> = Vec::new();
+    for face in 0..n_faces as u64 {
+        let n_own = pairs.iter().take_while(|pair| **pair >> 32 == face).count();
+        let (own, others) = pairs.split_at(n_own);
+        numbers.clear();
+        own.iter().for_each(|pair| numbers.extend(group.lists.get(*pair as u32)));
+        if group.ancestors.age > 0 {
+            numbers.sort_unstable();
+            numbers.dedup();
+        }
+        lists.push(numbers.iter().copied());
         pairs = others;
     }
     lists

@@ -337,6 +337,24 @@ mod tests {
     }
 
     #[test]
+    fn told_errors_are_near_the_largest_sampled_distance() {
+        // Parts with creases and of one curvature, each at most as far as told and told at most so many times as far.
+        for (mesh, most) in [(two_parts(), 2.0), (shapes::torus(120, 60, 1.0, 0.3), 2.0), (shapes::bolt(96), 3.0)] {
+            let clusters = build(&Input::bare(&mesh), &small());
+            let mut errors: Vec<f32> = clusters.groups.iter().map(|group| group.error).collect();
+            errors.sort_by(f32::total_cmp);
+            let mut ratios: Vec<f64> = Vec::new();
+            for &error in errors.iter().step_by(errors.len() / 6).filter(|error| **error > 1e-5) {
+                let (cut, _) = clusters.mesh_of(&clusters.cut_at_error(error.into()));
+                let measured = surface_distance(&Surface::new(&mesh, 20_000, 1), &Surface::new(&cut, 20_000, 1));
+                ratios.push(f64::from(error) / measured.unwrap().both.max);
+            }
+            ratios.sort_by(f64::total_cmp);
+            assert!(ratios[0] >= 1.0 && ratios[ratios.len() / 2] < most, "{ratios:?}");
+        }
+    }
+
+    #[test]
     fn the_number_of_threads_does_not_change_the_result() {
         let mesh = two_parts();
         let with_threads = |threads: usize| {

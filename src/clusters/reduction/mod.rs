@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use neural_mesh_collapse::{CollapseOptions, CollapseOutcome, CollapseSize};
 
+use crate::mesh::half_edges::for_each_edge;
 use crate::mesh::{Attributes, TriMesh};
 use crate::simplify::{ClosedOptions, Effort, Hidden, Input, SimplifyError, Target, simplify_forcing_size};
 
@@ -22,6 +23,9 @@ const FAR_FROM_TARGET: f64 = 1.3;
 
 /// Largest deformation of a component, over the diagonal of its group.
 const HELD_SHAPE: f64 = 0.01;
+
+/// Steps of the kernel's fit, which efforts above `fast` have.
+const FIT_STEPS: usize = 2;
 
 /// Returns options for groups: all surfaces and components stay.
 pub fn options_for_groups(options: &ClosedOptions) -> ClosedOptions {
@@ -84,17 +88,32 @@ fn collapse_by_kernel(
         ..options_for_groups(&ClosedOptions::default())
     };
     let is_bare = attributes.channels.is_empty() && attributes.groups.is_empty();
-    if !is_bare || *options != usual || std::env::var("KERNEL").is_ok_and(|k| k == "0") {
+    if !is_bare || *options != usual || !has_plain_edges(mesh) {
         return None;
     }
     let listener = |_: f32| if stops.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let mut kernel = CollapseOptions::new(CollapseSize::Faces(n_faces));
-    (kernel.locked, kernel.cuts) = (locked, false);
+    kernel.locked = locked;
     kernel.listener = Some(&listener);
-    kernel.n_fit_steps = std::env::var("FIT").ok().and_then(|f| f.parse().ok()).unwrap_or(if options.effort == Effort::Fast { 0 } else { 2 });
+    kernel.n_fit_steps = if options.effort == Effort::Fast { 0 } else { FIT_STEPS };
     let result = neural_mesh_collapse::collapse(mesh.positions(), mesh.faces(), &kernel).ok()?;
-    let mesh = TriMesh::new(result.positions, result.faces).ok().filter(|_| result.outcome == CollapseOutcome::Reached)?;
+    let mesh =
+        TriMesh::new(result.positions, result.faces).ok().filter(|_| result.outcome == CollapseOutcome::Reached)?;
     Some(ReducedPatch { mesh, attributes: Attributes::default() })
+}
+
+/// Returns whether each edge has one face, or two that face the same side.
+// Where only vertices are no disks, the kernel's copies do not open the surface.
+fn has_plain_edges(mesh: &TriMesh) -> bool {
+    let mut is_plain = true;
+    for_each_edge(mesh.positions().len(), mesh.faces(), |_, half_edges| {
+        is_plain &= match half_edges {
+            [_] => true,
+            [g, h] => g.runs_up(mesh.faces()) != h.runs_up(mesh.faces()),
+            _ => false,
+        };
+    });
+    is_plain
 }
 
 fn collapse(
