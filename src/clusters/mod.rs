@@ -337,9 +337,9 @@ mod tests {
     }
 
     #[test]
-    fn told_errors_are_near_the_largest_sampled_distance() {
-        // Parts with creases and of one curvature, each at most as far as told and told at most so many times as far.
-        for (mesh, most) in [(two_parts(), 2.0), (shapes::torus(120, 60, 1.0, 0.3), 2.0), (shapes::bolt(96), 3.0)] {
+    fn proved_errors_are_near_the_largest_sampled_distance() {
+        // Smooth components, and one with creases, whose bounds are less sharp.
+        for mesh in [two_parts(), shapes::torus(120, 60, 1.0, 0.3), shapes::bolt(96)] {
             let clusters = build(&Input::bare(&mesh), &small());
             let mut errors: Vec<f32> = clusters.groups.iter().map(|group| group.error).collect();
             errors.sort_by(f32::total_cmp);
@@ -350,7 +350,8 @@ mod tests {
                 ratios.push(f64::from(error) / measured.unwrap().both.max);
             }
             ratios.sort_by(f64::total_cmp);
-            assert!(ratios[0] >= 1.0 && ratios[ratios.len() / 2] < most, "{ratios:?}");
+            // Of the torus, half are above 1.6 if bounds add up from level to level.
+            assert!(ratios[0] >= 1.0 && ratios[ratios.len() / 2] < 1.5 && ratios[ratios.len() - 1] < 2.5, "{ratios:?}");
         }
     }
 
