@@ -1,5 +1,7 @@
 //! Bounds of the distance from the triangles of a surface to a nearby surface, by overlaying their faces.
 
+use std::cell::OnceCell;
+
 use glam::DVec3;
 
 use crate::geometry::triangle::area_normal_f64;
@@ -64,6 +66,8 @@ pub struct Covering<'a> {
     pending: Vec<Piece>,
     /// Faces over the triangle that was covered last, with bounds.
     pub parts: Vec<(u32, f64)>,
+    /// The same of the method that was sharpest so far.
+    sharpest: Vec<(u32, f64)>,
 }
 
 /// Faces that are still to be visited, and those that have been.
@@ -214,42 +218,58 @@ impl<'a> Covering<'a> {
             queue: FaceQueue { pending: Vec::new(), found: vec![0; other.triangles.len()], round: 0 },
             pending: Vec::new(),
             parts: Vec::new(),
+            sharpest: Vec::new(),
         }
     }
 
-    /// Covers a triangle by the fastest method with a usual bound; `parts` has the faces and their bounds.
+    /// Covers a triangle by the fastest method with a usual bound, or else by the sharpest one.
+    ///
+    /// `parts` has the faces and their bounds.
     pub fn cover(&mut self, (triangle, normal): ([DVec3; 3], DVec3), start: Footing) {
         let (other, usual) = (self.other, self.usual.max(self.enough));
-        let is_sharp = |bound: f64| bound <= OUTLIER * largest_distance(&other.nearest_samples(&triangle));
-        // The normal of a needle is that of its rounding, so the one of the face near it is tried, too.
+        self.sharpest.clear();
         let own = start.is_below.then_some((normal, start));
-        for direction in [normal, other.normals[start.face as usize]] {
-            let start = if direction == normal {
-                own
-            } else {
-                other.footing_below(&triangle, direction, start.face).map(|start| (direction, start))
+        // The normal of a needle is that of its rounding, so the one of the face near it is tried, too.
+        let direction = other.normals[start.face as usize];
+        let of_face = || other.footing_below(&triangle, direction, start.face).map(|start| (direction, start));
+        let sampled = OnceCell::new();
+        for method in 0..4 {
+            let is_covered = match method {
+                0 => own.is_some_and(|along| self.cover_along(along, &triangle)),
+                1 => of_face().is_some_and(|along| self.cover_along(along, &triangle)),
+                2 => self.cover_by_cutting(&triangle, start),
+                _ => self.cover_by_halving(&triangle, usual),
             };
-            let Some((direction, start)) = start else { continue };
-            if self.cover_along(direction, &triangle, start) {
-                let bound = largest_distance(&self.parts);
-                if bound <= usual || is_sharp(bound) {
-                    return;
-                }
+            let bound = largest_distance(&self.parts);
+            let largest_sample = || *sampled.get_or_init(|| largest_distance(&other.nearest_samples(&triangle)));
+            if is_covered && (bound <= usual || bound <= OUTLIER * largest_sample()) {
+                return;
+            }
+            if is_covered && (self.sharpest.is_empty() || bound < largest_distance(&self.sharpest)) {
+                std::mem::swap(&mut self.sharpest, &mut self.parts);
             }
         }
+        std::mem::swap(&mut self.sharpest, &mut self.parts);
+    }
+
+    fn cover_by_cutting(&mut self, triangle: &[DVec3; 3], start: Footing) -> bool {
         let parts = &mut self.parts;
         parts.clear();
         let visit = |over, distance| parts.push((over, distance));
-        other.cover_by_cutting((triangle, start.face), self.enough, &mut self.pending, visit);
-        if largest_distance(parts) > usual {
-            parts.clear();
-            let visit = |over, distance| parts.push((over, distance));
-            other.cover_by_halving(triangle, usual, &mut self.halvings_left, visit);
-        }
+        self.other.cover_by_cutting((*triangle, start.face), self.enough, &mut self.pending, visit);
+        true
+    }
+
+    fn cover_by_halving(&mut self, triangle: &[DVec3; 3], usual: f64) -> bool {
+        let parts = &mut self.parts;
+        parts.clear();
+        let visit = |over, distance| parts.push((over, distance));
+        self.other.cover_by_halving(*triangle, usual, &mut self.halvings_left, visit);
+        true
     }
 
     /// Covers a triangle by the faces over it as seen along `direction`; false if they may leave a part of it open.
-    fn cover_along(&mut self, direction: DVec3, &[a, b, c]: &[DVec3; 3], start: Footing) -> bool {
+    fn cover_along(&mut self, (direction, start): (DVec3, Footing), &[a, b, c]: &[DVec3; 3]) -> bool {
         let parts = &mut self.parts;
         parts.clear();
         let is_turned = area_normal_f64([a, b, c]).dot(direction) < 0.0;
