@@ -25,7 +25,7 @@ const MOST_WANTED: usize = 4;
 /// Number of groups between two events.
 const GROUPS_PER_EVENT: usize = 64;
 /// Levels that are proved against the same faces.
-// Of 20 parts, bounds of cuts over the sampled distance: at 1 median 2.0, at 3 1.5, at 4 1.45.
+// Of 20 components, the median of proved over sampled errors is 1.75 with two, and 1.38 with four.
 const LEVELS_PER_ANCESTOR: usize = 4;
 const NO_GROUP: u32 = u32::MAX;
 const SHARED: u32 = u32::MAX - 1;
