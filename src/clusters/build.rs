@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::mesh::sides;
 use crate::simplify::{ClosedOptions, Event, Input, Listener, SimplifyError};
 
+use super::ancestors::{AncestorLists, Ancestors, GroupAncestors};
 use super::error::{GroupErrors, measure};
 use super::face_split::{ClusterLimit, split_faces};
 use super::grouping::group_clusters;
@@ -23,6 +24,9 @@ const SLOW: f64 = 0.9;
 const MOST_WANTED: usize = 4;
 /// Number of groups between two events.
 const GROUPS_PER_EVENT: usize = 64;
+/// Levels that are proved against the same faces.
+// Of 20 components, the median of proved over sampled errors is 1.75 with two, and 1.38 with four.
+const LEVELS_PER_ANCESTOR: usize = 4;
 const NO_GROUP: u32 = u32::MAX;
 const SHARED: u32 = u32::MAX - 1;
 
@@ -68,6 +72,8 @@ pub fn build_clusters(
 pub struct LiveCluster {
     pub number: u32,
     pub faces: Vec<PoolFace>,
+    /// Of each face.
+    pub ancestors: AncestorLists,
 }
 
 /// Hierarchy that grows level by level.
@@ -77,6 +83,7 @@ pub struct Build {
     pub live: Vec<LiveCluster>,
     /// Marks places that faces outside of this hierarchy use; those after its end are not used outside.
     pub held: Vec<bool>,
+    ancestors: Ancestors,
     limit: ClusterLimit,
     options: ClosedOptions,
     clusters_per_group: usize,
@@ -98,6 +105,7 @@ impl Build {
             made: Clusters { origin: options.simplify.frame.origin, ..Clusters::default() },
             live: Vec::new(),
             held: Vec::new(),
+            ancestors: Ancestors::default(),
             limit: ClusterLimit { n_faces: options.max_faces, n_vertices: options.max_vertices },
             options: options_for_groups(&options.simplify),
             clusters_per_group: options.clusters_per_group,
@@ -111,8 +119,8 @@ impl Build {
             (|face: u32| self.pool.centroid(&faces[face as usize]), |face: u32| faces[face as usize].corners);
         let parts = split_faces((0..faces.len() as u32).collect(), self.limit, &centroid, &corners);
         for part in parts {
-            let faces = part.into_iter().map(|face| faces[face as usize]).collect();
-            self.add_cluster(faces, 0, None);
+            let faces = part.into_iter().map(|face| (faces[face as usize], face)).collect();
+            self.add_cluster(faces, &AncestorLists::default(), 0, None);
         }
     }
 
@@ -123,12 +131,17 @@ impl Build {
     pub fn add_levels(&mut self, n: usize, listener: &mut Listener) -> Result<(), SimplifyError> {
         self.work = (0, 2 * self.live.iter().map(|cluster| cluster.faces.len()).sum::<usize>());
         let mut wanted = self.clusters_per_group;
-        for _ in 0..n {
+        for level in 0..n {
+            if level % LEVELS_PER_ANCESTOR == 0 {
+                self.renew_ancestors();
+            }
+            self.ancestors.is_last = (level + 1) % LEVELS_PER_ANCESTOR == 0;
             let n_before = self.live.len();
             if n_before <= 1 {
                 break;
             }
             self.add_level(wanted, listener)?;
+            self.ancestors.age += 1;
             if self.live.len() as f64 > SLOW * n_before as f64 {
                 // A group of all clusters has no shared vertices: if it stays, nothing makes it smaller.
                 if self.live.len() == n_before && wanted > MOST_WANTED * n_before {
@@ -140,12 +153,24 @@ impl Build {
         Ok(())
     }
 
+    /// Makes all live faces their own ancestors.
+    fn renew_ancestors(&mut self) {
+        self.ancestors = Ancestors::default();
+        for cluster in &mut self.live {
+            cluster.ancestors = AncestorLists::default();
+            for face in &cluster.faces {
+                cluster.ancestors.push([self.ancestors.add(*face)]);
+            }
+        }
+    }
+
     /// Replaces groups of live clusters by the clusters of their simplified faces.
     fn add_level(&mut self, wanted: usize, listener: &mut Listener) -> Result<(), SimplifyError> {
         let edges: Vec<Vec<[u32; 2]>> = self.live.par_iter().map(|it| boundary_edges(&self.pool, &it.faces)).collect();
         let center = |i: u32| self.made.clusters[self.live[i as usize].number as usize].sphere.center;
         let groups = group_clusters(&edges, center, wanted);
         let users = self.find_users(&groups);
+        self.ancestors.count_users(self.live.iter().map(|cluster| &cluster.ancestors));
         let mut live: Vec<Option<LiveCluster>> = std::mem::take(&mut self.live).into_iter().map(Some).collect();
         let stops = AtomicBool::new(false);
         for groups in groups.chunks(GROUPS_PER_EVENT) {
@@ -203,7 +228,10 @@ impl Build {
             return Ok(None);
         }
         let before: Vec<f32> = faces.iter().map(|face| face.error).collect();
-        let errors = measure(&patch, &reduced, &before);
+        let mut lists = AncestorLists::default();
+        members.iter().for_each(|member| lists.extend(&member.ancestors));
+        let group = GroupAncestors { pool: &self.pool, ancestors: &self.ancestors, lists };
+        let errors = measure(&patch, &reduced, &before, &group);
         let parts = self.split(&reduced);
         Ok(Some(GroupResult { patch, reduced, parts, errors }))
     }
@@ -239,38 +267,51 @@ impl Build {
             return;
         };
         let faces = self.pool.append(&result.patch, &result.reduced, &result.errors.of_faces);
-        let parts = result
-            .parts
-            .into_iter()
-            .map(|part| -> Vec<PoolFace> { part.into_iter().filter_map(|face| faces[face as usize]).collect() });
-        let parts: Vec<Vec<PoolFace>> = parts.filter(|part| !part.is_empty()).collect();
+        let parts = result.parts.into_iter().map(|part| -> Vec<(PoolFace, u32)> {
+            part.into_iter().filter_map(|face| faces[face as usize].map(|made| (made, face))).collect()
+        });
+        let parts: Vec<_> = parts.filter(|part| !part.is_empty()).collect();
         if parts.is_empty() {
             self.live.extend(members);
             return;
         }
         let level = members.iter().map(|it| self.made.clusters[it.number as usize].level).max().unwrap_or(0);
-        let group = self.add_group(&members, level, result.errors);
+        let group = self.add_group(&members, level, &result.errors);
         for member in members {
             self.made.clusters[member.number as usize].group = Some(group);
         }
-        parts.into_iter().for_each(|part| self.add_cluster(part, level + 1, Some(group)));
+        for part in parts {
+            self.add_cluster(part, &result.errors.ancestors, level + 1, Some(group));
+        }
     }
 
-    fn add_group(&mut self, members: &[LiveCluster], level: u32, errors: GroupErrors) -> u32 {
+    fn add_group(&mut self, members: &[LiveCluster], level: u32, errors: &GroupErrors) -> u32 {
         let spheres = members.iter().map(|it| self.made.clusters[it.number as usize].sphere);
         let sphere = Sphere::enclose(spheres.chain(self.sources(members).map(|group| group.sphere)));
-        let mut attribute_errors = errors.of_channels;
+        let mut attribute_errors = errors.of_channels.clone();
         for (k, error) in attribute_errors.iter_mut().enumerate() {
             *error += self.sources(members).map(|group| group.attribute_errors[k]).fold(0.0, f32::max);
         }
         let before = self.sources(members).map(|group| group.error).fold(0.0, f32::max);
-        let error = errors.of_faces.into_iter().fold(before, f32::max);
+        let error = errors.of_faces.iter().copied().fold(before, f32::max);
         self.made.groups.push(ClusterGroup { level, error, attribute_errors, sphere });
         (self.made.groups.len() - 1) as u32
     }
 
-    fn add_cluster(&mut self, mut faces: Vec<PoolFace>, level: u32, source: Option<u32>) {
-        faces.sort_by_key(|face| face.group);
+    /// Adds a cluster of some faces with their numbers in `lists`.
+    fn add_cluster(
+        &mut self,
+        mut numbered: Vec<(PoolFace, u32)>,
+        lists: &AncestorLists,
+        level: u32,
+        source: Option<u32>,
+    ) {
+        numbered.sort_by_key(|(face, _)| face.group);
+        let mut ancestors = AncestorLists::default();
+        if !lists.is_empty() {
+            numbered.iter().for_each(|&(_, number)| ancestors.push(lists.get(number).iter().copied()));
+        }
+        let faces: Vec<PoolFace> = numbered.into_iter().map(|(face, _)| face).collect();
         let mut vertices: Vec<u32> = faces.iter().flat_map(|face| face.corners).collect();
         vertices.sort_unstable();
         vertices.dedup();
@@ -290,7 +331,7 @@ impl Build {
         made.faces.extend(faces.iter().map(|face| face.corners.map(local)));
         made.face_groups.extend(faces.iter().map(|face| face.group));
         made.vertices.extend(vertices);
-        self.live.push(LiveCluster { number: (made.clusters.len() - 1) as u32, faces });
+        self.live.push(LiveCluster { number: (made.clusters.len() - 1) as u32, faces, ancestors });
     }
 
     pub fn finish(self) -> Clusters {

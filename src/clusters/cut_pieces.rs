@@ -91,7 +91,7 @@ impl OverlaySurface {
             if half_edge == piece.entry || piece.n == MOST_CORNERS {
                 continue;
             }
-            let (inside, outside) = piece.split(&self.planes()[half_edge as usize]);
+            let (inside, outside) = piece.split(&self.plane(half_edge));
             if outside.n > 0 {
                 let twin = self.twins[half_edge as usize];
                 pending.push(match twin {
@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn pieces_cover_the_triangle() {
-        let target = OverlaySurface::new(&shapes::icosphere(3));
+        let target = OverlaySurface::from_mesh(&shapes::icosphere(3));
         let triangle = shapes::icosphere(1).faces()[5].map(|v| shapes::icosphere(1).positions()[v as usize]);
         let triangle = triangle.map(|p| DVec3::from(p.map(f64::from)));
         let mut faces = Vec::new();

@@ -3,8 +3,10 @@
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::mesh::{Attributes, Channel, Role};
 
-use super::overlay::Cover;
+use super::ancestors::{AncestorLists, GroupAncestors};
+use super::overlay::{Cover, CoveredPiece};
 use super::overlay_surface::{OverlaySurface, centroid};
+use super::sharpening::{FaceBounds, sharpen};
 use super::vertices::{Patch, ReducedPatch};
 
 /// Slack for rounding, as a share of the bound and of the largest coordinate.
@@ -16,25 +18,71 @@ pub struct GroupErrors {
     pub of_faces: Vec<f32>,
     /// Mean change of each channel between the centroids of the patch's faces and the points of the result below them.
     pub of_channels: Vec<f32>,
+    /// Ancestors of each face.
+    pub ancestors: AncestorLists,
 }
 
 /// Measures a simplified patch; `before` holds the bounds of the patch's own faces.
-pub fn measure(patch: &Patch, reduced: &ReducedPatch, before: &[f32]) -> GroupErrors {
-    let (from, to) = (OverlaySurface::new(&patch.mesh), OverlaySurface::new(&reduced.mesh));
-    let mut bounds = vec![0.0f64; reduced.mesh.faces().len()];
-    let mut raise = |after: u32, face: u32, distance: f64| {
-        let bound = &mut bounds[after as usize];
-        *bound = bound.max(f64::from(before[face as usize]) + distance);
-    };
-    let (there, back) = (from.cover_by(&to), to.cover_by(&from));
-    there.pieces.iter().for_each(|piece| raise(piece.over, piece.face, piece.distance));
-    back.pieces.iter().for_each(|piece| raise(piece.face, piece.over, piece.distance));
+pub fn measure(patch: &Patch, reduced: &ReducedPatch, before: &[f32], group: &GroupAncestors) -> GroupErrors {
+    let (from, to) = (OverlaySurface::from_mesh(&patch.mesh), OverlaySurface::from_mesh(&reduced.mesh));
+    let n_faces = reduced.mesh.faces().len();
+    // A face whose bound stays below the largest distance at a centroid does not raise that of the group.
+    let most = before.iter().copied().fold(0.0, f32::max);
+    let there = from.cover_by(&to, |face, distance| distance - f64::from(before[face as usize]));
+    let back = to.cover_by(&from, |_, distance| distance - f64::from(most));
+    let add = |face: u32, distance: f64| f64::from(before[face as usize]) + distance;
+    let mut limits = FaceBounds { before: vec![0.0; before.len()], after: vec![0.0; n_faces] };
+    for piece in &there.pieces {
+        raise(&mut limits.before[piece.face as usize], add(piece.face, piece.distance));
+    }
+    for piece in &back.pieces {
+        raise(&mut limits.after[piece.face as usize], add(piece.over, piece.distance));
+    }
+    if group.ancestors.age > 0 {
+        sharpen(&mut limits, group, &to, [&there, &back]);
+    }
+    let mut bounds = limits.after;
+    for piece in &there.pieces {
+        let bound = add(piece.face, piece.distance).min(limits.before[piece.face as usize]);
+        raise(&mut bounds[piece.over as usize], bound);
+    }
     let rounding = from.reach() * SLACK[1];
     let slack = |bound: f64| round_up(bound * (1.0 + SLACK[0]) + rounding);
     GroupErrors {
         of_faces: bounds.into_iter().map(slack).collect(),
         of_channels: attribute_changes(patch, reduced, [&from, &to], &there),
+        ancestors: inherit(&there, group, n_faces),
     }
+}
+
+fn raise(bound: &mut f64, to: f64) {
+    *bound = bound.max(to);
+}
+
+/// Returns the ancestors of the result's faces: those of the faces that have pieces near them.
+fn inherit(cover: &Cover, group: &GroupAncestors, n_faces: usize) -> AncestorLists {
+    if group.ancestors.is_last {
+        return AncestorLists::default();
+    }
+    let pair = |piece: &CoveredPiece| u64::from(piece.over) << 32 | u64::from(piece.face);
+    let mut pairs: Vec<u64> = cover.pieces.iter().map(pair).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let (mut lists, mut pairs) = (AncestorLists::default(), pairs.as_slice());
+    let mut numbers: Vec<u32> = Vec::new();
+    for face in 0..n_faces as u64 {
+        let n_own = pairs.iter().take_while(|pair| **pair >> 32 == face).count();
+        let (own, others) = pairs.split_at(n_own);
+        numbers.clear();
+        own.iter().for_each(|pair| numbers.extend(group.lists.get(*pair as u32)));
+        if group.ancestors.age > 0 {
+            numbers.sort_unstable();
+            numbers.dedup();
+        }
+        lists.push(numbers.iter().copied());
+        pairs = others;
+    }
+    lists
 }
 
 /// Returns the next number of single precision that is not smaller.

@@ -1,4 +1,4 @@
-//! Faces over a triangle, seen along its normal.
+//! Faces over a triangle, seen along its normal or another direction.
 //!
 //! They are found from neighbour to neighbour. If all face as the triangle does, and no boundary lies inside it, they
 //! cover it, since their outline winds around it. The height is linear over each face, so it is largest at a corner of the
@@ -13,29 +13,32 @@ const LEAST_VOLUME: f64 = 1e-4;
 /// Most corners of a triangle cut by three lines, also where rounding has bent it.
 const MOST_CORNERS: usize = 9;
 
-/// Coordinates of points seen along the normal of a triangle: three barycentric weights and the height over its plane.
+/// Coordinates of points seen along a direction: three barycentric weights in a triangle and the height over its plane.
 pub struct Footprint {
     origin: DVec3,
     columns: [DVec4; 3],
-    pub normal: DVec3,
+    /// Unit vector.
+    pub direction: DVec3,
     longest_side: f64,
 }
 
 impl Footprint {
-    /// Returns `None` for a triangle without area.
-    pub fn new([a, b, c]: [DVec3; 3], normal: DVec3) -> Option<Self> {
-        let area2 = (b - a).cross(c - a).dot(normal);
+    /// Returns `None` for a triangle without area as seen from this side.
+    pub fn new([a, b, c]: [DVec3; 3], direction: DVec3) -> Option<Self> {
+        let area2 = (b - a).cross(c - a).dot(direction);
         if area2 <= 0.0 {
             return None;
         }
-        let gradients = [c - b, a - c, b - a].map(|side| normal.cross(side) / area2);
-        let column = |of: fn(DVec3) -> f64| {
-            let [u, v, w] = gradients.map(of);
-            DVec4::new(u, v, w, of(normal))
+        let gradients = [c - b, a - c, b - a].map(|side| direction.cross(side) / area2);
+        // The plane may be oblique: at corners it is as high as they are.
+        let height = direction - gradients[1] * direction.dot(b - a) - gradients[2] * direction.dot(c - a);
+        let column = |component: fn(DVec3) -> f64| {
+            let [u, v, w] = gradients.map(component);
+            DVec4::new(u, v, w, component(height))
         };
         let columns = [column(|v| v.x), column(|v| v.y), column(|v| v.z)];
         let longest2 = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-        Some(Self { origin: a, columns, normal, longest_side: longest2.sqrt() })
+        Some(Self { origin: a, columns, direction, longest_side: longest2.sqrt() })
     }
 
     pub fn coordinates(&self, p: DVec3) -> DVec4 {
@@ -113,6 +116,16 @@ mod tests {
         assert_eq!(coordinates([1.0, 1.0, -2.0]), [0.0, 0.5, 0.5, -2.0]);
         assert_eq!(coordinates([2.0, 2.0, 0.0]), [-1.0, 1.0, 1.0, 0.0]);
         assert!(Footprint::new([DVec3::ZERO, DVec3::X, 2.0 * DVec3::X], DVec3::ZERO).is_none());
+    }
+
+    #[test]
+    fn heights_along_another_direction_are_those_over_the_triangle() {
+        let corners = [[0.0, 0.0, 0.0], [2.0, 0.0, 1.0], [0.0, 2.0, -3.0]].map(DVec3::from);
+        let oblique = Footprint::new(corners, DVec3::Z).unwrap();
+        for (corner, weights) in corners.into_iter().zip([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) {
+            let seen = oblique.coordinates(corner + 5.0 * DVec3::Z);
+            assert!(seen.abs_diff_eq(DVec3::from(weights).extend(5.0), 1e-12), "{seen}");
+        }
     }
 
     #[test]

@@ -16,6 +16,7 @@ use crate::mesh::cleanup::CleanCounts;
 use crate::mesh::{PositionKey, position_key};
 use crate::simplify::{ClosedOptions, Input, SimplifyError};
 
+use super::ancestors::AncestorLists;
 use super::build::{Build, LiveCluster};
 use super::container::StoredPages;
 use super::vertices::VertexPool;
@@ -161,9 +162,10 @@ impl JoinedBlocks {
                 }
             })
         };
-        for LiveCluster { number: cluster, mut faces } in live {
+        for LiveCluster { number: cluster, mut faces, .. } in live {
             faces.iter_mut().for_each(|face| face.corners = face.corners.map(&mut number));
-            self.build.live.push(LiveCluster { number: n_clusters + cluster, faces });
+            let ancestors = AncestorLists::default();
+            self.build.live.push(LiveCluster { number: n_clusters + cluster, faces, ancestors });
         }
         let moved = |group: Option<u32>| group.map(|group| n_groups + group);
         let rows = made.clusters.into_iter().map(|cluster| Cluster {

@@ -1,7 +1,10 @@
 //! Bounds of the distance from the triangles of a surface to a nearby surface, by overlaying their faces.
 
+use std::cell::OnceCell;
+
 use glam::DVec3;
 
+use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::half_edges::NO_TWIN;
 
 use super::cut_pieces::Piece;
@@ -15,8 +18,13 @@ const ENOUGH: f64 = 0.4;
 const OUTLIER: f64 = 1.5;
 /// Distance that need not be sharper, as a share of the largest coordinate.
 const FLOOR: f64 = 1e-7;
-/// Least cosine between the normals of a triangle and of the faces over it.
+/// Least cosine between the normal of a triangle and that of the face over its centroid.
 const LEAST_COSINE: f64 = 0.2;
+/// Least cosine between the direction of sight and the normals of all faces over a triangle.
+// Beyond a crease of nearly a right angle, heights are still those of points on both surfaces.
+const LEAST_COSINE_OVER: f64 = 0.02;
+/// Most searches through all centroids for a start; more are a reason to build the tree.
+const FEW_QUERIES: usize = 16;
 /// Most faces between the hint and the face over a centroid.
 const MOST_STEPS: usize = 8;
 
@@ -47,16 +55,19 @@ pub struct Footing {
 }
 
 /// State while triangles are covered one after the other.
-struct Covering<'a> {
+pub struct Covering<'a> {
     other: &'a OverlaySurface,
     /// Bound that need not be sharper.
-    enough: f64,
+    pub enough: f64,
     /// Bound above which a triangle is covered again by a sharper method.
-    usual: f64,
+    pub usual: f64,
     halvings_left: usize,
     queue: FaceQueue,
     pending: Vec<Piece>,
-    parts: Vec<(u32, f64)>,
+    /// Faces over the triangle that was covered last, with bounds.
+    pub parts: Vec<(u32, f64)>,
+    /// The same of the method that was sharpest so far.
+    sharpest: Vec<(u32, f64)>,
 }
 
 /// Faces that are still to be visited, and those that have been.
@@ -69,20 +80,17 @@ struct FaceQueue {
 
 impl OverlaySurface {
     /// Covers this surface by pieces, each with a face of the other surface and a bound of the distance to it.
-    pub fn cover_by(&self, other: &Self) -> Cover {
+    ///
+    /// `enough` receives a face and the largest distance of a centroid, and returns a distance that need not be sharper.
+    pub fn cover_by(&self, other: &Self, enough: impl Fn(u32, f64) -> f64) -> Cover {
         let (at_centroids, least) = self.find_centroids(other);
         let floor = FLOOR * self.reach();
-        let mut covering = Covering {
-            other,
-            enough: (ENOUGH * least).max(floor),
-            usual: (OUTLIER * least).max(floor),
-            halvings_left: MOST_HALVINGS * self.triangles.len(),
-            queue: FaceQueue { pending: Vec::new(), found: vec![0; other.triangles.len()], round: 0 },
-            pending: Vec::new(),
-            parts: Vec::new(),
-        };
+        let mut covering = Covering::new(other, self.triangles.len());
+        (covering.enough, covering.usual) = ((ENOUGH * least).max(floor), (OUTLIER * least).max(floor));
         let mut pieces = Vec::with_capacity(4 * self.triangles.len());
+        let usual_enough = covering.enough;
         for (face, start) in (0..).zip(&at_centroids) {
+            covering.enough = usual_enough.max(enough(face, least));
             covering.cover((self.triangles[face as usize], self.normals[face as usize]), *start);
             let piece = |&(over, distance): &(u32, f64)| CoveredPiece { face, over, distance };
             pieces.extend(covering.parts.iter().map(piece));
@@ -94,14 +102,16 @@ impl OverlaySurface {
     fn find_centroids(&self, other: &Self) -> (Vec<Footing>, f64) {
         let mut found: Vec<Option<Footing>> = vec![None; self.triangles.len()];
         let (mut pending, mut largest) = (Vec::new(), 0.0f64);
+        let mut n_first = 0;
         for first in 0..found.len() {
             if found[first].is_some() {
                 continue;
             }
             let (middle, normal) = (centroid(&self.triangles[first]), self.normals[first]);
-            // A single query is no reason to build the tree.
+            // A few queries are no reason to build the tree.
             let by_centroid = || other.face_below(other.face_with_nearest_centroid(middle), middle, normal);
-            let below = if first == 0 { by_centroid() } else { None };
+            let below = if n_first < FEW_QUERIES { by_centroid() } else { None };
+            n_first += 1;
             pending.push((first, below.unwrap_or_else(|| other.footing_near(middle, normal))));
             while let Some((face, (footing, distance))) = pending.pop() {
                 if found[face].is_some() {
@@ -122,6 +132,17 @@ impl OverlaySurface {
     fn face_with_nearest_centroid(&self, p: DVec3) -> u32 {
         let distances = (0u32..).zip(&self.triangles).map(|(face, it)| (centroid(it).distance_squared(p), face));
         distances.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(0, |(_, face)| face)
+    }
+
+    /// Returns the face below the centroid of a triangle near the face `hint`, or else near the closest one.
+    pub fn footing_of(&self, triangle: &[DVec3; 3], normal: DVec3, hint: u32) -> Footing {
+        let middle = centroid(triangle);
+        self.face_below(hint, middle, normal).unwrap_or_else(|| self.footing_near(middle, normal)).0
+    }
+
+    /// Returns the face below the centroid of a triangle near the face `hint`.
+    pub fn footing_below(&self, triangle: &[DVec3; 3], normal: DVec3, hint: u32) -> Option<Footing> {
+        self.face_below(hint, centroid(triangle), normal).map(|found| found.0)
     }
 
     /// Returns the face below a point and near the closest face, or else the closest one; and its distance.
@@ -168,7 +189,7 @@ impl OverlaySurface {
     ) -> bool {
         queue.begin(start);
         while let Some(face) = queue.pending.pop() {
-            if self.normals[face as usize].dot(triangle.normal) < LEAST_COSINE {
+            if self.normals[face as usize].dot(triangle.direction) < LEAST_COSINE_OVER {
                 return false;
             }
             let corners = self.triangles[face as usize].map(|p| triangle.coordinates(p));
@@ -186,30 +207,76 @@ impl OverlaySurface {
     }
 }
 
-impl Covering<'_> {
-    /// Covers a triangle by the fastest method with a usual bound; `parts` has the faces and their bounds.
-    fn cover(&mut self, (triangle, normal): ([DVec3; 3], DVec3), start: Footing) {
-        let (other, parts) = (self.other, &mut self.parts);
-        parts.clear();
-        let footprint = Footprint::new(triangle, normal).filter(|_| start.is_below);
-        let is_covered = footprint.is_some_and(|footprint| {
-            other.cover(start.face, &footprint, self.enough, &mut self.queue, |over, distance| {
-                parts.push((over, distance));
-            })
-        });
-        let is_sharp = |bound: f64| bound <= OUTLIER * largest_distance(&other.nearest_samples(&triangle));
-        let bound = largest_distance(parts);
-        if is_covered && (bound <= self.usual || is_sharp(bound)) {
-            return;
+impl<'a> Covering<'a> {
+    /// Returns the state before the first of `n` triangles.
+    pub fn new(other: &'a OverlaySurface, n: usize) -> Self {
+        Self {
+            other,
+            enough: 0.0,
+            usual: 0.0,
+            halvings_left: MOST_HALVINGS * n,
+            queue: FaceQueue { pending: Vec::new(), found: vec![0; other.triangles.len()], round: 0 },
+            pending: Vec::new(),
+            parts: Vec::new(),
+            sharpest: Vec::new(),
         }
+    }
+
+    /// Covers a triangle by the fastest method with a usual bound, or else by the sharpest one.
+    ///
+    /// `parts` has the faces and their bounds.
+    pub fn cover(&mut self, (triangle, normal): ([DVec3; 3], DVec3), start: Footing) {
+        let (other, usual) = (self.other, self.usual.max(self.enough));
+        self.sharpest.clear();
+        let own = start.is_below.then_some((normal, start));
+        // The normal of a needle is that of its rounding, so the one of the face near it is tried, too.
+        let direction = other.normals[start.face as usize];
+        let of_face = || other.footing_below(&triangle, direction, start.face).map(|start| (direction, start));
+        let sampled = OnceCell::new();
+        for method in 0..4 {
+            let is_covered = match method {
+                0 => own.is_some_and(|along| self.cover_along(along, &triangle)),
+                1 => of_face().is_some_and(|along| self.cover_along(along, &triangle)),
+                2 => self.cover_by_cutting(&triangle, start),
+                _ => self.cover_by_halving(&triangle, usual),
+            };
+            let bound = largest_distance(&self.parts);
+            let largest_sample = || *sampled.get_or_init(|| largest_distance(&other.nearest_samples(&triangle)));
+            if is_covered && (bound <= usual || bound <= OUTLIER * largest_sample()) {
+                return;
+            }
+            if is_covered && (self.sharpest.is_empty() || bound < largest_distance(&self.sharpest)) {
+                std::mem::swap(&mut self.sharpest, &mut self.parts);
+            }
+        }
+        std::mem::swap(&mut self.sharpest, &mut self.parts);
+    }
+
+    fn cover_by_cutting(&mut self, triangle: &[DVec3; 3], start: Footing) -> bool {
+        let parts = &mut self.parts;
         parts.clear();
         let visit = |over, distance| parts.push((over, distance));
-        other.cover_by_cutting((triangle, start.face), self.enough, &mut self.pending, visit);
-        if largest_distance(parts) > self.usual {
-            parts.clear();
-            let visit = |over, distance| parts.push((over, distance));
-            other.cover_by_halving(triangle, self.usual, &mut self.halvings_left, visit);
-        }
+        self.other.cover_by_cutting((*triangle, start.face), self.enough, &mut self.pending, visit);
+        true
+    }
+
+    fn cover_by_halving(&mut self, triangle: &[DVec3; 3], usual: f64) -> bool {
+        let parts = &mut self.parts;
+        parts.clear();
+        let visit = |over, distance| parts.push((over, distance));
+        self.other.cover_by_halving(*triangle, usual, &mut self.halvings_left, visit);
+        true
+    }
+
+    /// Covers a triangle by the faces over it as seen along `direction`; false if they may leave a part of it open.
+    fn cover_along(&mut self, (direction, start): (DVec3, Footing), &[a, b, c]: &[DVec3; 3]) -> bool {
+        let parts = &mut self.parts;
+        parts.clear();
+        let is_turned = area_normal_f64([a, b, c]).dot(direction) < 0.0;
+        let triangle = if is_turned { [a, c, b] } else { [a, b, c] };
+        let Some(footprint) = Footprint::new(triangle, direction) else { return false };
+        let visit = |over, distance| parts.push((over, distance));
+        self.other.cover(start.face, &footprint, self.enough, &mut self.queue, visit)
     }
 }
 
@@ -235,7 +302,7 @@ mod tests {
     use crate::metrics::{DistanceTolerance, certified_distance};
 
     fn largest(from: &TriMesh, to: &TriMesh) -> f64 {
-        let cover = OverlaySurface::new(from).cover_by(&OverlaySurface::new(to));
+        let cover = OverlaySurface::from_mesh(from).cover_by(&OverlaySurface::from_mesh(to), |_, _| 0.0);
         cover.pieces.iter().map(|piece| piece.distance).fold(0.0, f64::max)
     }
 
@@ -256,8 +323,9 @@ mod tests {
 
     #[test]
     fn faces_over_a_triangle_are_found() {
-        let (coarse, fine) = (OverlaySurface::new(&shapes::icosphere(1)), OverlaySurface::new(&shapes::icosphere(3)));
-        let cover = coarse.cover_by(&fine);
+        let (coarse, fine) =
+            (OverlaySurface::from_mesh(&shapes::icosphere(1)), OverlaySurface::from_mesh(&shapes::icosphere(3)));
+        let cover = coarse.cover_by(&fine, |_, _| 0.0);
         for face in 0..coarse.triangles.len() as u32 {
             let mut over: Vec<u32> = cover.pieces.iter().filter(|it| it.face == face).map(|it| it.over).collect();
             over.sort_unstable();

@@ -19,8 +19,7 @@ pub struct OverlaySurface {
     /// Unit normals; zero for faces without area.
     pub(super) normals: Vec<DVec3>,
     pub(super) twins: Vec<u32>,
-    // Both are made when they are first needed.
-    planes: OnceCell<Vec<EdgePlane>>,
+    // Made when it is first needed.
     tree: OnceCell<NearestOnTriangles>,
     // Results at corners, which many triangles share: at the middle of a fan, all faces are equally close, and tested.
     at_corners: RefCell<FxHashMap<[u64; 3], (u32, f64)>>,
@@ -36,32 +35,29 @@ pub struct EdgePlane {
 }
 
 impl OverlaySurface {
-    pub fn new(mesh: &TriMesh) -> Self {
-        let point = |v: u32| DVec3::from(mesh.positions()[v as usize].map(f64::from));
-        let triangles: Vec<[DVec3; 3]> = mesh.faces().iter().map(|face| face.map(point)).collect();
+    pub fn new(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Self {
+        let point = |v: u32| DVec3::from(positions[v as usize].map(f64::from));
+        let triangles: Vec<[DVec3; 3]> = faces.iter().map(|face| face.map(point)).collect();
         let normals = triangles.iter().map(|&corners| area_normal_f64(corners).normalize_or_zero()).collect();
-        let twins = twins(mesh.positions().len(), mesh.faces());
-        Self {
-            triangles,
-            normals,
-            twins,
-            planes: OnceCell::new(),
-            tree: OnceCell::new(),
-            at_corners: RefCell::default(),
-        }
+        let twins = twins(positions.len(), faces);
+        Self { triangles, normals, twins, tree: OnceCell::new(), at_corners: RefCell::default() }
     }
 
-    /// Returns the cutting plane of each half-edge, n_faces x 3.
-    pub fn planes(&self) -> &[EdgePlane] {
-        let plane = |(half_edge, &twin): (usize, &u32)| {
-            let (face, corner) = (half_edge / 3, half_edge % 3);
-            let [a, b] = [corner, (corner + 1) % 3].map(|k| self.triangles[face][k]);
-            // Both sides of an edge are cut by the plane through it along the mean normal.
-            let other = if twin == NO_TWIN { DVec3::ZERO } else { self.normals[twin as usize / 3] };
-            let normal = (self.normals[face] + other).cross(b - a).normalize_or_zero();
-            EdgePlane { normal, offset: normal.dot(a), slack: TOLERANCE * a.distance(b) }
+    pub fn from_mesh(mesh: &TriMesh) -> Self {
+        Self::new(mesh.positions(), mesh.faces())
+    }
+
+    /// Returns the cutting plane of a half-edge.
+    pub fn plane(&self, half_edge: u32) -> EdgePlane {
+        let (face, corner) = (half_edge as usize / 3, half_edge as usize % 3);
+        let [a, b] = [corner, (corner + 1) % 3].map(|k| self.triangles[face][k]);
+        // Both sides of an edge are cut by the plane through it along the mean normal.
+        let other = match self.twins[half_edge as usize] {
+            NO_TWIN => DVec3::ZERO,
+            twin => self.normals[twin as usize / 3],
         };
-        self.planes.get_or_init(|| self.twins.iter().enumerate().map(plane).collect())
+        let normal = (self.normals[face] + other).cross(b - a).normalize_or_zero();
+        EdgePlane { normal, offset: normal.dot(a), slack: TOLERANCE * a.distance(b) }
     }
 
     /// Returns the closest face and its distance.
