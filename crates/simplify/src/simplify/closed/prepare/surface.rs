@@ -118,7 +118,7 @@ impl<'a> PreparedSurface<'a> {
 
     /// Weighs small faces more than their areas if areas around vertices are very different.
     pub fn weigh_small_faces(&mut self) {
-        self.area_weights = AreaWeights::new(self);
+        self.area_weights = AreaWeights::new(&self.positions, &self.faces, |v| self.neighbors(v));
         if !self.area_weights.is_plain() {
             self.sum_faces();
         }
@@ -399,6 +399,7 @@ pub fn add(sum: &mut [f32; 6], other: &[f32; 6]) {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use crate::simplify::closed::prepare::area_weights::build_rounded_cube;
 
     fn area(surface: &PreparedSurface) -> f32 {
         surface.faces.iter().map(|f| 0.5 * area_normal(f.map(|v| surface.positions[v as usize])).length()).sum()
@@ -449,5 +450,39 @@ mod tests {
         assert_eq!((surface.n_split(), surface.n_vertices()), (1, 8));
         let last = surface.sources().last().unwrap() as usize;
         assert_eq!(surface.positions[7], surface.positions[last]);
+    }
+
+    #[test]
+    fn faces_of_even_areas_weigh_their_areas() {
+        for mesh in [shapes::wavy_sphere(3, 4.0), shapes::cuboid([1.0; 3], 6), shapes::torus(24, 12, 1.0, 0.4)] {
+            let mut surface = PreparedSurface::new(&mesh, Pulse::NONE);
+            let before = surface.quadrics.clone();
+            surface.weigh_small_faces();
+            assert!(surface.area_weights.is_plain() && surface.quadrics == before);
+        }
+    }
+
+    #[test]
+    fn small_faces_beside_large_ones_weigh_more_than_their_areas_and_all_together_as_much() {
+        let mesh = build_rounded_cube(0.02);
+        let mut surface = PreparedSurface::new(&mesh, Pulse::NONE);
+        let weights =
+            |surface: &PreparedSurface| -> Vec<f64> { (0..surface.n_vertices()).map(|v| surface.weight(v)).collect() };
+        let plain = weights(&surface);
+        surface.weigh_small_faces();
+        let weighed = weights(&surface);
+        let total = |weights: &[f64]| weights.iter().sum::<f64>();
+        assert!((0.5..2.0).contains(&(total(&weighed) / total(&plain))));
+        let lightest = (0..plain.len()).min_by(|&v, &w| plain[v].total_cmp(&plain[w])).unwrap();
+        assert!(weighed[lightest] > 10.0 * plain[lightest]);
+        // Faces weigh a third of their area's power of 1/4 at each corner.
+        let naive = |corners: [Vec3; 3]| (0.5 * area_normal(corners).length()).powf(0.25);
+        let of_face = |face: &[u32; 3]| {
+            let corners = face.map(|v| surface.positions[v as usize]);
+            let (_, plane) = plane_of(corners, surface.area_weights).unwrap();
+            (plane[0] + plane[3] + plane[5]) / naive(corners)
+        };
+        let quotients: Vec<f32> = surface.faces.iter().map(of_face).collect();
+        assert!(quotients.iter().all(|quotient| (quotient / quotients[0] - 1.0).abs() < 1e-3));
     }
 }
