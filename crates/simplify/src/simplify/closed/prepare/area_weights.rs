@@ -8,8 +8,8 @@ use crate::geometry::triangle::area_normal;
 use crate::linalg::rounded;
 
 /// Least unevenness at which small faces count for more than their area.
-// Scans and sculptures reach 1.3; most bevelled props lie above 1.45.
-const LEAST_UNEVENNESS: f32 = 1.4;
+// Scans and sculptures reach 1.3, machine parts of solid modellers 1.7; of twenty props, sixteen lie above.
+const LEAST_UNEVENNESS: f32 = 1.7;
 /// Largest factor on the weight of a small face.
 const MOST_FACTOR: f32 = 1000.0;
 /// Vertices, and faces, of which unevenness and mean areas are estimated.
