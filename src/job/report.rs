@@ -72,6 +72,8 @@ pub struct Level {
     pub distance: Option<DistanceFigures>,
     /// Share of the screen's height at which the largest error is one pixel of 1080 lines, at most 1; `null` with
     /// `--no-check`.
+    ///
+    /// At a vertical field of view `f`, an object of diagonal `d` has this share `s` at the distance `d / (2 s tan(f / 2))`.
     pub screen_coverage: Option<f64>,
     /// Proved bounds of the largest distance, for levels by distance.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -172,6 +172,11 @@ impl<'a> Requirements<'a> {
         self.scene.is_some() || self.attributes.is_some()
     }
 
+    pub fn has_normals(&self) -> bool {
+        let channels = self.attributes.iter().flat_map(|attributes| &attributes.channels);
+        channels.into_iter().any(|channel| channel.role == Role::Normal && channel.width == 3)
+    }
+
     pub fn piece_of_face(&self, face: u32) -> usize {
         let find_piece =
             |scene: &UnitedMesh| scene.piece_of_group(self.attributes.unwrap_or(Attributes::NONE).group(face));

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::linalg::{Isa, Work};
 use crate::mesh::pulse::PARALLEL;
 use crate::mesh::thread_ranges::indices_where;
+use crate::simplify::closed::prepare::area_weights::AreaWeights;
 use crate::simplify::closed::prepare::surface::{Neighbour, add, line_along, plane_of, planes_around};
 
 use super::corner_table::{CornerStep, next};
@@ -91,7 +92,8 @@ impl Collapse<'_> {
                 true => Neighbour::Ghost,
                 false => Neighbour::At(self.poses.vertex_poses(self.nodes[w as usize].id)[k].position),
             };
-            let planes = planes_around(self.poses.vertex_poses(id)[k].position, ring.iter().map(neighbour));
+            let planes =
+                planes_around(self.poses.vertex_poses(id)[k].position, ring.iter().map(neighbour), self.area_weights);
             self.poses.vertex_poses_mut(id)[k].planes = add_pull(planes.map(|entry| entry * importance));
         }
     }
@@ -114,7 +116,8 @@ impl Collapse<'_> {
                 let w = self.corners.vertex(corner);
                 (!self.is_ghost(w)).then(|| self.nodes[w as usize].position - position)
             };
-            let (mut fan, mut before) = (Fan::default(), place(next(corner)));
+            let (mut fan, mut before) =
+                (Fan { area_weights: self.area_weights, ..Fan::default() }, place(next(corner)));
             for step in self.corners.walk_around(CornerStep { at: corner, from: next(corner) }) {
                 let here = place(step.opposite());
                 fan.add([before, here]);
@@ -142,7 +145,7 @@ impl Collapse<'_> {
                 _ => Neighbour::At(position),
             });
         }
-        let planes = planes_around(node.position, ring.iter().copied());
+        let planes = planes_around(node.position, ring.iter().copied(), self.area_weights);
         match pins.and_then(|pins| pins.plane()).filter(|plane| plane.contains(node.id)) {
             Some(plane) => plane.with_image(planes),
             None => planes,
@@ -153,6 +156,7 @@ impl Collapse<'_> {
 #[derive(Default)]
 struct Fan {
     planes: [f32; 6],
+    area_weights: AreaWeights,
     first: Option<Vec3>,
     last: Vec3,
     has_opposed_faces: bool,
@@ -166,7 +170,7 @@ impl Fan {
         let mut normal = Vec3::ZERO;
         match corners {
             [Some(p), Some(q)] => {
-                if let Some((of_face, plane)) = plane_of([Vec3::ZERO, p, q]) {
+                if let Some((of_face, plane)) = plane_of([Vec3::ZERO, p, q], self.area_weights) {
                     add(&mut self.planes, &plane);
                     normal = of_face;
                 }

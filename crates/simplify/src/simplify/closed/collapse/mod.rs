@@ -40,6 +40,7 @@ mod tests {
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{Attributes, Channel, FeatureEdge, Role, TriMesh, compact, seams, shapes, topology};
     use crate::simplify::closed::output::Output;
+    use crate::simplify::closed::prepare::area_weights::build_rounded_cube;
     use crate::simplify::closed::prepare::prepare;
     use crate::simplify::closed::prepare::surface::PreparedSurface;
     use crate::simplify::closed::request::Requirements;
@@ -58,6 +59,28 @@ mod tests {
         let end = collapse.run(Limit::from_vertices(vertices));
         let output = collapse.output();
         (surface, end, output)
+    }
+
+    #[test]
+    fn bevels_stay_near_where_small_faces_weigh_more_than_their_areas() {
+        let (radius, n_vertices) = (0.02, 59);
+        let mesh = build_rounded_cube(radius);
+        let largest_distance = |is_weighed: bool| {
+            let mut surface = PreparedSurface::new(&mesh, Pulse::NONE);
+            if is_weighed {
+                surface.weigh_small_faces();
+            }
+            let mut collapse = Collapse::new(Pulse::NONE, &surface);
+            assert_eq!(collapse.run(Limit::from_vertices(n_vertices)), CollapseEnd::Reached);
+            // The cube's surface is at the radius around its core.
+            let distance = |p: &Vec3| {
+                let p = Vec3::from(surface.scale.restore(p.as_dvec3()));
+                (p.distance(p.clamp(Vec3::splat(radius - 0.5), Vec3::splat(0.5 - radius))) - radius).abs()
+            };
+            collapse.output().positions.iter().map(distance).fold(0.0, f32::max)
+        };
+        let [plain, weighed] = [false, true].map(largest_distance);
+        assert!(weighed < 0.6 * plain, "{weighed} {plain}");
     }
 
     fn assert_corners_stay(mesh: &TriMesh, corners: &[[f32; 3]]) {

@@ -6,6 +6,7 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::thread_ranges::indices_where;
 use crate::simplify::closed::faces_around::smallest_first;
 use crate::simplify::closed::output::Output;
+use crate::simplify::closed::prepare::area_weights::AreaWeights;
 use crate::simplify::closed::prepare::surface::PreparedSurface;
 use crate::simplify::limits::Limit;
 use crate::simplify::options::Outcome;
@@ -57,6 +58,7 @@ pub struct Collapse<'a> {
     pub(super) least_cosine: f32,
     /// Vertices left by each pass that merged some, and its highest price, at unit size.
     pub(super) pass_prices: Vec<(usize, f32)>,
+    pub(super) area_weights: AreaWeights,
     pub(super) attributes: AttributeQuadrics,
     pub(super) poses: Poses,
     pub(super) constraints: Option<Constraints>,
@@ -176,6 +178,7 @@ impl<'a> Collapse<'a> {
             was_turn_forbidden: false,
             least_cosine: LEAST_COSINE,
             pass_prices: Vec::new(),
+            area_weights: surface.area_weights,
             attributes: AttributeQuadrics::default(),
             poses: Poses::default(),
             constraints: None,

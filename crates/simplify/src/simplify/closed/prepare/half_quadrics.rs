@@ -13,7 +13,7 @@ pub fn complete(surface: &mut PreparedSurface, plane: &PlaneVertices) {
             None => Neighbour::Ghost,
         });
         let v = v as usize;
-        let quadric = plane.with_image(planes_around(surface.positions[v], ring));
+        let quadric = plane.with_image(planes_around(surface.positions[v], ring, surface.area_weights));
         // A vertex without area keeps its least weight.
         if quadric[0] + quadric[3] + quadric[5] > 0.0 {
             surface.quadrics[v] = quadric;

@@ -1,11 +1,13 @@
 //! Preparation of the input: surface, feature edges and pins.
 
+pub mod area_weights;
 pub mod feature_edges;
 mod half_quadrics;
 pub mod surface;
 
 use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
+use crate::simplify::options::Purpose;
 
 use super::original::Original;
 use super::pins::Pins;
@@ -40,6 +42,10 @@ pub fn prepare_surface<'a>(
 ) -> Original<'a> {
     let features = FeatureEdges::new(&surface, &requirements.edges);
     let pins = Pins::new(&surface, requirements);
+    // Normals show what becomes of bevels. Poses have planes of their own.
+    if requirements.has_normals() && requirements.purpose == Purpose::Shape {
+        surface.weigh_small_faces();
+    }
     surface.support_edges(features.held_edges());
     pins.plane().into_iter().for_each(|plane| half_quadrics::complete(&mut surface, plane));
     let original = Original { mesh, surface, features, pins, attributes: None };
