@@ -7,11 +7,8 @@ mod vertex_clustering;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-use neural_mesh_collapse::{CollapseOptions, CollapseOutcome, CollapseSize};
-
-use crate::mesh::half_edges::for_each_edge;
 use crate::mesh::{Attributes, TriMesh};
-use crate::simplify::{ClosedOptions, Effort, Hidden, Input, SimplifyError, Target, simplify_forcing_size};
+use crate::simplify::{ClosedOptions, Hidden, Input, SimplifyError, Target, simplify_forcing_size};
 
 use super::vertices::{Patch, ReducedPatch};
 use double_faces::{PartedPatch, add_leaves, part_double_faces};
@@ -51,14 +48,7 @@ pub fn reduce(
     let PartedPatch { for_collapse, leaves } = part_double_faces(patch);
     let n_without_leaves = n_faces - n_faces * leaves.len() / patch.mesh.faces().len();
     let reduced = match for_collapse {
-        Some(rest) => {
-            let n_faces = n_without_leaves.max(1);
-            let reduced = match collapse_by_kernel(&rest, options, n_faces, stops) {
-                Some(reduced) => reduced,
-                None => collapse(rest, options, n_faces, stops)?,
-            };
-            add_leaves(reduced, patch, &leaves)
-        }
+        Some(rest) => add_leaves(collapse(rest, options, n_without_leaves.max(1), stops)?, patch, &leaves),
         None => ReducedPatch { mesh: patch.mesh.clone(), attributes: patch.attributes.clone() },
     };
     let is_far = |reduced: &ReducedPatch| reduced.mesh.faces().len() as f64 > FAR_FROM_TARGET * n_faces as f64;
@@ -70,47 +60,6 @@ pub fn reduce(
         return Ok(reduced);
     }
     Ok(cluster_vertices(reduced, &patch.locked_positions(), n_faces))
-}
-
-/// Collapses a bare patch by the kernel; `None` for other efforts than `fast`, and where it cannot reach the size.
-// Its fit does not replace the refinement of `standard`: with it, coarse levels of bunny are 1.7 times as far.
-fn collapse_by_kernel(
-    (mesh, attributes, locked): &(TriMesh, Attributes, Vec<bool>),
-    options: &ClosedOptions,
-    n_faces: usize,
-    stops: &AtomicBool,
-) -> Option<ReducedPatch> {
-    let usual = ClosedOptions {
-        effort: Effort::Fast,
-        frame: options.frame.clone(),
-        ..options_for_groups(&ClosedOptions::default())
-    };
-    let is_bare = attributes.channels.is_empty() && attributes.groups.is_empty();
-    if !is_bare || *options != usual || !has_plain_edges(mesh) {
-        return None;
-    }
-    let listener = |_: f32| if stops.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let mut kernel = CollapseOptions::new(CollapseSize::Faces(n_faces));
-    kernel.locked = locked;
-    kernel.listener = Some(&listener);
-    let result = neural_mesh_collapse::collapse(mesh.positions(), mesh.faces(), &kernel).ok()?;
-    let mesh =
-        TriMesh::new(result.positions, result.faces).ok().filter(|_| result.outcome == CollapseOutcome::Reached)?;
-    Some(ReducedPatch { mesh, attributes: Attributes::default() })
-}
-
-/// Returns whether each edge has one face, or two that face the same side.
-// Where only vertices are no disks, the kernel's copies do not open the surface.
-fn has_plain_edges(mesh: &TriMesh) -> bool {
-    let mut is_plain = true;
-    for_each_edge(mesh.positions().len(), mesh.faces(), |_, half_edges| {
-        is_plain &= match half_edges {
-            [_] => true,
-            [g, h] => g.runs_up(mesh.faces()) != h.runs_up(mesh.faces()),
-            _ => false,
-        };
-    });
-    is_plain
 }
 
 fn collapse(
