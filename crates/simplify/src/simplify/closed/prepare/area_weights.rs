@@ -83,7 +83,7 @@ fn unevenness<'a>(positions: &[Vec3], neighbors: impl Fn(u32) -> &'a [u32]) -> f
             n_vertices += 1.0;
         }
     }
-    if n_vertices > 0.0 { (sum / n_vertices).exp() } else { 1.0 }
+    if n_vertices > 0.0 { rounded::exp(sum / n_vertices) } else { 1.0 }
 }
 
 /// Builds a cube around the origin with edges of length 1, each rounded by three strips.
