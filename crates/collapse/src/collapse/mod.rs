@@ -46,6 +46,8 @@ mod vector;
 mod visit;
 mod wedges;
 
+use std::ops::ControlFlow;
+
 pub use options::{CollapseError, CollapseOptions, CollapseOutcome, CollapseSize, Heartbeat, PassListener};
 pub use record::CollapseRecord;
 
@@ -121,6 +123,7 @@ pub fn collapse(
 /// Simplifies a mesh to several sizes in one run: each result is where the next one goes on.
 ///
 /// The first result is that of [`collapse()`], whatever follows. A size that is not below the one before is met at once.
+/// `receive` gets each result before the run goes on, and may end it.
 ///
 /// # Errors
 /// As [`collapse()`]; the size of `options` is not read.
@@ -129,17 +132,19 @@ pub fn collapse_to_sizes(
     faces: &[[u32; 3]],
     options: &CollapseOptions,
     sizes: &[CollapseSize],
-) -> Result<Vec<CollapseResult>, CollapseError> {
-    let mut run = Run::new(positions, faces, options, None)?;
-    let Some((&last, others)) = sizes.split_last() else { return Ok(Vec::new()) };
-    let mut results = Vec::with_capacity(sizes.len());
-    for &size in others {
-        run.go_to(size);
-        results.push(run.clone().finish(positions, faces));
+    mut receive: impl FnMut(CollapseResult) -> ControlFlow<()>,
+) -> Result<(), CollapseError> {
+    let mut run = Some(Run::new(positions, faces, options, None)?);
+    for (i, &size) in sizes.iter().enumerate() {
+        let Some(mut running) = run.take() else { break };
+        running.go_to(size);
+        // The last result takes the run itself.
+        run = (i + 1 < sizes.len()).then(|| running.clone());
+        if receive(running.finish(positions, faces)).is_break() {
+            break;
+        }
     }
-    run.go_to(last);
-    results.push(run.finish(positions, faces));
-    Ok(results)
+    Ok(())
 }
 
 /// The faces that are left of a mesh, by wedges.

@@ -249,7 +249,16 @@ fn sizes_in_turn_begin_with_the_one_alone_and_all_are_manifold() {
     let options = to_faces(1000, 2);
     let (alone, _) = run(&mesh, &options);
     let sizes = [CollapseSize::Faces(1000), CollapseSize::Vertices(300), CollapseSize::Faces(200)];
-    let results = collapse_to_sizes(&mesh.positions, &mesh.faces, &options, &sizes).unwrap();
+    let collect = |sizes: &[CollapseSize], n_wanted: usize| {
+        let mut results = Vec::new();
+        let receive = |result| {
+            results.push(result);
+            if results.len() < n_wanted { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        collapse_to_sizes(&mesh.positions, &mesh.faces, &options, sizes, receive).unwrap();
+        results
+    };
+    let results = collect(&sizes, 9);
     assert_eq!((&results[0].positions, &results[0].faces), (&alone.positions, &alone.faces));
     assert_eq!([results[1].positions.len(), results[2].faces.len()], [300, 200]);
     for result in &results {
@@ -257,5 +266,5 @@ fn sizes_in_turn_begin_with_the_one_alone_and_all_are_manifold() {
         let became = result.record.vertices_after(result.record.n_passes());
         assert!(became.iter().all(|&v| (v as usize) < result.positions.len()));
     }
-    assert!(collapse_to_sizes(&mesh.positions, &mesh.faces, &options, &[]).unwrap().is_empty());
+    assert_eq!([collect(&sizes, 2).len(), collect(&[], 9).len()], [2, 0]);
 }

@@ -4,6 +4,8 @@
 //! and at most one merge below the size. Where it cannot reach a size, the request goes to the collapse of this assembly,
 //! which also knows what gives way first.
 
+use std::ops::ControlFlow;
+
 use neural_mesh_collapse::{
     CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, Heartbeat, collapse_to_sizes,
 };
@@ -48,12 +50,15 @@ pub struct KernelCollapse {
 }
 
 /// Collapses a surface to limits in turn; ends before a size that is out of reach, at once if the surface is one-sided.
+///
+/// `receive` gets each result before the collapse goes on, and may end it.
 pub fn collapse_by_kernel(
     original: &Original,
     request: &ClosedRequest,
     limits: &[Limit],
     pulse: Pulse,
-) -> Vec<KernelCollapse> {
+    mut receive: impl FnMut(KernelCollapse) -> ControlFlow<()>,
+) {
     let Original { surface, pins, .. } = original;
     let positions: Vec<[f32; 3]> = pulse.counting_if(false).map(&surface.positions, |p| p.to_array());
     let n_vertices = positions.len();
@@ -64,16 +69,19 @@ pub fn collapse_by_kernel(
     };
     let beat = |n_merges: usize| pulse.beat(n_merges);
     let sizes: Vec<CollapseSize> = limits.iter().copied().map(to_collapse_size).collect();
-    let Some(&first) = sizes.first() else { return Vec::new() };
+    let Some(&first) = sizes.first() else { return };
     let mut options = CollapseOptions::new(first);
     (options.moves, options.locked, options.n_threads) = (!pins.is_subset(), &locked, 0);
     // A result that is not refined afterwards is to be quick.
     options.is_careful = request.runs_flips();
     // Only one-sided surfaces would have to be cut: all others come as manifolds.
     (options.heartbeat, options.cuts) = (Heartbeat::new(&beat), false);
-    let results = collapse_to_sizes(&positions, &surface.faces, &options, &sizes).unwrap_or_default();
-    let reached = results.into_iter().take_while(|result| result.outcome == CollapseOutcome::Reached);
-    reached.map(|result| KernelCollapse::new(result, n_vertices, pins, pulse)).collect()
+    let receive = |result: CollapseResult| match result.outcome {
+        CollapseOutcome::Reached => receive(KernelCollapse::new(result, n_vertices, pins, pulse)),
+        CollapseOutcome::Stopped => ControlFlow::Break(()),
+    };
+    // What the kernel refuses has no results.
+    _ = collapse_to_sizes(&positions, &surface.faces, &options, &sizes, receive);
 }
 
 fn to_collapse_size(limit: Limit) -> CollapseSize {
@@ -119,7 +127,13 @@ mod tests {
         let original = prepare_bare(mesh, requirements, Pulse::NONE);
         let options = ClosedOptions::default();
         let request = ClosedRequest::new(&Input::bare(mesh), &Task::new(&options, None));
-        collapse_by_kernel(&original, &request, limits, Pulse::NONE)
+        let mut levels = Vec::new();
+        let receive = |level| {
+            levels.push(level);
+            ControlFlow::Continue(())
+        };
+        collapse_by_kernel(&original, &request, limits, Pulse::NONE, receive);
+        levels
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The closed assembly: prepare, collapse, refine. Closed inputs give closed results.
 
+use std::ops::ControlFlow;
+
 mod attributes;
 mod ceilings;
 mod coarsening;
@@ -159,29 +161,51 @@ fn simplify_by_kernel<'a>(
     let original = prepare_bare(mesh, &request.requirements, progress.pulse);
     // The kernel weighs vertices as it prices them.
     progress.enter("scores", 0)?;
-    progress.enter("collapse", limits.last().map_or(0, |&last| merges_to(last, n_vertices, n_faces)))?;
-    let collapsed = collapse_by_kernel(&original, request, limits, progress.pulse);
-    let mut levels = FinishedLevels::default();
     let base = CollapseBase { original, collapse_vertices: Vec::new() };
-    for (i, (KernelCollapse { output, pass_prices }, &limit)) in collapsed.into_iter().zip(limits).enumerate() {
-        if i > 0 {
-            progress.enter("collapse", 0)?;
+    let enter_collapse = |limit: Limit, n_vertices: usize, n_faces: usize| {
+        progress.enter("collapse", merges_to(limit, n_vertices, n_faces))
+    };
+    enter_collapse(limits[0], n_vertices, n_faces)?;
+    let (mut levels, mut ended) = (FinishedLevels::default(), Ok(()));
+    collapse_by_kernel(&base.original, request, limits, progress.pulse, |collapsed| {
+        let n_before = levels.results.len();
+        let (n_vertices, n_faces) = (collapsed.output.positions.len(), collapsed.output.faces().len());
+        let may_drop = n_before >= n_without_dropping;
+        ended = finish_level(&base, request, (collapsed, limits[n_before]), may_drop, &mut levels, progress);
+        if levels.dropped.is_none()
+            && let (Ok(()), Some(&next)) = (&ended, limits.get(n_before + 1))
+        {
+            ended = enter_collapse(next, n_vertices, n_faces);
         }
-        if let Some(within) = request.requirements.drops_within.filter(|_| i >= n_without_dropping) {
-            let cost = VertexCost { pass_prices: &pass_prices, limit, must_fit: false };
-            let visual = request.visual_properties();
-            levels.dropped = dropping::choose_dropped(&base.original, &output, &cost, within, &visual);
-            if levels.dropped.is_some() {
-                break;
-            }
+        if ended.is_err() || levels.dropped.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    ended.map(|()| levels)
+}
+
+/// Refines a level of the kernel, or finds components that should go before it.
+fn finish_level(
+    base: &CollapseBase,
+    request: &ClosedRequest,
+    (KernelCollapse { output, pass_prices }, limit): (KernelCollapse, Limit),
+    may_drop: bool,
+    levels: &mut FinishedLevels,
+    progress: Progress,
+) -> Result<(), SimplifyError> {
+    let original = &base.original;
+    if let Some(within) = request.requirements.drops_within.filter(|_| may_drop) {
+        let cost = VertexCost { pass_prices: &pass_prices, limit, must_fit: false };
+        levels.dropped = dropping::choose_dropped(original, &output, &cost, within, &request.visual_properties());
+        if levels.dropped.is_some() {
+            return Ok(());
         }
-        let size = [output.positions.len(), output.faces().len()];
-        let size_with_shape = size_with_shape(&pass_prices, n_vertices, size, base.original.surface.area());
-        let mut result = refine(&base, request, output, CollapseEnd::Reached, None, progress)?;
-        result.simplified.report.size_with_shape = size_with_shape;
-        levels.results.push(result.with_prices(base.pass_prices(&pass_prices)));
     }
-    Ok(levels)
+    let size = [output.positions.len(), output.faces().len()];
+    let n_input = original.mesh.positions().len();
+    let size_with_shape = size_with_shape(&pass_prices, n_input, size, original.surface.area());
+    let mut result = refine(base, request, output, CollapseEnd::Reached, None, progress)?;
+    result.simplified.report.size_with_shape = size_with_shape;
+    levels.results.push(result.with_prices(base.pass_prices(&pass_prices)));
+    Ok(())
 }
 
 struct EndedCollapse<'a> {
