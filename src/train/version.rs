@@ -5,7 +5,7 @@
 /// ```
 /// assert!(neural_mesh::train::VERSION >= 1);
 /// ```
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 
 #[cfg(test)]
 mod tests {

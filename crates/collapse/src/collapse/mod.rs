@@ -208,9 +208,9 @@ impl<'a> Run<'a> {
             CollapseSize::Faces(size) => (Unit::Face, size),
             CollapseSize::Vertices(size) => (Unit::Vertex, size),
         };
-        let CollapseOptions { moves, is_careful, listener, max_error, .. } = *self.options;
+        let CollapseOptions { moves, listener, max_error, .. } = *self.options;
         let max_error = self.prepared.frame.to_unit_length(max_error);
-        let goal = SizeGoal { unit, size, max_error, moves, is_careful, listener };
+        let goal = SizeGoal { unit, size, max_error, moves, listener };
         run_passes(&mut self.collapsed, goal, self.sides.as_mut(), self.team);
     }
 

@@ -24,8 +24,6 @@ pub struct CollapseOptions<'a> {
     pub moves: bool,
     /// True if vertices on boundaries are locked, too.
     pub locks_boundaries: bool,
-    /// True to merge fewer edges a pass: results are 2 % nearer, in 1.3 of the time.
-    pub is_careful: bool,
     /// Steps that move the vertices nearer to the input after the merges: 0 for speed, 2 for nearness; none without `moves`.
     pub n_fit_steps: usize,
     /// Vertices that keep their position, one flag per input vertex; others may be merged into them. Empty: none.
@@ -79,7 +77,6 @@ impl CollapseOptions<'_> {
             max_error: f32::INFINITY,
             moves: true,
             locks_boundaries: false,
-            is_careful: false,
             n_fit_steps: 0,
             locked: &[],
             n_threads: 1,

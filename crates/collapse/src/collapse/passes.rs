@@ -18,11 +18,6 @@ use crate::collapse::visit::Unit;
 /// Vertices visited per merge that is left, for small and for large results.
 const VISITS: [f32; 2] = [1.0, 1.4];
 
-/// Factor on the visits of a careful collapse.
-///
-/// Distances and normals of twelve meshes are 2 % smaller than at 1, in 1.3 of the time; at 0.25 no further.
-const CAREFUL_VISITS: f32 = 0.6;
-
 /// The part of all merges that is left to the last pass.
 const LAST_PART: f32 = 0.01;
 
@@ -65,7 +60,6 @@ pub(crate) struct SizeGoal<'a> {
     pub max_error: f32,
     /// True if vertices may move.
     pub moves: bool,
-    pub is_careful: bool,
     /// Called before each pass.
     pub listener: Option<PassListener<'a>>,
 }
@@ -231,7 +225,6 @@ fn select(arrays: &PassArrays, n_left: usize, start: usize, goal: SizeGoal, team
     // From a fifth on, more visits cost less time than they cost distance.
     let large = ((ratio - 0.2) / 0.3).clamp(0.0, 1.0);
     let visits = if is_last { LAST_VISITS } else { VISITS[0] + large * (VISITS[1] - VISITS[0]) };
-    let visits = if goal.is_careful && !is_last { CAREFUL_VISITS * visits } else { visits };
     let n_wanted = ((n_merges as f32 * visits) as usize).max(LAST_MERGES).min(arrays.best.len());
     let ranks = PriceRanks::new(&arrays.best, team);
     let mut threshold = ranks.find_threshold(n_wanted);

@@ -255,7 +255,7 @@ fn sizes_in_turn_begin_with_the_one_alone_and_all_are_manifold() {
             results.push(result);
             if results.len() < n_wanted { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        collapse_to_sizes(&mesh.positions, &mesh.faces, &options, sizes, receive).unwrap();
+        collapse_to_sizes(&mesh.positions, &mesh.faces, &options, sizes, receive).expect("the mesh is valid");
         results
     };
     let results = collect(&sizes, 9);

@@ -1,4 +1,4 @@
-//! The collapse of bare meshes, by the crate `neural_mesh_collapse`.
+//! The collapse of effort `fast`, by the crate `neural_mesh_collapse`.
 //!
 //! A result is what the collapse of this assembly hands to the refinement: a manifold with the topology of the surface
 //! and at most one merge below the size. Where it cannot reach a size, the request goes to the collapse of this assembly,
@@ -32,11 +32,9 @@ pub fn is_kernel_enough(mesh: &TriMesh, request: &ClosedRequest, limit: Limit) -
     let is_bare = edges.is_empty() && attributes.is_none() && scene.is_none() && half.is_none() && kept.is_empty();
     // Blocks of large meshes hold their shape; a price is one of this assembly.
     let is_size = request.price.is_none() && hold_shape.is_none() && !request.differentiable;
-    // The kernel has one importance: that of bending, as strong as in these.
-    let efforts = [Effort::Fast, Effort::Standard].map(|effort| StageSettings::new(Optimize::Balanced, effort));
-    let is_usual = efforts.contains(&request.settings)
-        && matches!(request.importance, Importance::Bending)
-        && *purpose == Purpose::Shape;
+    // The kernel has one importance: that of bending, as strong as in `fast`. Records are of other results than its own.
+    let is_fast = request.settings == StageSettings::new(Optimize::Balanced, Effort::Fast);
+    let is_usual = is_fast && matches!(request.importance, Importance::Bending) && *purpose == Purpose::Shape;
     let n_locked = locked.iter().filter(|&&is_locked| is_locked).count();
     let has_room = limit.size() >= LEAST_VERTICES && n_locked * LOCKED_ONE_IN < limit.size();
     is_bare && is_size && is_usual && has_room && !limit.is_met_by(mesh)
@@ -54,7 +52,6 @@ pub struct KernelCollapse {
 /// `receive` gets each result before the collapse goes on, and may end it.
 pub fn collapse_by_kernel(
     original: &Original,
-    request: &ClosedRequest,
     limits: &[Limit],
     pulse: Pulse,
     mut receive: impl FnMut(KernelCollapse) -> ControlFlow<()>,
@@ -72,8 +69,6 @@ pub fn collapse_by_kernel(
     let Some(&first) = sizes.first() else { return };
     let mut options = CollapseOptions::new(first);
     (options.moves, options.locked, options.n_threads) = (!pins.is_subset(), &locked, 0);
-    // A result that is not refined afterwards is to be quick.
-    options.is_careful = request.runs_flips();
     // Only one-sided surfaces would have to be cut: all others come as manifolds.
     (options.heartbeat, options.cuts) = (Heartbeat::new(&beat), false);
     let receive = |result: CollapseResult| match result.outcome {
@@ -122,17 +117,14 @@ mod tests {
         ClosedOptions { effort: Effort::Fast, ..ClosedOptions::default() }
     }
 
-    // Collapses a mesh by default options.
     fn collapse(mesh: &TriMesh, requirements: &Requirements, limits: &[Limit]) -> Vec<KernelCollapse> {
         let original = prepare_bare(mesh, requirements, Pulse::NONE);
-        let options = ClosedOptions::default();
-        let request = ClosedRequest::new(&Input::bare(mesh), &Task::new(&options, None));
         let mut levels = Vec::new();
         let receive = |level| {
             levels.push(level);
             ControlFlow::Continue(())
         };
-        collapse_by_kernel(&original, &request, limits, Pulse::NONE, receive);
+        collapse_by_kernel(&original, limits, Pulse::NONE, receive);
         levels
     }
 
@@ -184,15 +176,15 @@ mod tests {
     }
 
     #[test]
-    fn only_bare_meshes_with_their_own_importance_go_to_the_kernel() {
+    fn only_bare_meshes_in_the_usual_way_go_to_the_kernel() {
         let mesh = shapes::wavy_sphere(4, 8.0);
         let is_enough = |options: &ClosedOptions, n_vertices: usize| {
             let request = ClosedRequest::new(&Input::bare(&mesh), &Task::new(options, None));
             is_kernel_enough(&mesh, &request, Limit::from_vertices(n_vertices))
         };
         let others = [
+            ClosedOptions::default(),
             ClosedOptions { optimize: Optimize::Normals, ..fast() },
-            ClosedOptions { effort: Effort::Best, ..fast() },
             ClosedOptions { scores: ScoreSource::Geometry, ..fast() },
             ClosedOptions { purpose: Purpose::Poses, ..fast() },
             ClosedOptions { crease_angle: Some(5.0), ..fast() },
@@ -201,12 +193,7 @@ mod tests {
         for options in others {
             assert!(!is_enough(&options, 300), "{options:?}");
         }
-        let alike = [
-            fast(),
-            ClosedOptions::default(),
-            ClosedOptions { subset: true, ..fast() },
-            ClosedOptions { map: true, ..fast() },
-        ];
+        let alike = [fast(), ClosedOptions { subset: true, ..fast() }, ClosedOptions { map: true, ..fast() }];
         for options in alike {
             assert!(is_enough(&options, 300) && !is_enough(&options, 30), "{options:?}");
         }

@@ -167,7 +167,7 @@ fn simplify_by_kernel<'a>(
     };
     enter_collapse(limits[0], n_vertices, n_faces)?;
     let (mut levels, mut ended) = (FinishedLevels::default(), Ok(()));
-    collapse_by_kernel(&base.original, request, limits, progress.pulse, |collapsed| {
+    collapse_by_kernel(&base.original, limits, progress.pulse, |collapsed| {
         let n_before = levels.results.len();
         let (n_vertices, n_faces) = (collapsed.output.positions.len(), collapsed.output.faces().len());
         let may_drop = n_before >= n_without_dropping;

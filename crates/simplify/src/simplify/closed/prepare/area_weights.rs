@@ -1,6 +1,6 @@
 //! Weights of faces in plane quadrics: their areas, or in props of hard surfaces less than proportional to them.
 //!
-//! A bevel has hardly any area beside the flat faces that it joins. By areas alone its corners are the first to go.
+//! A bevel has hardly any area next to the flat faces that it joins. By areas alone its corners are the first to go.
 
 use glam::Vec3;
 
@@ -100,5 +100,5 @@ pub fn build_rounded_cube(radius: f32) -> crate::mesh::TriMesh {
         let core = p.clamp(Vec3::splat(radius - 0.5), Vec3::splat(0.5 - radius));
         (core + radius * (p - core).normalize()).to_array()
     });
-    crate::mesh::TriMesh::new(rounded.collect(), grid.faces().to_vec()).unwrap()
+    crate::mesh::TriMesh::new(rounded.collect(), grid.faces().to_vec()).expect("the grid is valid")
 }

@@ -42,7 +42,7 @@ pub fn prepare_surface<'a>(
 ) -> Original<'a> {
     let features = FeatureEdges::new(&surface, &requirements.edges);
     let pins = Pins::new(&surface, requirements);
-    // Normals show what becomes of bevels. Poses have planes of their own.
+    // Normals show what happens to bevels. Poses have planes of their own.
     if requirements.has_normals() && requirements.purpose == Purpose::Shape {
         surface.weigh_small_faces();
     }
