@@ -16,7 +16,6 @@ const SHARE: f32 = 1.0 / 6.0;
 const HEAD: usize = 7;
 
 /// The attributes of all wedges.
-#[derive(Clone)]
 pub(crate) struct WedgeAttributes {
     /// Number of attributes.
     pub width: usize,

@@ -115,8 +115,8 @@ pub fn collapse(
     faces: &[[u32; 3]],
     options: &CollapseOptions,
 ) -> Result<CollapseResult, CollapseError> {
-    let mut run = Run::new(positions, faces, options, None)?;
-    run.go_to(options.size);
+    let mut run = Run::new(positions, faces, options)?;
+    run.go_to(options.size, None);
     Ok(run.finish(positions, faces))
 }
 
@@ -134,10 +134,10 @@ pub fn collapse_to_sizes(
     sizes: &[CollapseSize],
     mut receive: impl FnMut(CollapseResult) -> ControlFlow<()>,
 ) -> Result<(), CollapseError> {
-    let mut run = Some(Run::new(positions, faces, options, None)?);
+    let mut run = Some(Run::new(positions, faces, options)?);
     for (i, &size) in sizes.iter().enumerate() {
         let Some(mut running) = run.take() else { break };
-        running.go_to(size);
+        running.go_to(size, None);
         // The last result takes the run itself.
         run = (i + 1 < sizes.len()).then(|| running.clone());
         if receive(running.finish(positions, faces)).is_break() {
@@ -167,12 +167,13 @@ pub(crate) fn collapse_by_wedges(
 ) -> Result<WedgeResult, CollapseError> {
     // Where each vertex is its only wedge, the record tells at the end what others follow from pass to pass.
     let followed = (sides.has_copies || sides.width > 0).then_some(sides);
-    let mut run = Run::new(positions, faces, options, followed)?;
-    run.go_to(options.size);
+    let mut run = Run::new(positions, faces, options)?;
+    let mut sides = followed.map(|sides| run.prepared.make_sides(faces, sides));
+    run.go_to(options.size, sides.as_mut());
     run.prepared.name_origins(&mut run.collapsed.origins);
     let out = run.place_vertices(positions);
     let error = run.error();
-    let (faces, attributes) = match run.sides.take() {
+    let (faces, attributes) = match sides {
         Some(SideArrays { wedges, attributes }) => (wedges.faces, attributes),
         None => (run.list_faces(faces), None),
     };
@@ -186,7 +187,6 @@ struct Run<'a> {
     team: Team<'a>,
     prepared: Prepared,
     collapsed: Collapsed,
-    sides: Option<SideArrays>,
 }
 
 impl<'a> Run<'a> {
@@ -194,16 +194,14 @@ impl<'a> Run<'a> {
         positions: &[[f32; 3]],
         faces: &[[u32; 3]],
         options: &'a CollapseOptions<'a>,
-        sides: Option<SidesInput>,
     ) -> Result<Run<'a>, CollapseError> {
         let team = Team::new(options.n_threads, options.heartbeat);
         let mut prepared = prepare::prepare(positions, faces, options, team)?;
-        let sides = sides.map(|sides| prepared.make_sides(faces, sides));
         let collapsed = Collapsed::new(std::mem::take(&mut prepared.rings));
-        Ok(Run { options, team, prepared, collapsed, sides })
+        Ok(Run { options, team, prepared, collapsed })
     }
 
-    fn go_to(&mut self, size: CollapseSize) {
+    fn go_to(&mut self, size: CollapseSize, sides: Option<&mut SideArrays>) {
         let (unit, size) = match size {
             CollapseSize::Faces(size) => (Unit::Face, size),
             CollapseSize::Vertices(size) => (Unit::Vertex, size),
@@ -211,10 +209,10 @@ impl<'a> Run<'a> {
         let CollapseOptions { moves, listener, max_error, .. } = *self.options;
         let max_error = self.prepared.frame.to_unit_length(max_error);
         let goal = SizeGoal { unit, size, max_error, moves, listener };
-        run_passes(&mut self.collapsed, goal, self.sides.as_mut(), self.team);
+        run_passes(&mut self.collapsed, goal, sides, self.team);
     }
 
-    // Fits the vertices to the input.
+    // With the vertices fitted to the input, if that is asked for.
     fn finish(mut self, positions: &[[f32; 3]], faces: &[[u32; 3]]) -> CollapseResult {
         let CollapseOptions { moves, n_fit_steps, listener, .. } = *self.options;
         let fits = moves && n_fit_steps > 0 && !self.collapsed.numbers.is_empty();

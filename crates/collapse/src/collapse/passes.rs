@@ -118,7 +118,7 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
         if let Some(sides) = &mut sides {
             sides.prepare_pass(rings, &mut arrays.losses);
         }
-        price_all(rings, &mut arrays, goal, team);
+        price_all(rings, &mut arrays, goal.moves, team);
         let (mut selection, n_wanted) = select(&arrays, size - goal.size, start, goal, team);
         *farthest = FARTHEST * selection.guard * selection.guard / GUARD;
         let is_jump = cap_jump(&mut selection, last_threshold, rings);
@@ -198,13 +198,13 @@ fn measure_size(rings: &Rings, unit: Unit) -> usize {
     }
 }
 
-fn price_all(rings: &Rings, arrays: &mut PassArrays, goal: SizeGoal, team: Team) {
+fn price_all(rings: &Rings, arrays: &mut PassArrays, moves: bool, team: Team) {
     let n = rings.vertices.len();
     arrays.quadrics.resize(n, VertexQuadric::default());
     arrays.best.resize(n, 0);
     let pieces = arrays.quadrics.chunks_mut(STRETCH).enumerate().collect();
     team.run(pieces, |(i, out)| dispatch(SumQuadrics { rings, first: i * STRETCH, out }));
-    let terms = PriceTerms { moves: goal.moves, losses: &arrays.losses, quadrics: &arrays.quadrics };
+    let terms = PriceTerms { moves, losses: &arrays.losses, quadrics: &arrays.quadrics };
     let mut elsewhere = vec![Vec::new(); n.div_ceil(STRETCH)];
     let pieces = arrays.best.chunks_mut(STRETCH).zip(&mut elsewhere).enumerate().collect();
     team.run(pieces, |(i, (best, elsewhere))| {

@@ -5,7 +5,6 @@ use crate::collapse::rings::Rings;
 use crate::collapse::wedges::Wedges;
 
 /// Wedges of the input's faces, and the attributes of the wedges.
-#[derive(Clone)]
 pub(crate) struct SideArrays {
     pub wedges: Wedges,
     pub attributes: Option<WedgeAttributes>,

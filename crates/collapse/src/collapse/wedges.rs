@@ -50,7 +50,6 @@ pub(crate) struct WedgePair {
 }
 
 /// The input's faces with their wedges.
-#[derive(Clone)]
 pub(crate) struct Wedges {
     pub faces: Vec<WedgeFace>,
     /// The wedge that each became in the pass; itself if none.

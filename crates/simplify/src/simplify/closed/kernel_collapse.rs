@@ -32,7 +32,8 @@ pub fn is_kernel_enough(mesh: &TriMesh, request: &ClosedRequest, limit: Limit) -
     let is_bare = edges.is_empty() && attributes.is_none() && scene.is_none() && half.is_none() && kept.is_empty();
     // Blocks of large meshes hold their shape; a price is one of this assembly.
     let is_size = request.price.is_none() && hold_shape.is_none() && !request.differentiable;
-    // The kernel has one importance: that of bending, as strong as in `fast`. Records are of other results than its own.
+    // The kernel has one importance: that of bending, as strong as in `fast`. Other efforts
+    // promise that recording changes nothing, and records are of the collapse of this assembly.
     let is_fast = request.settings == StageSettings::new(Optimize::Balanced, Effort::Fast);
     let is_usual = is_fast && matches!(request.importance, Importance::Bending) && *purpose == Purpose::Shape;
     let n_locked = locked.iter().filter(|&&is_locked| is_locked).count();
