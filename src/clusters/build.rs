@@ -72,7 +72,7 @@ pub fn build_clusters(
 pub struct LiveCluster {
     pub number: u32,
     pub faces: Vec<PoolFace>,
-    /// Of each face.
+    /// Ancestors of each face.
     pub ancestors: AncestorLists,
 }
 

@@ -66,7 +66,7 @@ pub struct Covering<'a> {
     pending: Vec<Piece>,
     /// Faces over the triangle that was covered last, with bounds.
     pub parts: Vec<(u32, f64)>,
-    /// The same of the method that was sharpest so far.
+    /// Faces and bounds by the method that was sharpest so far.
     sharpest: Vec<(u32, f64)>,
 }
 

@@ -14,9 +14,9 @@ const WELCOME: f64 = 0.8;
 
 /// Bounds of one group, of the faces before and after.
 pub struct FaceBounds {
-    /// Of the input at each face of the group to the result.
+    /// Bounds from the input at each face of the group to the result.
     pub before: Vec<f64>,
-    /// Of each face of the result to the input.
+    /// Bounds from each face of the result to the input.
     pub after: Vec<f64>,
 }
 
@@ -85,6 +85,10 @@ impl Sharpening<'_> {
         let pieces = cover.pieces.iter().filter(|piece| is_large[piece.face as usize]);
         let near = pieces.flat_map(|piece| self.group.lists.get(piece.over)).copied().collect();
         let ancestors = self.group.surface(near);
+        // Faces to which no point of the input belongs have none.
+        if ancestors.numbers.is_empty() {
+            return;
+        }
         let mut covering = Covering::new(&ancestors.surface, faces.len());
         for face in faces {
             let bound = &mut bounds[face as usize];
