@@ -122,7 +122,9 @@ pub fn describe_cost(report: &JobReport, output: &OutputFigures) -> Option<Strin
         return None;
     }
     let largest = distance.map(|it| format!("up to {} % of the diagonal; ", format_figure(it.max_percent)));
-    let (largest, faces) = (largest.unwrap_or_default(), group_digits(faces));
+    // Who asks for an estimate as it is gets another one, a few faces above it.
+    let step = 10usize.pow(faces.max(1).ilog10().saturating_sub(1));
+    let (largest, faces) = (largest.unwrap_or_default(), group_digits(faces.div_ceil(step) * step));
     Some(format!("{largest}about {faces} faces ({share:.0} % of the vertices) keep the shape"))
 }
 

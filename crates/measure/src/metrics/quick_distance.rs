@@ -192,9 +192,10 @@ struct ProbePoint {
 impl ProbePoint {
     #[inline(always)]
     fn point(self, mesh: &TriMesh, order: &[u32]) -> DVec3 {
-        let corners = corners(mesh, order[self.place as usize]);
+        let face = mesh.faces()[order[self.place as usize] as usize];
         let k = self.at as usize % 3;
-        if self.at < 3 { corners[k] } else { 0.5 * (corners[k] + corners[(k + 1) % 3]) }
+        let corner = vertex_point(mesh, face[k]);
+        if self.at < 3 { corner } else { 0.5 * (corner + vertex_point(mesh, face[(k + 1) % 3])) }
     }
 }
 

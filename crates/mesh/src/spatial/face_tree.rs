@@ -86,6 +86,9 @@ struct PendingNode {
 /// A point, and the squared distance at which any triangle is near enough.
 type FaceQuery = (DVec3, f64);
 
+/// The place of a leaf's first triangle, and the squared distances of its boxes.
+type LeafDistances<'a> = (usize, &'a [f32; WIDTH]);
+
 struct Queue {
     waiting: [PendingNode; WAITING],
     n_waiting: usize,
@@ -110,8 +113,9 @@ impl<'a> FaceTree<'a> {
     /// Builds the tree over finite triangles, n_faces x 3.
     pub fn new(positions: &'a [[f32; 3]], faces: &'a [[u32; 3]]) -> Self {
         let mut tree = Self::without_nodes(positions, faces);
-        let wanted = |&face: &u32| f64::from(triangle_pieces::wanted_cuts(&tree.corners(face)));
-        let cuts: f64 = tree.order.par_iter().with_min_len(CHUNK).map(wanted).sum();
+        // Whole numbers have one sum in any order, and in that of the mesh corners are near each other in memory.
+        let wanted = |face: usize| f64::from(triangle_pieces::wanted_cuts(&tree.corners(face as u32)));
+        let cuts: f64 = (0..faces.len()).into_par_iter().with_min_len(CHUNK).map(wanted).sum();
         if triangle_pieces::are_needles(cuts, faces.len()) {
             tree.whole =
                 tree.order.iter().map(|&face| tree.bounds(face)).fold(Bounds::EMPTY, |all, bounds| all.union(&bounds));
@@ -312,7 +316,11 @@ impl<'a> FaceTree<'a> {
         let point = p.as_vec3().to_array();
         let mut visited = place as usize / WIDTH;
         best.cost.boxes += 1;
-        self.test_faces((visited * WIDTH, &self.levels[0][visited].distances(point)), p, accept, best);
+        let leaf = (visited * WIDTH, &self.levels[0][visited].distances(point));
+        if enough >= 0.0 && self.find_above(leaf, (p, enough), accept, best) {
+            return;
+        }
+        self.test_faces(leaf, (p, enough), accept, best);
         if best.distance2 <= enough {
             return;
         }
@@ -341,7 +349,8 @@ impl<'a> FaceTree<'a> {
             }
             let (level, node) = (above as usize - 1, node as usize);
             if level == 0 {
-                self.test_faces((node * WIDTH, &self.levels[0][node].distances(point)), p, accept, best);
+                let leaf = (node * WIDTH, &self.levels[0][node].distances(point));
+                self.test_faces(leaf, (p, enough), accept, best);
             } else {
                 self.put_children(queue, level, node, None, (point, best.limit));
             }
@@ -364,9 +373,13 @@ impl<'a> FaceTree<'a> {
         visited.into_iter().for_each(|child| distances[child - first] = f32::INFINITY);
         let Queue { waiting, n_waiting } = queue;
         let start = *n_waiting;
-        for (child, &distance) in distances[..n_children].iter().enumerate() {
-            waiting[*n_waiting] = PendingNode { distance, above: level as u32, node: (first + child) as u32 };
-            *n_waiting += usize::from(distance <= limit && distance < f32::INFINITY);
+        let mut near = mark_within(&distances, limit) & ((1 << n_children) - 1);
+        while near != 0 {
+            let child = near.trailing_zeros() as usize;
+            near &= near - 1;
+            waiting[*n_waiting] =
+                PendingNode { distance: distances[child], above: level as u32, node: (first + child) as u32 };
+            *n_waiting += 1;
         }
         let nearer = |i: usize, j: usize| if waiting[j].distance < waiting[i].distance { j } else { i };
         if let Some(nearest) = (start..*n_waiting).reduce(nearer) {
@@ -374,16 +387,46 @@ impl<'a> FaceTree<'a> {
         }
     }
 
+    /// Finds a triangle of a leaf that is near enough, and on which the point lies when it falls along the normal.
+    #[inline(always)]
+    fn find_above(
+        &self,
+        (first, distances): LeafDistances,
+        (p, enough): FaceQuery,
+        accept: &impl Fn(u32) -> bool,
+        best: &mut BestFace,
+    ) -> bool {
+        let faces = self.faces_of_leaf(first);
+        let mut near = mark_within(distances, best.limit) & ((1 << faces.len()) - 1);
+        while near != 0 {
+            let face = faces[near.trailing_zeros() as usize];
+            near &= near - 1;
+            if accept(face) {
+                best.cost.triangles += 1;
+                let distance2 = height_above(p, self.corners(face));
+                if distance2 <= enough {
+                    *best = BestFace { face, distance2, ..*best };
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    fn faces_of_leaf(&self, first: usize) -> &[u32] {
+        let faces = self.pieces.as_ref().unwrap_or(&self.order);
+        &faces[first..faces.len().min(first + WIDTH)]
+    }
+
     #[inline(always)]
     fn test_faces(
         &self,
-        (first, distances): (usize, &[f32; WIDTH]),
-        p: DVec3,
+        (first, distances): LeafDistances,
+        (p, enough): FaceQuery,
         accept: &impl Fn(u32) -> bool,
         best: &mut BestFace,
     ) {
-        let faces = self.pieces.as_ref().unwrap_or(&self.order);
-        let faces = &faces[first..faces.len().min(first + WIDTH)];
+        let faces = self.faces_of_leaf(first);
         let nearer = |i: usize, j: usize| if distances[j] < distances[i] { j } else { i };
         let nearest = (0..faces.len()).reduce(nearer).unwrap_or_default();
         if distances[nearest] <= best.limit {
@@ -391,6 +434,9 @@ impl<'a> FaceTree<'a> {
                 self.test_face(faces[nearest], p, best);
             }
             for (child, &face) in faces.iter().enumerate() {
+                if best.distance2 <= enough {
+                    return;
+                }
                 if distances[child] <= best.limit && child != nearest && accept(face) {
                     self.test_face(face, p, best);
                 }
@@ -407,6 +453,29 @@ impl<'a> FaceTree<'a> {
             *best = BestFace { face, distance2, limit: if limit < best.limit { limit } else { best.limit }, ..*best };
         }
     }
+}
+
+/// Returns a bit for each finite distance of at most `limit`.
+#[inline(always)]
+fn mark_within(distances: &[f32; WIDTH], limit: f32) -> u32 {
+    let limit = if limit < f32::MAX { limit } else { f32::MAX };
+    let mut marks = 0;
+    for (child, &distance) in distances.iter().enumerate() {
+        marks |= u32::from(distance <= limit) << child;
+    }
+    marks
+}
+
+/// Returns the squared height of a point over a triangle, infinite if it does not fall on the inside.
+#[inline(always)]
+fn height_above(p: DVec3, corners: [[f32; 3]; 3]) -> f64 {
+    let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let normal = ab.cross(ac);
+    let (to_b, to_c, square) = (normal.dot(ap.cross(ac)), normal.dot(ab.cross(ap)), normal.length_squared());
+    let is_inside = to_b > 0.0 && to_c > 0.0 && to_b + to_c < square;
+    let height = normal.dot(ap);
+    if is_inside { height * height / square } else { f64::INFINITY }
 }
 
 #[inline(always)]
@@ -475,6 +544,20 @@ mod tests {
             let odd = oracle.nearest_of(query.into(), is_odd).map(|hit| (hit.triangle, hit.distance2));
             for guess in guesses {
                 assert_eq!(tree.nearest_from(query.into(), Some(guess)), expected, "{query:?}");
+                for factor in [0.3, 1.5, 100.0] {
+                    let enough = expected.map_or(0.0, |(_, distance2)| factor * distance2);
+                    let near = tree.find_near(query.into(), Some(guess), enough);
+                    let exact = |(face, _): (u32, f64)| {
+                        oracle.nearest_of(query.into(), |other| other == face).map(|hit| hit.distance2)
+                    };
+                    let is_near = |(_, distance2): (u32, f64)| distance2 <= enough;
+                    let is_right = near
+                        .is_none_or(|found| exact(found).is_some_and(|exact| (found.1 - exact).abs() <= 1e-12 * exact));
+                    assert!(
+                        is_right && (near == expected || near.is_some_and(is_near)),
+                        "{query:?} {near:?} {expected:?}"
+                    );
+                }
                 assert_eq!(tree.nearest_of(query.into(), Some(guess), f64::INFINITY, is_odd), odd, "{query:?}");
             }
         }

@@ -5,6 +5,8 @@ use super::Bounds;
 const MOST: f32 = 32.0;
 /// Longest side of a box below which its triangle is not cut.
 const LEAST: f32 = 1.5e-5;
+/// Half the area of a box over twice that of its triangle, below which the triangle is not cut, and a little less.
+const LEAST_EMPTY: f32 = 60.0;
 /// Pieces that any mesh may add; larger meshes may add one per two triangles.
 const FREE: usize = 400_000;
 
@@ -40,8 +42,11 @@ fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
         return 1.0;
     }
     let [a, b, c] = corners.map(glam::Vec3::from_array);
-    let doubled_area = (b - a).cross(c - a).length();
-    let emptiness = bounds.half_area() / doubled_area;
+    let (normal, half_area) = ((b - a).cross(c - a), bounds.half_area());
+    if half_area * half_area < LEAST_EMPTY * LEAST_EMPTY * normal.length_squared() {
+        return 1.0;
+    }
+    let emptiness = half_area / normal.length();
     // A line along an axis, or a point, has a box without area.
     if emptiness.is_nan() { 1.0 } else { (0.25 * emptiness.sqrt()).floor().clamp(1.0, MOST) }
 }

@@ -71,7 +71,7 @@ impl<'a> SubMesh<'a> {
         if used.into_iter().all(AtomicBool::into_inner) { Ok(whole) } else { whole.compact(mesh.faces().to_vec()) }
     }
 
-    /// Removes faces that make up `n_dropped` components, of which `n_hidden` are hidden; keeps all if there are none.
+    /// Removes faces of `n_dropped` surfaces, of which `n_hidden` are hidden; keeps all if there are none.
     pub fn without_components(
         input: &Input<'a>,
         [n_dropped, n_hidden]: [usize; 2],
@@ -85,6 +85,8 @@ impl<'a> SubMesh<'a> {
         let corners = faces.iter().map(|&f| input.mesh.faces()[f as usize]).collect();
         let kept = select_rows(input.kept, &faces);
         let dropped = dropped_components(input.mesh, is_dropped);
+        // Sheets that were separated are one component of the input where they touch.
+        let n_dropped = dropped.len();
         let mut part = Self { attributes: Cow::Owned(attributes), kept, ..Self::whole(input) };
         part.origin = SubMeshOrigin { faces: Some(faces), n_dropped, n_hidden, dropped, ..part.origin };
         part.compact(corners)

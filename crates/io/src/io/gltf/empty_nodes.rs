@@ -1,4 +1,4 @@
-//! Removal of meshes without faces from their nodes.
+//! Removal of meshes without faces, from their nodes and from the file.
 
 use std::collections::BTreeSet;
 
@@ -29,6 +29,34 @@ pub(super) fn remove_meshes(document: &mut Value, meshes: &[usize]) {
     drop_weight_channels(document, &emptied);
 }
 
+/// Extensions of a whole file that name no mesh by its number.
+const WITHOUT_MESHES: [&str; 3] = ["KHR_lights_punctual", "KHR_materials_variants", "KHR_xmp_json_ld"];
+
+/// Drops those of these meshes that no node has, and numbers the others anew; keeps all where something else may name one.
+pub(super) fn drop_meshes(document: &mut Value, meshes: &[usize]) {
+    let mut used = document.get("extensionsUsed").and_then(Value::as_array).into_iter().flatten();
+    let points = used.any(|name| name == "KHR_animation_pointer");
+    let mut of_file = document.get("extensions").and_then(Value::as_object).into_iter().flat_map(|it| it.keys());
+    if points || of_file.any(|name| !WITHOUT_MESHES.contains(&name.as_str())) {
+        return;
+    }
+    let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten();
+    let mut nodes: Vec<&mut Value> = nodes.filter_map(|node| node.get_mut("mesh")).collect();
+    let used: BTreeSet<usize> = nodes.iter().filter_map(|mesh| index(mesh)).collect();
+    let gone: BTreeSet<usize> = meshes.iter().copied().filter(|mesh| !used.contains(mesh)).collect();
+    for mesh in &mut nodes {
+        if let Some(number) = index(mesh) {
+            **mesh = (number - gone.range(..number).count()).into();
+        }
+    }
+    let mut number = 0..;
+    let Some(all) = document.get_mut("meshes").and_then(Value::as_array_mut) else { return };
+    all.retain(|_| number.next().is_none_or(|mesh| !gone.contains(&mesh)));
+    if all.is_empty() {
+        document.as_object_mut().into_iter().for_each(|members| drop(members.shift_remove("meshes")));
+    }
+}
+
 fn drop_weight_channels(document: &mut Value, nodes: &BTreeSet<usize>) {
     let is_of_emptied = |channel: &Value| {
         let target = &channel["target"];
@@ -51,6 +79,28 @@ fn drop_weight_channels(document: &mut Value, nodes: &BTreeSet<usize>) {
 mod tests {
     use super::*;
     use serde_json::json;
+
+    #[test]
+    fn meshes_of_no_node_go_and_the_others_are_found_under_new_numbers() {
+        let named = |name: &str| json!({"name": name, "primitives": []});
+        let document = json!({
+            "nodes": [{"mesh": 3}, {"name": "emptied"}, {"mesh": 1}, {"mesh": 3}],
+            "meshes": [named("gone"), named("shared"), named("never used"), named("last")],
+        });
+        let mut dropped = document.clone();
+        drop_meshes(&mut dropped, &[0, 1]);
+        assert_eq!(dropped["meshes"], json!([named("shared"), named("never used"), named("last")]));
+        assert_eq!(dropped["nodes"], json!([{"mesh": 2}, {"name": "emptied"}, {"mesh": 0}, {"mesh": 2}]));
+        // An avatar names meshes in an extension of its own.
+        let mut avatar = document.clone();
+        avatar["extensions"] = json!({"VRM": {"firstPerson": {"meshAnnotations": [{"mesh": 3}]}}});
+        let whole = avatar.clone();
+        drop_meshes(&mut avatar, &[0]);
+        assert_eq!(avatar, whole);
+        let mut all = json!({"nodes": [{}], "meshes": [named("gone")]});
+        drop_meshes(&mut all, &[0]);
+        assert_eq!(all, json!({"nodes": [{}]}));
+    }
 
     #[test]
     fn what_hangs_on_an_emptied_node_stays() {

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::Asset;
 use super::asset_part::AssetPart;
 use super::draft::{Draft, FLOAT, NumberStorage, UNSIGNED_BYTE, UNSIGNED_SHORT, vector_shape};
-use super::empty_nodes::remove_meshes;
+use super::empty_nodes::{drop_meshes, remove_meshes};
 use super::extensions::{drop_compression_extensions, drop_face_extensions, drop_unused_names, name_extension};
 use super::files::{BufferPlace, files};
 use super::levels;
@@ -165,11 +165,13 @@ impl Asset {
             coarser.extend((level > 0).then_some(replaced));
         }
         let finest = levels.first().copied().unwrap_or_default();
-        remove_meshes(&mut draft.document, &self.emptied_meshes(finest));
+        let emptied = self.emptied_meshes(finest);
+        remove_meshes(&mut draft.document, &emptied);
         // Levels are added before grids are undone, so that their nodes get transforms as well.
         let coverage = (!options.has_sibling_levels).then_some(options.coverage);
         levels::add_levels(&mut draft, &coarser, coverage);
         self.undo_grids(&mut draft, &pack_with, &grids);
+        drop_meshes(&mut draft.document, &emptied);
         let images = self.put_images(&mut draft, options);
         // Accessors are dropped last, when no more are added.
         drop_unused(&mut draft);
