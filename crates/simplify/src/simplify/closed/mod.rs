@@ -367,7 +367,9 @@ fn refine(
     // A mesh that lost no vertex is not moved: its vertices already lie on the original.
     if !is_whole && request.runs_fit() {
         fit::fit(original, &mut points, &mut output, &mut trace);
-        nested::separate_nested(original, &mut output, request.requirements.pieces_placed_alike());
+        let requirements = &request.requirements;
+        let piece_of = requirements.pieces_placed_alike();
+        nested::separate_nested(original, &mut output, piece_of, requirements.is_asset());
     }
     progress.enter("finish", output.faces().len())?;
     // Foldovers and spikes come after all other moves of vertices, duplicates last: they depend on the rounded positions.

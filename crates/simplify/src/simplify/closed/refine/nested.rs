@@ -1,4 +1,4 @@
-//! Nested components: faces that pass through another component are moved back.
+//! Nested surfaces: faces that pass through another component, or through the other side of a thin shell, are moved back.
 
 use std::sync::OnceLock;
 
@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::crossing::triangles_cross;
-use crate::geometry::triangle::unit_normal;
+use crate::geometry::triangle::{area_normal, unit_normal};
 use crate::simplify::closed::dropping::{output_components, vertex_components};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
@@ -42,17 +42,22 @@ struct Crossing {
     face: u32,
     component: u32,
     other: u32,
+    /// True if both faces are of one component, on the two sides of a thin shell.
+    is_shell: bool,
 }
 
 type Moves = [(u32, Vec3); 3];
 
-/// Moves crossing faces of nested components back; `piece_of` returns the first scene piece placed as that of an original face.
-pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
+/// Moves crossing faces of nested components back, and of thin shells with `has_shells`.
+///
+/// `piece_of` returns the first scene piece placed as that of an original face.
+pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize, has_shells: bool) {
     // The fit moves each surface by itself: where two surfaces are closer than its error, their faces cross.
-    let (component_of, n_components) = output_components(output);
-    if n_components < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
+    let (mut component_of, n_components) = output_components(output);
+    if n_components < 2 && !has_shells || output.pins.is_subset() || output.pins.plane().is_some() {
         return;
     }
+    component_of.resize(output.positions.len(), 0);
     let pulse = original.surface.pulse.counting_if(false);
     // Components are compared only where the pieces of the scene have one system of coordinates.
     let middles = middles(output, &component_of, n_components);
@@ -65,7 +70,8 @@ pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl 
     let mut before = None;
     for _ in 0..ROUNDS {
         let tree = output.tree();
-        let crossings = find_crossings(output, &tree, (&component_of, &piece), &faces, &mut n_tests_left);
+        let parts = OutputParts { component_of: &component_of, piece: &piece, has_shells };
+        let crossings = find_crossings(output, &tree, &parts, &faces, &mut n_tests_left);
         if crossings.is_empty() {
             break;
         }
@@ -87,10 +93,17 @@ pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl 
     }
 }
 
+struct OutputParts<'a> {
+    component_of: &'a [u32],
+    /// Scene piece of each component.
+    piece: &'a [usize],
+    has_shells: bool,
+}
+
 fn find_crossings(
     output: &Output,
     tree: &NearestOnTriangles,
-    (component_of, piece): (&[u32], &[usize]),
+    &OutputParts { component_of, piece, has_shells }: &OutputParts,
     faces: &[u32],
     n_tests_left: &mut usize,
 ) -> Vec<Crossing> {
@@ -102,10 +115,15 @@ fn find_crossings(
         tree.visit_touching(&here, |other| {
             n += 1;
             // Crossings of steep angles are intended, as are those of other scene pieces.
-            let is_beside = component(other) != own && piece[component(other) as usize] == piece[own as usize];
-            let may_cross = is_beside && along.dot(normal(other)).abs() > LEAST_NESTING_COSINE;
+            let is_shell = component(other) == own;
+            let cosine = along.dot(normal(other));
+            let may_cross = if is_shell {
+                has_shells && cosine < -LEAST_NESTING_COSINE
+            } else {
+                piece[component(other) as usize] == piece[own as usize] && cosine.abs() > LEAST_NESTING_COSINE
+            };
             if may_cross && triangles_cross(here, output.coordinates(other)) {
-                crossed.push(Crossing { face, component: component(other), other });
+                crossed.push(Crossing { face, component: component(other), other, is_shell });
             }
         });
         crossed.sort_unstable();
@@ -154,11 +172,14 @@ impl<'a> OriginalComponents<'a> {
         }
     }
 
-    fn nearest(&self, point: Vec3, vertex: u32) -> Option<OriginalPoint> {
+    /// Finds the nearest point of a vertex' component, on faces toward a direction if there is one.
+    fn nearest(&self, point: Vec3, vertex: u32, toward: Option<Vec3>) -> Option<OriginalPoint> {
         let surface = &self.original.surface;
         let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize]);
         let triangle = |f: u32| corners(f).map(|corner| corner.to_array());
-        let hit = self.trees.nearest(self.component_before[vertex as usize], point, f64::INFINITY, &triangle)?;
+        let accept = |f: u32| toward.is_none_or(|toward| area_normal(corners(f)).dot(toward) > 0.0);
+        let component = self.component_before[vertex as usize];
+        let hit = self.trees.nearest(component, (point, f64::INFINITY), &triangle, &accept)?;
         let normal = unit_normal(corners(hit.triangle));
         Some(OriginalPoint { point: hit.point.as_vec3(), normal, distance: hit.distance2.sqrt() as f32 })
     }
@@ -180,14 +201,14 @@ impl ComponentTrees {
     fn nearest(
         &self,
         component: u32,
-        point: Vec3,
-        within: f64,
+        (point, within): (Vec3, f64),
         triangle: &dyn Fn(u32) -> [[f32; 3]; 3],
+        accept: &dyn Fn(u32) -> bool,
     ) -> Option<Hit> {
         let faces = &self.faces[component as usize];
         let tree = self.trees[component as usize]
             .get_or_init(|| NearestOnTriangles::new(&faces.iter().map(|&f| triangle(f)).collect::<Vec<_>>()));
-        let hit = tree.nearest_within(point.as_dvec3(), within, |_| true)?;
+        let hit = tree.nearest_within(point.as_dvec3(), within, |i| accept(faces[i as usize]))?;
         Some(Hit { triangle: faces[hit.triangle as usize], ..hit })
     }
 }
@@ -214,12 +235,16 @@ impl NestedComponents<'_> {
         let place = here[0] * weights[0] + here[1] * weights[1] + here[2] * weights[2];
         let reach = here[0].distance(here[1]).max(here[1].distance(here[2])).max(here[2].distance(here[0]));
         // Side and gap are measured along the other component's normal at the closest point.
-        let hit = self.now.nearest(crossing.component, place, f64::from(reach), &|f| output.coordinates(f))?;
+        let along = crossing.is_shell.then(|| area_normal(here));
+        // The sides of a shell are told apart by where they look.
+        let accept = |f: u32| along.is_none_or(|along| area_normal(output.triangle(f)).dot(along) < 0.0);
+        let triangle = |f: u32| output.coordinates(f);
+        let hit = self.now.nearest(crossing.component, (place, f64::from(reach)), &triangle, &accept)?;
         let foot = hit.point.as_vec3();
         let normal = unit_normal(output.triangle(hit.triangle));
         let height = (place - foot).dot(normal);
         // The correct side comes from the original, the present side from the output.
-        let (side, gap) = self.side(crossing, place)?;
+        let (side, gap) = self.side(crossing, place, along)?;
         // The side is right if it is that of the original.
         if height * side > 0.0 {
             return None;
@@ -227,8 +252,11 @@ impl NestedComponents<'_> {
         // Half the original gap is the target: a full one would move faces that are fine.
         let step = normal * (side * 0.5 * gap.min(reach) - height);
         // A step longer than both distances to the original together would spoil what is right.
-        let both_off =
-            || Some(self.distance_to_original(place, crossing.face)? + self.distance_to_original(foot, hit.triangle)?);
+        let distance = |point: Vec3, f: u32| {
+            let toward = along.map(|_| area_normal(output.triangle(f)));
+            self.before.nearest(point, output.face(f)[0], toward).map(|nearest| nearest.distance)
+        };
+        let both_off = || Some(distance(place, crossing.face)? + distance(foot, hit.triangle)?);
         if step.length() > LONGEST_STEP * reach || step.length() > both_off()? {
             return None;
         }
@@ -245,20 +273,16 @@ impl NestedComponents<'_> {
         moves.map(|moves| (height.abs(), moves))
     }
 
-    fn distance_to_original(&self, point: Vec3, face: u32) -> Option<f32> {
-        self.before.nearest(point, self.output.face(face)[0]).map(|nearest| nearest.distance)
-    }
-
     fn component(&self, f: u32) -> u32 {
         self.component_of[self.output.face(f)[0] as usize]
     }
 
     /// Returns the other component's side, 1 or -1, on which the original has a point, and their distance; `None` if
     /// unclear.
-    fn side(&self, crossing: &Crossing, place: Vec3) -> Option<(f32, f32)> {
+    fn side(&self, crossing: &Crossing, place: Vec3, along: Option<Vec3>) -> Option<(f32, f32)> {
         // From the point to its own component of the original, and from there to the other component.
-        let here = self.before.nearest(place, self.output.face(crossing.face)[0])?;
-        let there = self.before.nearest(here.point, self.output.face(crossing.other)[0])?;
+        let here = self.before.nearest(place, self.output.face(crossing.face)[0], along)?;
+        let there = self.before.nearest(here.point, self.output.face(crossing.other)[0], along.map(|along| -along))?;
         let height = (here.point - there.point).dot(there.normal);
         // Only nearly parallel surfaces are nested; others intersect on purpose.
         let are_parallel = here.normal.dot(there.normal).abs() > LEAST_NESTING_COSINE;
@@ -359,10 +383,55 @@ mod tests {
                 (n..2 * n).filter(is_out).count()
             };
             let before = outside(&output);
-            separate_nested(&original, &mut output, |_| 0);
+            separate_nested(&original, &mut output, |_| 0, false);
             assert!(before > n / 2 && outside(&output) == 0, "{before} {}", outside(&output));
             assert_eq!(output.positions[..n], places[..n]);
         }
+    }
+
+    /// Returns a dome of two sides, joined along its rim and around a hole at the top; the outer side comes first.
+    fn dome(n_around: usize, n_across: usize, inner: f32, turn: f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let torus = shapes::torus(n_around, 2 * n_across, 1.0, 0.4);
+        let place = |i: usize| {
+            let (around, across) = ((i / (2 * n_across)) as f32, i % (2 * n_across));
+            let is_outer = across < n_across;
+            let up = (if is_outer { across } else { 2 * n_across - 1 - across }) as f32 / (n_across - 1) as f32;
+            let radius = if is_outer { 1.0 } else { inner };
+            let angle = (around + if is_outer { 0.0 } else { turn }) * std::f32::consts::TAU / n_around as f32;
+            let height = (0.1 + 0.8 * up) * std::f32::consts::FRAC_PI_2;
+            radius * Vec3::new(angle.cos() * height.cos(), angle.sin() * height.cos(), height.sin())
+        };
+        ((0..torus.positions().len()).map(place).collect(), torus.faces().to_vec())
+    }
+
+    #[test]
+    fn the_inner_side_of_a_thin_shell_stays_inside() {
+        let (positions, faces) = dome(96, 24, 0.985, 0.0);
+        let mesh = TriMesh::new(positions.iter().map(|p| p.to_array()).collect(), faces).unwrap();
+        let original = Original::bare(&mesh);
+        let scale = original.surface.length(1.0);
+        let centre =
+            original.surface.positions.iter().zip(&positions).map(|(unit, p)| *unit - *p * scale).next().unwrap();
+        // The sides are cut into faces of different places, so that the inner one protrudes.
+        let (coarse, faces) = dome(8, 3, 0.985, 0.5);
+        let places: Vec<Vec3> = coarse.iter().map(|p| centre + *p * scale).collect();
+        let mut output = Output::from_original(&original.surface.positions, places, faces);
+        let n_crossing = |output: &Output| {
+            let crosses = |f: u32, g: u32| {
+                let shares = output.face(f).iter().any(|v| output.face(g).contains(v));
+                !shares && triangles_cross(output.coordinates(f), output.coordinates(g))
+            };
+            let n = output.faces().len() as u32;
+            (0..n).map(|f| (f + 1..n).filter(|&g| crosses(f, g)).count()).sum::<usize>()
+        };
+        let before = n_crossing(&output);
+        let as_they_were = output.positions.clone();
+        separate_nested(&original, &mut output, |_| 0, false);
+        assert_eq!(output.positions, as_they_were);
+        separate_nested(&original, &mut output, |_| 0, true);
+        assert!(before > 20 && n_crossing(&output) == 0, "{before} {}", n_crossing(&output));
+        let is_outer = |p: &Vec3| ((*p - centre) / scale).length() > 0.999;
+        assert!(as_they_were.iter().zip(&output.positions).all(|(was, now)| !is_outer(was) || was == now));
     }
 
     #[test]
@@ -377,7 +446,7 @@ mod tests {
             let original = Original::bare(&mesh);
             let places = original.surface.positions.clone();
             let mut output = Output::from_original(&places, places.clone(), faces.clone());
-            separate_nested(&original, &mut output, |_| 0);
+            separate_nested(&original, &mut output, |_| 0, false);
             assert_eq!(output.positions, places);
         }
     }
