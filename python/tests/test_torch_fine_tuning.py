@@ -89,6 +89,8 @@ def test_scores_that_are_given(layer: Any) -> None:
     given = {"steps": 2, "most_distance": 9.0, "seed": 4}
     by_share, by_number = nmt.fine_tune_scores(layer, *mesh, 0.1, **given), nmt.fine_tune_scores(layer, *mesh, n_samples=80, **given)
     assert torch.equal(by_share.scores, by_number.scores)
+    # Vertices are of any precision, scores of the network's.
+    assert nmt.fine_tune_scores(layer, mesh[0].double(), mesh[1], 0.1, **given).scores.dtype == torch.float32
     # Of all vertices there is nothing to choose.
     assert nmt.fine_tune_scores(layer, *mesh, 1.0, steps=2).error == 1.0
     assert nmt.fine_tune_scores(layer, *mesh, n_samples=2, steps=2).error <= 1.0

@@ -169,7 +169,7 @@ def _descend(mesh: _Drawn, first: Any, before: Any, most_distance: float, steps:
         share = torch.bincount(cell[drawn.reshape(-1)], minlength=n_cells) / drawn.numel()
         slope = slope - share * slope.sum()
         # Adam takes no account of a gradient's size, so that a cell's vertices may share its slope evenly.
-        change.grad = (slope / torch.bincount(cell, minlength=n_cells).clamp(min=1))[cell]
+        change.grad = (slope / torch.bincount(cell, minlength=n_cells).clamp(min=1))[cell].to(change.dtype)
         for group in optimizer.param_groups:
             group["lr"] = _RATE * (1 - step / steps) ** 0.5
         optimizer.step()
