@@ -25,5 +25,10 @@ def test_training(tmp_path: Path) -> None:
     assert nmt.Simplifier.from_weights(tmp_path / "mine.safetensors").objective == "paper"
 
 
+def test_fine_tuning(spot: Path) -> None:
+    said = run("fine_tune.py", str(spot), "--ratios", "0.05", "--steps", "3", "--draw", "multinomial").splitlines()
+    assert said[0].startswith("spot.ply, 2930 vertices, 0.05: error ") and said[1].startswith("ratio 0.05, medians of 1: error ")
+
+
 def test_times() -> None:
     assert "faces to" in run("layer_times.py", "--faces", "2000").splitlines()[-1]

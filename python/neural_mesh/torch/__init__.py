@@ -6,6 +6,7 @@ the gradient of any objective of the default assembly. These two run in the libr
 
 from . import losses
 from ._expected import expected
+from ._fine_tuning import FineTuned, fine_tune_scores
 from ._graphs import CandidateFaces, Product, candidate_faces, extended_graph, in_edge_lengths, mesh_graph, triangle_graph, vertex_normals
 from ._nearest import nearest_neighbours, nearest_to
 from ._network import DevConv, EdgePredictor, Edges, FaceClassifier, PointSampler, SparseAttention, TriConv, triangle_positions
@@ -21,6 +22,7 @@ __all__ = [
     "EdgePredictor",
     "Edges",
     "FaceClassifier",
+    "FineTuned",
     "PointSampler",
     "Product",
     "Quotient",
@@ -32,6 +34,7 @@ __all__ = [
     "candidate_faces",
     "expected",
     "extended_graph",
+    "fine_tune_scores",
     "in_edge_lengths",
     "inclusion",
     "losses",

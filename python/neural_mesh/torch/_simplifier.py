@@ -177,6 +177,7 @@ class Simplifier(torch.nn.Module):
         *,
         n_samples: Any = None,
         samples: Any = None,
+        scores: Any = None,
         seed: int | Any = None,
         normals: Any = None,
     ) -> Simplified:
@@ -188,6 +189,7 @@ class Simplifier(torch.nn.Module):
         batch: mesh of each vertex, ascending, for several meshes packed into one
         n_samples: number of samples of each mesh instead of `ratio`
         samples: vertices to keep instead of a draw
+        scores: score of each vertex, n, instead of the Point Sampler's; from `fine_tune_scores`, say
         seed: whole number, or one for each mesh; mesh i of a batch draws as alone with `seed + i`. From torch's generator by default
         normals: those towards which the faces of clouds look, n x 3 for all points; outward by default
         """
@@ -206,7 +208,10 @@ class Simplifier(torch.nn.Module):
             raise NeuralMeshError(f"ratio: {ratio}: give a share above 0, at most 1")
         graph = mesh_graph(surface, len(vertices))
         points = in_edge_lengths(vertices, graph, batch, n_meshes).to(self.face_classifier.output.bias.dtype)
-        scores = self.point_sampler(points, graph, self._normals(packed))
+        if scores is None:
+            scores = self.point_sampler(points, graph, self._normals(packed))
+        else:
+            scores = _check_scores(scores, points)
         if samples is None:
             counts = sample_counts(batch, n_meshes, ratio, n_samples)
             samples = self._draw_samples(points, graph, scores, counts, batch, _seeds(seed, n_meshes, vertices.device))
@@ -270,6 +275,13 @@ def _seeds(seed: Any, n_meshes: int, device: Any) -> Any:
         seed = torch.randint(0, 1 << 31, ())
     seed = torch.as_tensor(seed).to(device)
     return seed if seed.dim() == 1 else seed + torch.arange(n_meshes, device=device)
+
+
+def _check_scores(scores: Any, points: Any) -> Any:
+    scores = torch.as_tensor(scores, device=points.device).to(points.dtype)
+    if scores.shape != points.shape[:1] or not bool(scores.isfinite().all()):
+        raise NeuralMeshError(f"scores: give a finite number for each of the {len(points)} vertices")
+    return scores
 
 
 def _check_samples(samples: Any, n: int, device: Any) -> Any:

@@ -27,6 +27,7 @@ __all__ = [
     "conflicts_by_pair",
     "coverage",
     "coverage_of_samples",
+    "curvature_errors",
     "curvature_of_samples",
     "edge_crossings",
     "expected_cost",
@@ -120,7 +121,7 @@ def point_curvature(points: Any, k: int = 10) -> Any:
     """Computes the curvature of each point, `l0 / (l0 + l1 + l2)` of its neighbourhood's covariance, smoothed: n, 0 to 1/3.
 
     `points` is n x 3. Neighbourhoods are a point and its `k` nearest."""
-    rows = nearest_to(points, points, k + 1)
+    rows = nearest_to(points, points, min(k + 1, len(points)))
     offsets = wide(points[rows] - points[:, None])
     centered = offsets - offsets.mean(1, keepdim=True)
     spectrum = torch.linalg.eigvalsh(centered.transpose(1, 2) @ centered)
@@ -130,6 +131,22 @@ def point_curvature(points: Any, k: int = 10) -> Any:
     deviation = distances.sum(1, keepdim=True) / max(rows.shape[1] - 1, 1)
     weights = torch.where(deviation > 0, (-0.5 * (distances / torch.where(deviation > 0, deviation, 1)).square()).exp(), 1)
     return ((weights * raw[rows]).sum(1) / weights.sum(1)).to(points.dtype)
+
+
+def curvature_errors(points: Any, samples: Any, nearest: Any = None, of_points: Any = None) -> tuple[Any, Any]:
+    """Computes the squared differences in curvature of points and nearest samples, n, and of samples and the points they are, n_samples.
+
+    The sum of both means is the curvature error of Table 2, `curvature_error` of `neural_mesh.compare`.
+
+    - `points`: n x 3; `samples`: n_samples, points that are drawn
+    - `nearest`: nearest sample of each point, n, places in `samples`; found by default
+    - `of_points`: n, from `point_curvature`; computed by default
+    """
+    drawn = points[samples]
+    nearest = nearest_to(drawn, points, 1)[:, 0] if nearest is None else nearest
+    of_points = point_curvature(points) if of_points is None else of_points
+    of_samples = point_curvature(drawn)
+    return (of_points - of_samples[nearest]).square(), (of_samples - of_points[samples]).square()
 
 
 def smoothness(scores: Any, graph: Any) -> Any:
