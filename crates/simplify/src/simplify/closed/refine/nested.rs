@@ -391,7 +391,7 @@ mod tests {
 
     /// Returns a dome of two sides, joined along its rim and around a hole at the top; the outer side comes first.
     fn dome(n_around: usize, n_across: usize, inner: f32, turn: f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-        let torus = shapes::torus(n_around, 2 * n_across, 1.0, 0.4);
+        let torus = shapes::torus(n_around as u32, 2 * n_across as u32, 1.0, 0.4);
         let place = |i: usize| {
             let (around, across) = ((i / (2 * n_across)) as f32, i % (2 * n_across));
             let is_outer = across < n_across;
