@@ -136,7 +136,6 @@ pub struct PaperOptions {
 
 /// Options of the closed assembly; end a literal with `..ClosedOptions::default()`, as versions may add fields.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize), serde(default, deny_unknown_fields))]
 // Not `non_exhaustive`, which would forbid such literals to callers.
 pub struct ClosedOptions {
     /// Source of the vertex scores.
@@ -172,10 +171,8 @@ pub struct ClosedOptions {
     /// Returns a [`Map`] between input and output.
     pub map: bool,
     /// Makes the result its own mirror image, as the input must be.
-    #[cfg_attr(feature = "serde", serde(skip))]
     pub symmetric: Option<Symmetry>,
     /// Origin and precision of coordinates in the written file, where no two vertices may coincide.
-    #[cfg_attr(feature = "serde", serde(skip))]
     pub frame: Frame,
 }
 
