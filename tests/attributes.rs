@@ -1,6 +1,6 @@
 //! Attributes of whole meshes: seams stay seams, values stay in place.
 
-use crate::common::with_changes;
+use crate::common::{simplify_valid, with_changes};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
@@ -13,7 +13,7 @@ use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, SEAM_ERROR, 
 
 fn simplify_with_attributes(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Simplified {
     let input = with_changes(Input::bare(mesh), |input| input.attributes = attributes);
-    simplify(input, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
+    simplify_valid(input, options)
 }
 
 fn octant(p: Vec3) -> u32 {
@@ -601,12 +601,8 @@ fn with_inward_cap(mesh: &TriMesh, follow: bool) -> (TriMesh, Attributes) {
 fn normals_follow_faces_that_were_wound_the_other_way() {
     let (alone, strip) = (shapes::wavy_sphere(4, 5.0), shapes::moebius_strip(40, 4));
     // A one-sided component far away, whose faces cannot all be wound alike, changes nothing.
-    let places = strip.positions().iter().map(|&[x, y, z]| [x + 9.0, y, z]);
-    let n = alone.positions().len() as u32;
-    let faces = strip.faces().iter().map(|face| face.map(|v| v + n));
-    let positions = alone.positions().iter().copied().chain(places).collect();
-    let beside = TriMesh::new(positions, alone.faces().iter().copied().chain(faces).collect()).unwrap();
-    for (mesh, follow) in [(&alone, true), (&alone, false), (&beside, true)] {
+    let both = shapes::unite([&alone, &shapes::place(&strip, |[x, y, z]| [x + 9.0, y, z])]);
+    for (mesh, follow) in [(&alone, true), (&alone, false), (&both, true)] {
         let (mesh, attributes) = with_inward_cap(mesh, follow);
         let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(300)));
         let triangle = |face: &[u32; 3]| face.map(|v| Vec3::from(result.mesh.positions()[v as usize]));

@@ -45,7 +45,7 @@ fn write_model((cleaned, extra): &(Cleaned, Extra), format: Format) -> WrittenMo
 // Returns position and values in a role for each corner, sorted.
 fn corner_values((cleaned, _): &(Cleaned, Extra), role: Role) -> Vec<Vec<f32>> {
     let Cleaned { mesh, attributes, .. } = cleaned;
-    let channel = attributes.channels.iter().find(|channel| channel.role == role).unwrap();
+    let channel = attributes.channel(role).unwrap();
     let corners = mesh.faces().as_flattened().iter().zip(attributes.wedges.as_flattened());
     let row = |(&v, &wedge): (&u32, &u32)| [&mesh.positions()[v as usize][..], channel.value(wedge)].concat();
     let mut rows: Vec<Vec<f32>> = corners.map(row).collect();

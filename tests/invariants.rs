@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 
 use glam::{Quat, Vec3};
 
-use crate::common::{assert_closed_manifold, assert_same_topology, uneven_closed_mesh};
+use crate::common::{assert_closed_manifold, assert_same_topology, simplify_valid, uneven_closed_mesh};
 use neural_mesh::io::{self, Format};
+use neural_mesh::linalg::test_values::run_on_threads;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh, shapes, topology};
 use neural_mesh::metrics::{Surface, surface_distance};
@@ -14,11 +15,7 @@ use neural_mesh::simplify::{ClosedOptions, Options, Outcome, Simplified, Simplif
 use proptest::prelude::*;
 
 fn simplify_to(mesh: &TriMesh, target: Target) -> Simplified {
-    simplify_with(mesh, &Options::new(target))
-}
-
-fn simplify_with(mesh: &TriMesh, options: &Options) -> Simplified {
-    simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
+    simplify_valid(mesh, &Options::new(target))
 }
 
 // Returns the mesh after an STL round trip, welded by position.
@@ -98,7 +95,7 @@ fn check(original: &TriMesh, ratio: f64) {
 
 fn check_with(original: &TriMesh, ratio: f64, options: &Options) -> Simplified {
     let n_vertices = original.positions().len();
-    let result = simplify_with(original, options);
+    let result = simplify_valid(original, options);
     assert_closed_manifold(&result.mesh);
     let welded = through_stl(&result.mesh);
     assert_closed_manifold(&welded);
@@ -161,10 +158,7 @@ fn closed_shapes_stay_closed() {
 fn threads_and_repetition_change_no_bit() {
     // The second mesh is large enough for parallel runs and blocks.
     for (mesh, ratio) in [(shapes::wavy_sphere(5, 20.0), 0.1), (shapes::torus(600, 300, 1.0, 0.4), 0.15)] {
-        let with = |n_threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-            pool.install(|| simplify_to(&mesh, Target::Ratio(ratio)))
-        };
+        let with = |n| run_on_threads(n, || simplify_to(&mesh, Target::Ratio(ratio)));
         let first = with(1);
         for n_threads in [1, 2, 8] {
             assert_eq!(with(n_threads), first);

@@ -109,16 +109,11 @@ fn all_levels_keep_what_is_kept() {
 // Builds a large sphere with small ones inside, of which the last two are kept.
 fn nested_spheres() -> (TriMesh, Vec<bool>) {
     let [large, small] = [shapes::icosphere(4), shapes::icosphere(1)];
-    let (mut positions, mut faces) = (large.positions().to_vec(), large.faces().to_vec());
-    for number in 0..6 {
-        let first = positions.len() as u32;
-        positions
-            .extend(small.positions().iter().map(|p| [0.01 * p[0] + 0.1 * number as f32, 0.01 * p[1], 0.01 * p[2]]));
-        faces.extend(small.faces().iter().map(|face| face.map(|v| v + first)));
-    }
     let n_kept = 2 * small.faces().len();
-    let kept = (0..faces.len()).map(|f| f + n_kept >= faces.len()).collect();
-    (TriMesh::new(positions, faces).unwrap(), kept)
+    let inner = |i: i32| shapes::place(&small, |[x, y, z]| [0.01 * x + 0.1 * i as f32, 0.01 * y, 0.01 * z]);
+    let mesh = shapes::unite([large].into_iter().chain((0..6).map(inner)));
+    let n_faces = mesh.faces().len();
+    (mesh, (0..n_faces).map(|f| f + n_kept >= n_faces).collect())
 }
 
 #[test]

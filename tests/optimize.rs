@@ -1,15 +1,14 @@
 //! Each `Optimize` is best by its own measure, and each `Effort` is closer than the previous one.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::common::{assert_closed_manifold, assert_same_topology};
+use crate::common::{assert_closed_manifold, assert_same_topology, simplify_valid};
 use neural_mesh::appearance::{USUAL_HEIGHT, appearance};
 use neural_mesh::io::read_path;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::metrics::{Surface, surface_distance};
-use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, ScoreSource, Simplified, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, ScoreSource, Simplified, Target};
 use neural_mesh::spatial::FaceTree;
 
 const NAMES: [&str; 2] = ["nefertiti.ply", "spot.ply"];
@@ -21,8 +20,7 @@ fn mesh(name: &str) -> TriMesh {
 
 fn simplify_to_ratio(mesh: &TriMesh, ratio: f64, optimize: Optimize, effort: Effort) -> Simplified {
     let options = ClosedOptions { optimize, effort, ..ClosedOptions::default() };
-    simplify(mesh, None, &Options::with_closed(Target::Ratio(ratio), options), &mut |_| ControlFlow::Continue(()))
-        .unwrap()
+    simplify_valid(mesh, &Options::with_closed(Target::Ratio(ratio), options))
 }
 
 // Returns the logarithms of mean distance, largest distance and normal error, summed over meshes and ratios.
@@ -70,7 +68,7 @@ fn count_spikes(original: &FaceTree, result: &TriMesh, least: f64) -> usize {
 fn largest_component(mesh: &TriMesh) -> TriMesh {
     let options = ClosedOptions { prune_below: f64::MAX, ..ClosedOptions::default() };
     let whole = Options::with_closed(Target::Ratio(1.0), options);
-    simplify(mesh, None, &whole, &mut |_| ControlFlow::Continue(())).unwrap().mesh
+    simplify_valid(mesh, &whole).mesh
 }
 
 #[test]
@@ -98,11 +96,7 @@ fn no_vertex_stands_out_as_a_spike() {
 fn looks_are_best_where_much_is_hidden() {
     // A nut in its shell: the nut has as many vertices, but nobody sees it.
     let (shell, nut) = (shapes::wavy_sphere(5, 12.0), shapes::wavy_sphere(5, 12.0));
-    let n = shell.positions().len() as u32;
-    let place = |p: &[f32; 3]| p.map(|x| 0.8 * x);
-    let positions = shell.positions().iter().copied().chain(nut.positions().iter().map(place)).collect();
-    let faces = shell.faces().iter().copied().chain(nut.faces().iter().map(|face| face.map(|v| v + n))).collect();
-    let both = TriMesh::new(positions, faces).unwrap();
+    let both = shapes::unite([&shell, &shapes::place(&nut, |p| p.map(|x| 0.8 * x))]);
     for ratio in [0.03, 0.1] {
         let flip = |optimize| {
             let result = simplify_to_ratio(&both, ratio, optimize, Effort::Standard).mesh;
@@ -119,12 +113,9 @@ fn an_eye_stays_in_its_socket_for_its_looks() {
     // A head with a hole over an eye: without the eye, the inside of the head would show.
     let (head, eye) = (shapes::icosphere(5), shapes::icosphere(2));
     let is_open = |face: &[u32; 3]| face.iter().all(|&v| head.positions()[v as usize][2] > 0.99);
-    let n = head.positions().len() as u32;
-    let place = |p: &[f32; 3]| [0.15 * p[0], 0.15 * p[1], 0.15 * p[2] + 0.84];
-    let positions = head.positions().iter().copied().chain(eye.positions().iter().map(place)).collect();
-    let closed = head.faces().iter().copied().filter(|face| !is_open(face));
-    let faces = closed.chain(eye.faces().iter().map(|face| face.map(|v| v + n))).collect();
-    let both = TriMesh::new(positions, faces).unwrap();
+    let open = head.faces().iter().copied().filter(|face| !is_open(face)).collect();
+    let open = TriMesh::new(head.positions().to_vec(), open).unwrap();
+    let both = shapes::unite([open, shapes::place(&eye, |[x, y, z]| [0.15 * x, 0.15 * y, 0.15 * z + 0.84])]);
     let n_components =
         |optimize| topology(&simplify_to_ratio(&both, 0.005, optimize, Effort::Standard).mesh).components;
     assert_eq!([Optimize::Balanced, Optimize::Looks].map(n_components), [1, 2]);

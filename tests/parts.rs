@@ -1,11 +1,11 @@
 //! Shapes that careless simplifiers break, such as thin sheets and touching components.
 
-use std::ops::ControlFlow;
-
-use crate::common::{assert_close, assert_closed_manifold, assert_same_topology, repeated_positions, with_changes};
+use crate::common::{
+    assert_close, assert_closed_manifold, assert_same_topology, repeated_positions, simplify_valid, with_changes,
+};
 use glam::{DMat4, DVec3, Quat, Vec3};
 use neural_mesh::mesh::{Attributes, ScenePiece, TriMesh, UnitedMesh, shapes, topology};
-use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, ScoreSource, Simplified, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, ScoreSource, Simplified, Target};
 
 fn simplify_to_ratio(mesh: &TriMesh, ratio: f64) -> Simplified {
     simplify_with_scores(mesh, ratio, ScoreSource::Network)
@@ -13,8 +13,7 @@ fn simplify_to_ratio(mesh: &TriMesh, ratio: f64) -> Simplified {
 
 fn simplify_with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
     let options = ClosedOptions { scores, prune: false, ..ClosedOptions::default() };
-    simplify(mesh, None, &Options::with_closed(Target::Ratio(ratio), options), &mut |_| ControlFlow::Continue(()))
-        .unwrap()
+    simplify_valid(mesh, &Options::with_closed(Target::Ratio(ratio), options))
 }
 
 // Expects the target size, or a larger result with a reason.
@@ -92,13 +91,11 @@ fn surfaces_with_boundaries_or_one_side_stay_what_they_are() {
 
 #[test]
 fn many_small_pieces_take_no_longer_than_their_number() {
-    let places = (0..3000).flat_map(|i| {
-        let (x, y) = (3.0 * (i % 60) as f32, 3.0 * (i / 60) as f32);
-        [[x, y, 0.0], [x + 1.0, y, 0.0], [x, y + 1.0, 0.0], [x, y, 1.0]]
-    });
-    let faces =
-        (0..3000).flat_map(|i| shapes::tetrahedron().faces().to_vec().into_iter().map(move |f| f.map(|v| v + 4 * i)));
-    let mesh = TriMesh::new(places.collect(), faces.collect()).unwrap();
+    let piece = |i: i32| {
+        let [x, y] = [(3 * (i % 60)) as f32, (3 * (i / 60)) as f32];
+        shapes::place(&shapes::tetrahedron(), |p| [p[0] + x, p[1] + y, p[2]])
+    };
+    let mesh = shapes::unite((0..3000).map(piece));
     let result = simplify_to_ratio(&mesh, 0.001);
     assert_eq!(result.mesh.faces().len(), mesh.faces().len());
     assert_close(&mesh, &result.mesh, 1e-5);
@@ -136,7 +133,7 @@ fn shells_in_two_meshes_of_one_place_do_not_cross() {
             (input.attributes, input.scene) = (&united.attributes, Some(&united));
         });
         let options = Options::new(Target::Ratio(0.02));
-        let result = simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let result = simplify_valid(input, &options);
         let pieces = united.split(&result.mesh, &result.attributes);
         n_outside([&pieces[0].0, &pieces[1].0])
     };

@@ -2,12 +2,12 @@
 //!
 //! `python/tests/test_torch_layer.py` tests the same values; `NEURAL_MESH_PASSES=write` writes new ones.
 
+use neural_mesh::autodiff::{Gradients, Tape, Value};
 use neural_mesh::linalg::{Csr, Matrix};
 use neural_mesh::mesh::{shapes, vertex_normals};
 use neural_mesh::model::{
-    Architecture, PredictedEdges, Weights, edge_predictor_backward, edge_predictor_forward, face_classifier_backward,
-    face_classifier_forward, in_edge_lengths, point_sampler_backward, point_sampler_forward, predict_edges,
-    predict_faces, triangle_graph,
+    Architecture, PredictedEdges, Vertices, Weights, edge_predictor, face_classifier, in_edge_lengths, point_sampler,
+    predict_edges, predict_faces, triangle_graph, vertex_scores,
 };
 use neural_mesh::simplify::edge_graph;
 use safetensors::tensor::TensorView;
@@ -66,9 +66,10 @@ impl Tensors {
     }
 }
 
-// Returns input gradients that are easy to reproduce: whole numbers from -5 to 5.
-fn input_gradients(n: usize) -> Vec<f32> {
-    (0..n).map(|i| (5 * i % 11) as f32 - 5.0).collect()
+// Returns gradients that are easy to reproduce, whole numbers from -5 to 5, from a number on.
+fn input_gradient(value: &Value, first: usize) -> Matrix {
+    let [n, n_columns] = value.matrix().shape();
+    Matrix::new(n, n_columns, (first..first + n * n_columns).map(|i| (5 * i % 11) as f32 - 5.0).collect())
 }
 
 fn compute_tensors() -> Tensors {
@@ -95,49 +96,62 @@ fn record_point_sampler(
     normals: &[[f32; 3]],
     rings: &Arc<Csr>,
 ) {
-    let pass = point_sampler_forward(weights, points, Some(normals), rings);
-    let gradients = point_sampler_backward(&pass, &input_gradients(points.len()));
-    found.numbers("scores", 1, &pass.scores);
-    found.numbers("gradient.point_sampler.points", 3, gradients.points.as_flattened());
-    found.numbers("gradient.point_sampler.normals", 3, gradients.normals.as_flattened());
-    record_tensors(found, |f| gradients.tensors.try_map("gradient.point_sampler", f).map(drop));
+    let mut tape = Tape::default();
+    let net = weights.parameters(&mut tape).point_sampler;
+    let [x, n] = [points, normals].map(|rows| tape.parameter(Matrix::from_points(rows)));
+    let scores = point_sampler(&mut tape, &net, Vertices { points: &x, normals: Some(&n) }, rings);
+    assert_eq!(scores.matrix().data(), vertex_scores(weights, points, Some(normals), rings));
+    let gradients = tape.backward(&[(&scores, input_gradient(&scores, 0))]);
+    found.matrix("scores", scores.matrix());
+    found.matrix("gradient.point_sampler.points", &gradients.or_zero(&x));
+    found.matrix("gradient.point_sampler.normals", &gradients.or_zero(&n));
+    record_tensors(found, &gradients, |f| net.try_map("gradient.point_sampler", f).map(drop));
 }
 
 fn record_edges_and_faces(found: &mut Tensors, weights: &Weights, points: &[[f32; 3]], original: &Arc<Csr>) {
-    let edges = predict_edges(weights, points, original);
-    let PredictedEdges { graph, attention, adjacency } = &edges;
-    let pass = edge_predictor_forward(weights, points, graph, original);
-    let both = input_gradients(2 * graph.n_entries());
-    let gradients = edge_predictor_backward(&pass, &both[..graph.n_entries()], &both[graph.n_entries()..]);
+    let predicted = predict_edges(weights, points, original);
+    let PredictedEdges { graph, attention, adjacency } = &predicted;
+    let mut tape = Tape::default();
+    let net = weights.parameters(&mut tape).edge_predictor;
+    let x = tape.parameter(Matrix::from_points(points));
+    let edges = edge_predictor(&mut tape, &net, &x, graph, original);
+    assert_eq!([edges.attention.matrix().data(), edges.adjacency.matrix().data()], [&attention[..], adjacency]);
+    let given = [(&edges.attention, 0), (&edges.adjacency, graph.n_entries())];
+    let gradients = tape.backward(&given.map(|(value, first)| (value, input_gradient(value, first))));
     found.graph("graph", graph);
     found.numbers("attention", 1, attention);
     found.numbers("adjacency", 1, adjacency);
-    found.numbers("gradient.edge_predictor.points", 3, gradients.points.as_flattened());
-    record_tensors(found, |f| gradients.tensors.try_map("gradient.edge_predictor", f).map(drop));
+    found.matrix("gradient.edge_predictor.points", &gradients.or_zero(&x));
+    record_tensors(found, &gradients, |f| net.try_map("gradient.edge_predictor", f).map(drop));
 
-    let faces = predict_faces(weights, points, &edges, &[]);
+    let faces = predict_faces(weights, points, &predicted, &[]);
     let triangles = &faces.candidates.triangles;
     let graph = triangle_graph(points, triangles, SIZES.face_knn).into();
-    let pass = face_classifier_forward(weights, points, triangles, &graph, &faces.prior);
-    let gradients = face_classifier_backward(&pass, &input_gradients(triangles.len()));
+    let mut tape = Tape::default();
+    let net = weights.parameters(&mut tape).face_classifier;
+    let x = tape.parameter(Matrix::from_points(points));
+    let prior = tape.parameter(Matrix::new(triangles.len(), 1, faces.prior.clone()));
+    let probabilities = face_classifier(&mut tape, &net, &x, triangles, &graph, &prior);
+    assert_eq!(probabilities.matrix().data(), faces.probabilities);
+    let gradients = tape.backward(&[(&probabilities, input_gradient(&probabilities, 0))]);
     found.indices("faces", 3, triangles.as_flattened());
     found.indices("entries", 3, faces.candidates.entries.as_flattened());
     found.graph("triangle_graph", &graph);
     found.numbers("prior", 1, &faces.prior);
-    found.numbers("probabilities", 1, &pass.probabilities);
-    found.numbers("gradient.face_classifier.points", 3, gradients.points.as_flattened());
-    found.numbers("gradient.face_classifier.prior", 1, &gradients.prior);
-    record_tensors(found, |f| gradients.tensors.try_map("gradient.face_classifier", f).map(drop));
+    found.matrix("probabilities", probabilities.matrix());
+    found.matrix("gradient.face_classifier.points", &gradients.or_zero(&x));
+    found.matrix("gradient.face_classifier.prior", &gradients.or_zero(&prior));
+    record_tensors(found, &gradients, |f| net.try_map("gradient.face_classifier", f).map(drop));
 }
 
-type Found<'a> = dyn FnMut(&str, &Matrix) -> Result<(), ()> + 'a;
+type Recorder<'a> = dyn FnMut(&str, &Value) -> Result<(), ()> + 'a;
 
-fn record_tensors(found: &mut Tensors, walk: impl FnOnce(&mut &mut Found) -> Result<(), ()>) {
-    let mut noted = |name: &str, matrix: &Matrix| {
-        found.matrix(name, matrix);
+fn record_tensors(found: &mut Tensors, gradients: &Gradients, walk: impl FnOnce(&mut &mut Recorder) -> Result<(), ()>) {
+    let mut record = |name: &str, value: &Value| {
+        found.matrix(name, &gradients.or_zero(value));
         Ok(())
     };
-    walk(&mut (&mut noted as &mut Found)).unwrap();
+    walk(&mut (&mut record as &mut Recorder)).unwrap();
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Pictures: near faces hide others, backs are red, lines follow edges.
 
 use crate::common::with_changes;
+use neural_mesh::linalg::test_values::run_on_threads;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::picture::{Image, PictureOptions, encode_png, render};
 
@@ -72,10 +73,7 @@ fn panels_share_one_view() {
 #[test]
 fn pixels_do_not_depend_on_threads() {
     let mesh = square(0.0, false);
-    let with = |n_threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-        pool.install(|| render(&[&mesh], &small(true)))
-    };
+    let with = |n| run_on_threads(n, || render(&[&mesh], &small(true)));
     assert_eq!(with(1), with(3));
 }
 

@@ -4,15 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
 use glam::Vec3;
+use neural_mesh::linalg::test_values::run_on_threads;
 use neural_mesh::mesh::{Attributes, Channel, Frame, Role, TriMesh, seams, shapes, topology};
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::search::simplify_to_error;
 use neural_mesh::simplify::{
-    Axis, ClosedOptions, Input, MirrorPlane, Options, Outcome, Simplified, SimplifyError, Symmetry, Target, simplify,
+    Axis, ClosedOptions, Input, MirrorPlane, Options, Outcome, SimplifyError, Symmetry, Target, simplify,
     simplify_levels_of_detail,
 };
 
-use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology, with_changes};
+use crate::common::{assert_closed_manifold, assert_manifold, assert_same_topology, simplify_valid, with_changes};
 
 fn go_on(_: neural_mesh::simplify::Event) -> ControlFlow<()> {
     ControlFlow::Continue(())
@@ -24,10 +25,6 @@ fn options(target: Target, symmetry: Symmetry) -> Options {
 
 fn mirrored(symmetry: Symmetry) -> ClosedOptions {
     ClosedOptions { symmetric: Some(symmetry), ..ClosedOptions::default() }
-}
-
-fn simplify_mesh(mesh: &TriMesh, options: &Options) -> Simplified {
-    simplify(mesh, None, options, &mut go_on).unwrap()
 }
 
 fn move_vertices(mesh: &TriMesh, to: impl Fn(Vec3) -> Vec3) -> TriMesh {
@@ -83,7 +80,7 @@ fn closed_stays_closed_and_mirrored_at_the_requested_size() {
             [Target::Ratio(0.5), Target::Vertices(301), Target::Vertices(300), Target::Faces(200), Target::Vertices(61)]
         {
             for symmetry in [Symmetry::Best, Symmetry::Across(Axis::X)] {
-                let result = simplify_mesh(mesh, &options(target, symmetry));
+                let result = simplify_valid(mesh, &options(target, symmetry));
                 assert_closed_manifold(&result.mesh);
                 assert_same_topology(mesh, &result.mesh);
                 assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
@@ -103,8 +100,8 @@ fn closed_stays_closed_and_mirrored_at_the_requested_size() {
 fn a_mirrored_result_lies_as_close_as_any() {
     for mesh in [bumpy(5), shapes::torus(96, 48, 1.0, 0.4)] {
         let n = mesh.positions().len() / 10;
-        let plain = simplify_mesh(&mesh, &Options::new(Target::Vertices(n)));
-        let mirrored = simplify_mesh(&mesh, &options(Target::Vertices(n), Symmetry::Across(Axis::X)));
+        let plain = simplify_valid(&mesh, &Options::new(Target::Vertices(n)));
+        let mirrored = simplify_valid(&mesh, &options(Target::Vertices(n), Symmetry::Across(Axis::X)));
         let quotient = distance(&mesh, &mirrored.mesh) / distance(&mesh, &plain.mesh);
         assert!(quotient < 1.1, "{quotient}");
     }
@@ -117,7 +114,7 @@ fn planes_where_no_edge_runs_and_where_no_zero_is() {
         (Symmetry::Across(Axis::Y), MirrorPlane { axis: Axis::Y, at: 0.5 }),
         (Symmetry::Plane(MirrorPlane { axis: Axis::Z, at: 0.5 }), MirrorPlane { axis: Axis::Z, at: 0.5 }),
     ] {
-        let result = simplify_mesh(&cube, &options(Target::Vertices(101), symmetry));
+        let result = simplify_valid(&cube, &options(Target::Vertices(101), symmetry));
         assert_eq!((result.report.mirror, result.mesh.positions().len()), (Some(plane), 101));
         assert_closed_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &plane);
@@ -125,11 +122,11 @@ fn planes_where_no_edge_runs_and_where_no_zero_is() {
     }
     // Coordinates have many digits or are far from the origin, which the frame then stores.
     let odd = move_vertices(&bumpy(4), |p| p * 0.37 + Vec3::new(12.345, 0.1, -7.0));
-    let result = simplify_mesh(&odd, &options(Target::Ratio(0.1), Symmetry::Best));
+    let result = simplify_valid(&odd, &options(Target::Ratio(0.1), Symmetry::Best));
     assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
     let frame = Frame { origin: [5e6, 0.0, 0.0], double: true };
     let far = ClosedOptions { frame, ..mirrored(Symmetry::Plane(MirrorPlane { axis: Axis::X, at: 5e6 })) };
-    let result = simplify_mesh(&bumpy(4), &Options::with_closed(Target::Ratio(0.1), far));
+    let result = simplify_valid(&bumpy(4), &Options::with_closed(Target::Ratio(0.1), far));
     assert_eq!(result.report.mirror.unwrap().at, 5e6);
     assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
 }
@@ -178,7 +175,7 @@ fn the_smallest_has_no_face_twice_and_what_is_not_reached_is_said() {
     for mesh in others.iter().chain([&octahedron, &tetrahedron]) {
         let targets = (1..24).map(Target::Vertices).chain((1..40).map(Target::Faces));
         for target in targets {
-            let result = simplify_mesh(mesh, &options(target, Symmetry::Across(Axis::Y)));
+            let result = simplify_valid(mesh, &options(target, Symmetry::Across(Axis::Y)));
             assert_closed_manifold(&result.mesh);
             let triples: BTreeSet<BTreeSet<u32>> = result.mesh.faces().iter().map(|&face| face.into()).collect();
             assert_eq!(triples.len(), result.mesh.faces().len(), "{target:?}: a face twice");
@@ -193,13 +190,13 @@ fn the_smallest_has_no_face_twice_and_what_is_not_reached_is_said() {
             assert!(!is_reached || size + step >= asked || mesh.positions().len() < asked, "{target:?}: {size}");
         }
         let Outcome::Stopped(why) =
-            simplify_mesh(mesh, &options(Target::Vertices(1), Symmetry::Across(Axis::Y))).report.outcome
+            simplify_valid(mesh, &options(Target::Vertices(1), Symmetry::Across(Axis::Y))).report.outcome
         else {
             panic!("one vertex")
         };
         assert!(why.contains("mirror plane") || why.contains("flip a face"), "{why}");
     }
-    let least = simplify_mesh(&octahedron, &options(Target::Ratio(0.5), Symmetry::Best));
+    let least = simplify_valid(&octahedron, &options(Target::Ratio(0.5), Symmetry::Best));
     assert_eq!((least.mesh.positions().len(), least.mesh.faces().len()), (5, 6));
 }
 
@@ -215,7 +212,7 @@ fn open_surfaces_stay_in_one_piece_down_to_the_smallest() {
     assert_eq!(topology(&strips).components, 3);
     for (mesh, axes) in [(&tube, &Axis::ALL[..]), (&strips, &[Axis::Z]), (&shapes::grid(6, 5), &[Axis::X, Axis::Y])] {
         for (&axis, n) in axes.iter().flat_map(|axis| (1..30).map(move |n| (axis, n))) {
-            let result = simplify_mesh(mesh, &options(Target::Vertices(n), Symmetry::Across(axis)));
+            let result = simplify_valid(mesh, &options(Target::Vertices(n), Symmetry::Across(axis)));
             assert_manifold(&result.mesh);
             assert_same_topology(mesh, &result.mesh);
             assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
@@ -255,7 +252,7 @@ fn a_face_whose_image_is_missing_is_refused_though_all_vertices_have_theirs() {
     assert!(n_alone(&keeps(&|p| is_near(p) && p.x > 0.0), Symmetry::Across(Axis::X)) > 0);
     // Missing on both sides, the face leaves two holes that are mirror images and stay.
     let holes = keeps(&is_near);
-    let result = simplify_mesh(&holes, &options(Target::Ratio(0.5), Symmetry::Across(Axis::X)));
+    let result = simplify_valid(&holes, &options(Target::Ratio(0.5), Symmetry::Across(Axis::X)));
     assert_eq!(topology(&result.mesh).boundary_loops, topology(&holes).boundary_loops);
     assert!(topology(&holes).boundary_loops == 2);
 }
@@ -279,7 +276,7 @@ fn a_gap_beside_the_plane_is_refused() {
 fn of_planes_with_all_vertices_that_is_taken_in_which_faces_have_images() {
     // The two missing faces are mirror images in z = 0 only.
     let two_missing = octahedron(|[x, y, _]| !(x && y));
-    let result = simplify_mesh(&two_missing, &options(Target::Vertices(6), Symmetry::Best));
+    let result = simplify_valid(&two_missing, &options(Target::Vertices(6), Symmetry::Best));
     assert_eq!(result.report.mirror.unwrap().axis, Axis::Z);
     assert_same_topology(&two_missing, &result.mesh);
 }
@@ -298,7 +295,7 @@ fn quads_cut_along_other_diagonals_are_mirrored() {
         if is_right { [[a, b, c], [a, c, d]] } else { [quad[0], quad[1]] }
     });
     let mesh = move_vertices(&TriMesh::new(grid.positions().to_vec(), quads.collect()).unwrap(), steep);
-    let result = simplify_mesh(&mesh, &options(Target::Ratio(0.8), Symmetry::Across(Axis::X)));
+    let result = simplify_valid(&mesh, &options(Target::Ratio(0.8), Symmetry::Across(Axis::X)));
     assert_same_topology(&mesh, &result.mesh);
     assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
 }
@@ -317,7 +314,7 @@ fn a_fan_that_touches_a_sheet_on_the_plane_comes_apart_from_its_image() {
     }
     let touching = TriMesh::new(positions, faces).unwrap();
     for n in [33, 25, 15] {
-        let result = simplify_mesh(&touching, &options(Target::Vertices(n), Symmetry::Across(Axis::X)));
+        let result = simplify_valid(&touching, &options(Target::Vertices(n), Symmetry::Across(Axis::X)));
         assert_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
         assert_eq!(topology(&result.mesh).components, 3);
@@ -341,7 +338,7 @@ fn solids_that_touch_the_plane_with_an_edge_come_apart() {
     let both = TriMesh::new(positions, solid.faces().iter().copied().chain(turned).collect()).unwrap();
     assert!(topology(&both).non_manifold_edges > 0);
     for n in [200, 60, 16] {
-        let result = simplify_mesh(&both, &options(Target::Vertices(n), Symmetry::Best));
+        let result = simplify_valid(&both, &options(Target::Vertices(n), Symmetry::Best));
         assert_closed_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
         assert_eq!((topology(&result.mesh).components, result.mesh.positions().len()), (2, n));
@@ -352,7 +349,7 @@ fn solids_that_touch_the_plane_with_an_edge_come_apart() {
 fn open_surfaces_keep_their_boundaries() {
     let tube = move_vertices(&shapes::open_cylinder(48, 24), |p| p);
     for axis in [Axis::X, Axis::Z] {
-        let result = simplify_mesh(&tube, &options(Target::Vertices(150), Symmetry::Across(axis)));
+        let result = simplify_valid(&tube, &options(Target::Vertices(150), Symmetry::Across(axis)));
         assert_manifold(&result.mesh);
         assert_same_topology(&tube, &result.mesh);
         assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
@@ -387,7 +384,7 @@ fn each_side_keeps_its_own_texture_and_groups() {
         let attributes = Attributes { wedges, channels, groups };
         let input = with_changes(Input::bare(&mesh), |input| input.attributes = &attributes);
         let asked = options(Target::Vertices(250), Symmetry::Across(Axis::X));
-        let result = simplify(input, None, &asked, &mut go_on).unwrap();
+        let result = simplify_valid(input, &asked);
         assert_closed_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
         let carried = &result.attributes;
@@ -450,9 +447,6 @@ fn levels_and_proved_distances_are_mirrored_too() {
 #[test]
 fn the_result_does_not_depend_on_the_number_of_threads() {
     let mesh = bumpy(4);
-    let result = |n: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-        pool.install(|| simplify_mesh(&mesh, &options(Target::Ratio(0.1), Symmetry::Best)))
-    };
+    let result = |n| run_on_threads(n, || simplify_valid(&mesh, &options(Target::Ratio(0.1), Symmetry::Best)));
     assert_eq!(result(1), result(3));
 }

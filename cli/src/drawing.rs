@@ -37,7 +37,7 @@ pub fn prepare_picture<'a>(
 ) -> Result<Option<[PicturedMesh<'a>; 2]>, Failure> {
     let Some(result) = outcome.results.first().filter(|_| request.picture.is_some()) else { return Ok(None) };
     let (baked, notes) = (outcome.baked.as_ref(), &mut outcome.report.notes);
-    let (looks, missing) = document.looks(request.job.allow_outside);
+    let (looks, missing) = document.looks(request.job.arguments.allow_outside);
     let [before, after] =
         document.place_surfaces(result).map_err(|error| Failure::in_file(&request.source.path, error))?;
     let (materials, not_drawn) = DecodedMaterials::new(&before.attributes, &looks);

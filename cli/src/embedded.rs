@@ -263,8 +263,8 @@ pub fn record(
     let is_plain = job.goal.n_levels().is_none()
         && !job.goal.is_bound()
         && job.repair.is_none()
-        && job.importance.is_none()
-        && job.keep.is_empty()
+        && job.arguments.importance.is_none()
+        && job.arguments.keep.is_empty()
         && job.shares.is_empty();
     if !is_plain || job.closed_options().symmetric.is_some() || job.prune_below.is_some() {
         return Err(Failure::Usage(

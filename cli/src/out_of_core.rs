@@ -39,12 +39,14 @@ pub fn simplify_in_blocks(
 ) -> Result<Option<FinishedRun>, Failure> {
     let path = &request.source.path;
     let began = Instant::now();
-    let Some((pieces, n_bytes)) = open_in_pieces(path, request.memory, request.job.bake) else { return Ok(None) };
+    let Some((pieces, n_bytes)) = open_in_pieces(path, request.memory, request.job.arguments.bake) else {
+        return Ok(None);
+    };
     check_options(request, &pieces)?;
     let room = working_space(request.output.as_deref(), n_bytes);
     let mut options = request.job.options.clone();
     options.target = request.job.target(usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX));
-    let check_cost = if request.job.check { CHECK_COST } else { 0.0 };
+    let check_cost = if request.job.arguments.no_check { 0.0 } else { CHECK_COST };
     progress.set_plan(Plan::new(&[(JobStage::Simplify, SIMPLIFY_COST), (JobStage::Check, check_cost)]));
     let to_failure = |error| match error {
         OutOfCoreError::Simplify(SimplifyError::Interrupted) => Failure::Interrupted,
@@ -54,7 +56,7 @@ pub fn simplify_in_blocks(
     let result = result.map_err(to_failure)?;
     let mut seconds = Seconds { simplify: began.elapsed().as_secs_f64(), ..Seconds::default() };
     let began = Instant::now();
-    let n_samples = if request.job.check { SAMPLES } else { 0 };
+    let n_samples = if request.job.arguments.no_check { 0 } else { SAMPLES };
     let distance = result.distance(n_samples, 0, &mut show_step(progress, JobStage::Check)).map_err(to_failure)?;
     seconds.check = began.elapsed().as_secs_f64();
     prepare_output(request, result, (options.target, distance), seconds).map(Some)
@@ -81,8 +83,8 @@ fn check_options(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
         ("--error", request.job.goal.is_by_error()),
         ("--size", request.job.goal.n_bytes().is_some()),
         ("--assembly paper", matches!(request.job.options.assembly, Assembly::Paper(_))),
-        ("--importance", request.job.importance.is_some()),
-        ("--keep", !request.job.keep.is_empty()),
+        ("--importance", request.job.arguments.importance.is_some()),
+        ("--keep", !request.job.arguments.keep.is_empty()),
         ("--ratio NAME=R", !request.job.shares.is_empty()),
         ("--map", request.map.is_some()),
         ("--picture", request.picture.is_some()),
@@ -90,12 +92,12 @@ fn check_options(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
         ("--subset", options.subset),
         ("--symmetric", options.symmetric.is_some()),
         ("--fill-holes or --printable", request.job.repair.is_some()),
-        ("--bake", request.job.bake.is_some()),
+        ("--bake", request.job.arguments.bake.is_some()),
         ("--compress", request.job.compress.is_some()),
         ("--prune", request.job.prune_below.is_some()),
         ("--hidden", options.hidden != Hidden::Keep),
         ("--for", options.purpose != Purpose::Shape),
-        ("--no-weld or --weld", !request.job.weld || request.job.weld_near.is_some()),
+        ("--no-weld or --weld", request.job.arguments.no_weld || request.job.arguments.weld.is_some()),
     ];
     if let Some((name, _)) = named.into_iter().find(|(_, is_requested)| *is_requested) {
         return Err(Failure::in_file(
@@ -108,7 +110,8 @@ fn check_options(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
 
 /// Rejects a file whose attributes would be lost in blocks, unless they are to be ignored.
 pub fn check_content(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
-    let content = pieces.other_content().filter(|_| request.job.ignore.is_empty() && !request.job.format.is_bare());
+    let content =
+        pieces.other_content().filter(|_| request.job.arguments.ignore.is_empty() && !request.job.format.is_bare());
     let loses_content = |content| {
         let what = format!(
             "{PROBLEM}, and simplification in blocks would drop its {content}: {REMEDY}, or accept that with --ignore uv,normals,colors,materials"
@@ -154,7 +157,7 @@ fn create_report(request: &Request, result: &OutOfCoreResult, target: Target) ->
         target: target_words(&request.job.goal, target),
         outcome: outcome_words(&simplified.report.outcome),
         scores: score_words(simplified.report.scores),
-        seed: request.job.seed,
+        seed: request.job.arguments.seed,
         threads: rayon::current_num_threads(),
         seconds: Seconds::default(),
         cleaned: (&result.counts).into(),

@@ -73,8 +73,8 @@ impl Plan {
         Self::new(&[
             (JobStage::Read, reading_cost(request)),
             (JobStage::Simplify, simplify),
-            (JobStage::Bake, cost_if(request.job.bake.is_some(), BAKE_COST * ratio)),
-            (JobStage::Check, cost_if(request.job.check, n_levels * interpolate(ratio, CHECK_COSTS))),
+            (JobStage::Bake, cost_if(request.job.arguments.bake.is_some(), BAKE_COST * ratio)),
+            (JobStage::Check, cost_if(!request.job.arguments.no_check, n_levels * interpolate(ratio, CHECK_COSTS))),
             (JobStage::Write, WRITE_COST * ratio),
             (JobStage::Picture, cost_if(request.picture.is_some(), PICTURE_COST)),
         ])

@@ -79,8 +79,8 @@ impl Request {
     pub fn outputs(&self) -> Vec<PathBuf> {
         let Some(path) = &self.output else { return Vec::new() };
         let Some(n_levels) = self.job.goal.n_levels() else { return vec![path.clone()] };
-        let is_one_file = self.source.is_scene(self.job.format) && self.job.engine != Some(Engine::Unreal);
-        let mark = mark_levels(self.job.engine);
+        let is_one_file = self.source.is_scene(self.job.format) && self.job.arguments.engine != Some(Engine::Unreal);
+        let mark = mark_levels(self.job.arguments.engine);
         level_paths(&if is_one_file { path.clone() } else { with_level_placeholder(path, mark) }, n_levels)
     }
 

@@ -2,26 +2,12 @@
 
 use std::path::Path;
 
-use crate::common::{Run, folder, json, run, run_with_input, test_mesh_path};
+use crate::common::{Run, charts, folder, json, run, run_with_input, succeed, test_mesh_path, write_plate};
 use neural_mesh::io::{self, Asset, Format};
 use neural_mesh::picture::{Image, decode_image, encode_png};
 
 fn write_textured_plate(folder: &Path) {
-    let n = 20;
-    let mut text = String::from("mtllib skin.mtl\n");
-    let all = || (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
-    all().for_each(|(i, j)| text += &format!("v {i} {j} {}\n", 0.3 * f64::from(i).sin()));
-    all().for_each(|(i, j)| text += &format!("vt {} {}\n", f64::from(i) / 20.0, f64::from(j) / 20.0));
-    for (name, rows) in [("left", 0..n / 2), ("right", n / 2..n)] {
-        text += &format!("usemtl {name}\n");
-        for (i, j) in rows.flat_map(|i| (0..n).map(move |j| (i, j))) {
-            let vertex = |i, j| 1 + j * (n + 1) + i;
-            let [a, b, c, d] =
-                [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)].map(|v| format!("{v}/{v}"));
-            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
-        }
-    }
-    std::fs::write(folder.join("plate.obj"), text).unwrap();
+    write_plate(folder, "mtllib skin.mtl\n", "");
     std::fs::write(folder.join("skin.mtl"), "newmtl left\nmap_Kd maps/skin.png\nnewmtl right\nKd 1 0 0\n").unwrap();
     std::fs::create_dir(folder.join("maps")).unwrap();
     std::fs::write(folder.join("maps/skin.png"), b"not looked into").unwrap();
@@ -32,9 +18,7 @@ fn read_stdout(run: &Run) -> String {
 }
 
 fn simplify_plate(folder: &Path, more: &[&str]) -> Run {
-    let run = run(folder, &[&["simplify", "plate.obj"], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    run
+    succeed(folder, &[&["simplify", "plate.obj"], more].concat())
 }
 
 fn shares(picture: &Image, channel: usize) -> [f64; 2] {
@@ -47,24 +31,10 @@ fn shares(picture: &Image, channel: usize) -> [f64; 2] {
     counts.map(|count| 2.0 * count / (picture.width * picture.height) as f64)
 }
 
-fn grid_of_charts(n: usize) -> String {
-    let mut obj: String =
-        (0..(n + 1) * (n + 1)).map(|i| format!("v {} {} {}\n", i % (n + 1), i / (n + 1), (i * i) % 3)).collect();
-    for square in 0..n * n {
-        let (x, y) = (square % n, square / n);
-        let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
-        corners.iter().for_each(|[i, j]| obj += &format!("vt {} {}\n", 2 * x + i, 2 * y + j));
-        let [a, b, c, d] = corners.map(|[i, j]| format!("{}", (y + j) * (n + 1) + x + i + 1));
-        let [ta, tb, tc, td] = [1, 2, 3, 4].map(|k| 4 * square + k);
-        obj += &format!("f {a}/{ta} {b}/{tb} {c}/{tc}\nf {a}/{ta} {c}/{tc} {d}/{td}\n");
-    }
-    obj
-}
-
 #[test]
 fn ignored_attributes_do_not_limit_the_result() {
     let folder = folder();
-    let mesh = grid_of_charts(12);
+    let mesh = charts(12, &[]);
     let outcome = |arguments: &[&str]| {
         let arguments = [&["simplify", "-", "--vertices", "60", "--force", "--report", "r.json"], arguments].concat();
         let run = run_with_input(folder.path(), &arguments, mesh.as_bytes());
@@ -90,13 +60,12 @@ fn texels_are_those_of_the_texture() {
     let image = Image { width: 64, height: 32, rgba: [20, 200, 20, 255].repeat(64 * 32) };
     std::fs::write(folder.path().join("skin.png"), encode_png(&image)).unwrap();
     std::fs::write(folder.path().join("skin.mtl"), "newmtl skin\nmap_Kd skin.png\n").unwrap();
-    let with_texture = format!("mtllib skin.mtl\nusemtl skin\n{}", grid_of_charts(24));
+    let with_texture = format!("mtllib skin.mtl\nusemtl skin\n{}", charts(24, &[]));
     std::fs::write(folder.path().join("a.obj"), with_texture).unwrap();
-    std::fs::write(folder.path().join("b.obj"), grid_of_charts(24)).unwrap();
+    std::fs::write(folder.path().join("b.obj"), charts(24, &[])).unwrap();
     let positions = |mesh: &str, more: &[&str]| {
         let out = ["simplify", mesh, "-o", "out/a.obj", "--ratio", "0.4", "--force"];
-        let run = run(folder.path(), &[&out, more].concat());
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        succeed(folder.path(), &[&out, more].concat());
         io::read_attributed_path(&folder.path().join("out/a.obj"), None).unwrap().mesh.positions
     };
     std::fs::create_dir(folder.path().join("out")).unwrap();
@@ -169,8 +138,7 @@ fn a_scene_stays_a_scene() {
     let folder = folder();
     write_textured_plate(folder.path());
     simplify_plate(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
-    let run = run(folder.path(), &["simplify", "plate.glb", "-o", "lighter.glb", "--faces", "200"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &["simplify", "plate.glb", "-o", "lighter.glb", "--faces", "200"]);
     let asset = Asset::read_path(&folder.path().join("lighter.glb")).unwrap();
     let mesh = &asset.parts()[0].mesh;
     assert!((190..=200).contains(&mesh.faces.len()));
@@ -207,8 +175,7 @@ fn the_levels_of_a_scene_are_one_file() {
     let folder = folder();
     write_textured_plate(folder.path());
     simplify_plate(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
-    let levels = run(folder.path(), &["simplify", "plate.glb", "-o", "levels.glb", "--lods", "0.5,0.2"]);
-    assert_eq!(levels.code, Some(0), "{}", levels.stderr);
+    succeed(folder.path(), &["simplify", "plate.glb", "-o", "levels.glb", "--lods", "0.5,0.2"]);
     let asset = Asset::read_path(&folder.path().join("levels.glb")).unwrap();
     let sizes: Vec<usize> = asset.parts().iter().map(|part| part.mesh.faces.len()).collect();
     assert!(sizes.len() == 2 && sizes[1] < sizes[0], "{sizes:?}");
@@ -221,8 +188,7 @@ fn the_levels_of_a_scene_are_files_of_their_own_where_the_name_says_so() {
     let folder = folder();
     write_textured_plate(folder.path());
     simplify_plate(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
-    let levels = run(folder.path(), &["simplify", "plate.glb", "-o", "{level}-of-it.glb", "--lods", "50%,20%"]);
-    assert_eq!(levels.code, Some(0), "{}", levels.stderr);
+    succeed(folder.path(), &["simplify", "plate.glb", "-o", "{level}-of-it.glb", "--lods", "50%,20%"]);
     let asset = |name: &str| Asset::read_path(&folder.path().join(name)).unwrap();
     let [first, second] = ["0-of-it.glb", "1-of-it.glb"].map(asset);
     let n_faces = |asset: &Asset| asset.parts().iter().map(|part| part.mesh.faces.len()).collect::<Vec<_>>();
@@ -240,8 +206,7 @@ fn levels_map_proof_and_size() {
     let folder = folder();
     let spot = test_mesh_path("spot.ply");
     let spot = spot.to_str().unwrap();
-    let levels = run(folder.path(), &["simplify", spot, "-o", "a.obj", "--lods", "0.5,0.1", "--report", "a.json"]);
-    assert_eq!(levels.code, Some(0), "{}", levels.stderr);
+    succeed(folder.path(), &["simplify", spot, "-o", "a.obj", "--lods", "0.5,0.1", "--report", "a.json"]);
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.path().join("a.json")).unwrap()).unwrap();
     assert_eq!(report["levels"][1]["vertices"], 293);
@@ -251,8 +216,7 @@ fn levels_map_proof_and_size() {
     );
     let second = io::read_path(&folder.path().join("a-lod1.obj"), Some(Format::Obj)).unwrap();
     assert_eq!(second.positions.len(), 293);
-    let mapped = run(folder.path(), &["simplify", spot, "-o", "b.ply", "--ratio", "0.1", "--map", "b.json"]);
-    assert_eq!(mapped.code, Some(0), "{}", mapped.stderr);
+    succeed(folder.path(), &["simplify", spot, "-o", "b.ply", "--ratio", "0.1", "--map", "b.json"]);
     let map: serde_json::Value = serde_json::from_slice(&std::fs::read(folder.path().join("b.json")).unwrap()).unwrap();
     assert_eq!(map["output_vertices"].as_array().unwrap().len(), 2930);
     assert_eq!(map["corner_weights"].as_array().unwrap().len(), 582);
@@ -288,8 +252,7 @@ fn importance_is_taken_from_an_attribute() {
     }
     std::fs::write(folder.path().join("a.ply"), text).unwrap();
     let arguments = ["simplify", "a.ply", "-o", "b.ply", "--vertices", "100", "--importance", "wear"];
-    let weighed = run(folder.path(), &arguments);
-    assert_eq!(weighed.code, Some(0), "{}", weighed.stderr);
+    succeed(folder.path(), &arguments);
     let mesh = io::read_path(&folder.path().join("b.ply"), None).unwrap();
     assert!(mesh.positions.iter().filter(|p| p[0] < 10.0).count() > 60);
     let unknown = run(folder.path(), &["simplify", "a.ply", "-o", "c.ply", "--ratio", "0.5", "--importance", "tear"]);
@@ -310,8 +273,7 @@ fn a_material_can_count_more_than_others() {
     let [even, left, right] = ["even.obj", "left.obj", "right.obj"].map(on_the_left);
     assert!(left > even + 10 && even > right + 10, "{left} {even} {right}");
     // The same as a scene, whose groups are primitives.
-    let glb = run(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
-    assert_eq!(glb.code, Some(0), "{}", glb.stderr);
+    succeed(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
     let weighed = ["simplify", "plate.glb", "-o", "left.glb", "--vertices", "120", "--importance", "left=20"];
     assert_eq!(run(folder.path(), &weighed).code, Some(0));
     assert!(on_the_left("left.glb") > even + 10);
@@ -330,13 +292,8 @@ fn a_mirrored_result_is_one_in_its_file_too() {
         simplify_plate(folder.path(), &["-o", "out.obj", "--vertices", "60", "--symmetric=y", "--report", "out.json"]);
     assert!(read_stdout(&run).contains("mirrored  about y = 10, exactly"), "{}", read_stdout(&run));
     assert_eq!(json(&folder.path().join("out.json"))["mirror"], "y = 10");
-    let glb = crate::common::run(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
-    assert_eq!(glb.code, Some(0), "{}", glb.stderr);
-    let scene = crate::common::run(
-        folder.path(),
-        &["simplify", "plate.glb", "-o", "out.glb", "--vertices", "60", "--symmetric=y=10"],
-    );
-    assert_eq!(scene.code, Some(0), "{}", scene.stderr);
+    succeed(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
+    succeed(folder.path(), &["simplify", "plate.glb", "-o", "out.glb", "--vertices", "60", "--symmetric=y=10"]);
     for name in ["out.obj", "out.glb"] {
         let mesh = io::read_path(&folder.path().join(name), None).unwrap();
         // Text has the shortest digits of single precision.

@@ -11,7 +11,7 @@ use neural_mesh::metrics::psnr;
 use neural_mesh::picture::{DecodedMaterials, Image, ShadedMesh, decode_image, encode_png, encode_webp, view_shaded};
 use serde_json::json;
 
-use crate::common::{OCTAHEDRON, error_line, files, folder, json, run};
+use crate::common::{OCTAHEDRON, error_line, files, folder, json, refuse, run, succeed};
 
 fn ball() -> String {
     let mesh = shapes::wavy_sphere(5, 12.0);
@@ -89,8 +89,7 @@ fn likeness(before: &TexturedMesh, after: &TexturedMesh) -> f64 {
 }
 
 fn simplify(folder: &Path, input: &str, output: &str, more: &[&str]) -> String {
-    let done = run(folder, &[&["simplify", input, "-o", output, "-f"], more].concat());
-    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let done = succeed(folder, &[&["simplify", input, "-o", output, "-f"], more].concat());
     String::from_utf8(done.stdout).unwrap()
 }
 
@@ -273,9 +272,8 @@ fn unbakeable_requests_are_refused_in_one_line() {
         (0..300).map(|i| crate::common::sphere(1 + 14 * i, 3, [3.0 * i as f64, 0.0, 0.0], 1.0)).collect();
     std::fs::write(folder.path().join("parts.obj"), parts).unwrap();
     let asked = ["simplify", "parts.obj", "-o", "b.glb", "--ratio", "1", "--bake", "16", "-q"];
-    let refused = run(folder.path(), &asked);
-    assert_eq!(refused.code, Some(1));
-    assert!(error_line(&refused).contains("--bake 16: the charts do not fit on 16 x 16 texels"), "{}", refused.stderr);
+    let line = refuse(folder.path(), &asked, 1);
+    assert!(line.contains("--bake 16: the charts do not fit on 16 x 16 texels"), "{line}");
     std::fs::remove_file(folder.path().join("parts.obj")).unwrap();
     assert_eq!(files(folder.path()), before);
 }
@@ -322,8 +320,7 @@ fn a_webp_is_baked_and_what_cannot_be_decoded_is_refused() {
         assert!(!folder.path().join("b.glb").exists());
     }
     std::fs::write(folder.path().join("a.webp"), &webp).unwrap();
-    let run = run(folder.path(), &words);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &words);
     let (looks, _) = Asset::read_path(&folder.path().join("b.glb")).unwrap().looks();
     let look = &looks[0][0];
     let seen = look.texture.as_ref().map(|texture| decode_image(&texture.image).unwrap());
@@ -340,8 +337,7 @@ fn a_ktx2_is_baked() {
     std::fs::write(folder.path().join("a.mtl"), "newmtl cloth\nKd 1 1 1\nmap_Kd a.ktx2\n").unwrap();
     std::fs::write(folder.path().join("a.ktx2"), include_bytes!("../../tests/images/uastc_zstd.ktx2")).unwrap();
     let words = ["simplify", "a.obj", "-o", "b.glb", "--ratio", "1", "--bake", "64", "--force"];
-    let run = run(folder.path(), &words);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &words);
     let (looks, _) = Asset::read_path(&folder.path().join("b.glb")).unwrap().looks();
     let image = decode_image(&looks[0][0].texture.as_ref().unwrap().image).unwrap();
     // Red and green rise from zero to full, one along each side.

@@ -1,7 +1,7 @@
 //! `neural-mesh clusters`: hierarchies of clusters.
 
 use crate::common::avatar::Avatar;
-use crate::common::{error_line, folder, run, test_mesh_path};
+use crate::common::{error_line, folder, refuse, run, succeed, test_mesh_path};
 use neural_mesh::clusters::Clusters;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, edges, shapes, topology};
@@ -12,8 +12,7 @@ fn a_hierarchy_is_written_and_read_back() {
     let folder = folder();
     let mesh = test_mesh_path("spot.ply");
     let report = ["clusters", mesh.to_str().unwrap(), "-o", "spot.nmc", "--report", "report.json"];
-    let first = run(folder.path(), &report);
-    assert_eq!(first.code, Some(0), "{}", first.stderr);
+    succeed(folder.path(), &report);
     let report: Value = serde_json::from_slice(&std::fs::read(folder.path().join("report.json")).unwrap()).unwrap();
     assert_eq!((&report["roots"], &report["faces"]), (&1.into(), &5856.into()));
     let bytes = std::fs::read(folder.path().join("spot.nmc")).unwrap();
@@ -22,16 +21,15 @@ fn a_hierarchy_is_written_and_read_back() {
     let error = f64::from(clusters.groups.iter().map(|group| group.error).fold(0.0, f32::max));
     let (coarse, _) = clusters.mesh_of(&clusters.cut_at_error(error));
     assert!((1..=128).contains(&coarse.faces().len()));
-    let again = run(folder.path(), &["clusters", mesh.to_str().unwrap(), "-o", "spot.nmc"]);
-    assert!(again.code == Some(1) && error_line(&again).contains("--force"), "{}", again.stderr);
+    let line = refuse(folder.path(), &["clusters", mesh.to_str().unwrap(), "-o", "spot.nmc"], 1);
+    assert!(line.contains("--force"), "{line}");
 }
 
 #[test]
 fn a_scene_keeps_its_materials_and_texture_coordinates() {
     let folder = folder();
     std::fs::write(folder.path().join("scene.glb"), Avatar::new(12).glb()).unwrap();
-    let made = run(folder.path(), &["clusters", "scene.glb", "-o", "-", "--max-faces", "64"]);
-    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let made = succeed(folder.path(), &["clusters", "scene.glb", "-o", "-", "--max-faces", "64"]);
     let clusters = Clusters::from_bytes(&made.stdout).unwrap();
     assert!(clusters.face_groups.iter().any(|group| *group > 0));
     assert!(clusters.channels.iter().any(|channel| channel.width == 2));
@@ -42,8 +40,7 @@ fn a_scene_keeps_its_materials_and_texture_coordinates() {
 fn a_page_has_the_textures_of_its_materials() {
     let folder = folder();
     std::fs::write(folder.path().join("scene.glb"), Avatar::new(12).glb()).unwrap();
-    let made = run(folder.path(), &["clusters", "scene.glb", "-o", "a.nmc", "--html", "a.html"]);
-    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    succeed(folder.path(), &["clusters", "scene.glb", "-o", "a.nmc", "--html", "a.html"]);
     let page = std::fs::read_to_string(folder.path().join("a.html")).unwrap();
     let facts = page.split_once("id=\"embedded\">").unwrap().1.split_once("</script>").unwrap().0;
     let facts: Value = serde_json::from_str(facts).unwrap();

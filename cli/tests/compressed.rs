@@ -19,7 +19,7 @@ fn compressed_gltf() -> Vec<PathBuf> {
 
 // Returns the mean of a channel over the corners of all faces.
 fn mean(read: &ReadMesh, role: Role) -> Vec<f32> {
-    let channel = read.mesh.attributes.channels.iter().find(|channel| channel.role == role).unwrap();
+    let channel = read.mesh.attributes.channel(role).unwrap();
     let wedges = read.mesh.attributes.wedges.as_flattened();
     let sum = |k: usize| wedges.iter().map(|&wedge| channel.value(wedge)[k]).sum::<f32>();
     (0..channel.width.min(3)).map(|k| sum(k) / wedges.len() as f32).collect()
@@ -74,8 +74,7 @@ fn compressed_meshes_go_in_and_out() {
     let place = |name: &str| folder.path().join(name);
     let spot = test_mesh_path("spot.ply");
     for output in ["a.obj.gz", "a.ply"] {
-        let run = run(folder.path(), &["simplify", spot.to_str().unwrap(), "--ratio", "0.2", "-o", output]);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        succeed(folder.path(), &["simplify", spot.to_str().unwrap(), "--ratio", "0.2", "-o", output]);
     }
     let packed = fs::read(place("a.obj.gz")).unwrap();
     assert!(packed.starts_with(b"\x1f\x8b"));
@@ -91,10 +90,8 @@ fn results_of_a_batch_are_not_compressed() {
     let folder = folder();
     fs::create_dir(folder.path().join("in")).unwrap();
     let spot = test_mesh_path("spot.ply");
-    let made = run(folder.path(), &["simplify", spot.to_str().unwrap(), "--ratio", "0.2", "-o", "in/a.obj.gz"]);
-    assert_eq!(made.code, Some(0), "{}", made.stderr);
-    let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.5"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &["simplify", spot.to_str().unwrap(), "--ratio", "0.2", "-o", "in/a.obj.gz"]);
+    succeed(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.5"]);
     assert_eq!(files(&folder.path().join("out")), ["a.obj", "manifest.csv"]);
 }
 
@@ -102,7 +99,6 @@ fn results_of_a_batch_are_not_compressed() {
 fn damaged_data_is_refused_in_one_line() {
     let folder = folder();
     fs::write(folder.path().join("a.obj.gz"), b"\x1f\x8b\x08\x00 and no more").unwrap();
-    let run = run(folder.path(), &["simplify", "a.obj.gz", "--ratio", "0.5", "-o", "b.obj"]);
-    assert_eq!(run.code, Some(1));
-    assert!(error_line(&run).contains("the gzip data is cut or damaged"), "{}", run.stderr);
+    let line = refuse(folder.path(), &["simplify", "a.obj.gz", "--ratio", "0.5", "-o", "b.obj"], 1);
+    assert!(line.contains("the gzip data is cut or damaged"), "{line}");
 }

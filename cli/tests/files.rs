@@ -22,9 +22,8 @@ fn existing_files_are_refused_without_force() {
     for taken in ["a.ply", "a.json", "a.png"] {
         let folder = folder();
         fs::write(folder.path().join(taken), "mine").unwrap();
-        let refused = run(folder.path(), &all);
-        assert_eq!(refused.code, Some(1));
-        assert!(error_line(&refused).contains("--force"));
+        let line = refuse(folder.path(), &all, 1);
+        assert!(line.contains("--force"), "{line}");
         assert_eq!(files(folder.path()), [taken]);
         assert_eq!(fs::read(folder.path().join(taken)).unwrap(), b"mine");
         assert_eq!(run(folder.path(), &[&all[..], &["--force"]].concat()).code, Some(0));
@@ -37,8 +36,7 @@ fn existing_files_are_refused_without_force() {
 fn a_mesh_may_replace_its_own_input() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
-    let run = run(folder.path(), &["simplify", "a.obj", "-o", "a.obj", "--ratio", "0.9", "--force"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &["simplify", "a.obj", "-o", "a.obj", "--ratio", "0.9", "--force"]);
     assert_eq!(info(folder.path(), "a.obj")["vertices"], 5);
 }
 
@@ -59,9 +57,8 @@ fn places_where_nothing_can_be_written_are_refused_first() {
     let folder = folder();
     fs::create_dir_all(folder.path().join("b.ply/missing.ply")).unwrap();
     for output in ["none/a.ply", "b.ply"] {
-        let run = run(folder.path(), &["simplify", "missing.ply", "-o", output, "--ratio", "0.5", "--force"]);
-        assert_eq!(run.code, Some(1));
-        assert!(error_line(&run).contains(output));
+        let line = refuse(folder.path(), &["simplify", "missing.ply", "-o", output, "--ratio", "0.5", "--force"], 1);
+        assert!(line.contains(output), "{line}");
     }
     assert_eq!(files(folder.path()), ["b.ply"]);
 }
@@ -107,8 +104,7 @@ fn a_folder_takes_the_mesh_under_its_name() {
     assert_eq!(into("out", &["--force"]).code, Some(0));
     assert_eq!(into("out", &["--format", "stl-ascii"]).code, Some(0));
     assert_eq!(into("out", &["--lods", "1,0.9"][..]).code, Some(2));
-    let levels = run(folder.path(), &["simplify", "a.obj", "-o", "out", "--lods", "1,0.8"]);
-    assert_eq!(levels.code, Some(0), "{}", levels.stderr);
+    succeed(folder.path(), &["simplify", "a.obj", "-o", "out", "--lods", "1,0.8"]);
     assert_eq!(files(&in_folder("out")), ["a-lod0.obj", "a-lod1.obj", "a.obj", "a.stl"]);
     // Not a batch: no manifest, but a report.
     assert_eq!(files(folder.path()), ["a.obj", "out", "r.json"]);
@@ -118,8 +114,8 @@ fn a_folder_takes_the_mesh_under_its_name() {
 fn a_folder_is_no_way_to_lose_the_input() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
-    let refused = run(folder.path(), &["simplify", "a.obj", "-o", ".", "--ratio", "1"]);
-    assert!(refused.code == Some(1) && error_line(&refused).contains("a.obj: exists already"), "{}", refused.stderr);
+    let line = refuse(folder.path(), &["simplify", "a.obj", "-o", ".", "--ratio", "1"], 1);
+    assert!(line.contains("a.obj: exists already"), "{line}");
     assert_eq!(fs::read_to_string(folder.path().join("a.obj")).unwrap(), OCTAHEDRON);
     let nameless = run_with_input(folder.path(), &["simplify", "-", "-o", ".", "--ratio", "1"], OCTAHEDRON.as_bytes());
     assert!(nameless.code == Some(2) && error_line(&nameless).contains("has no name"), "{}", nameless.stderr);
@@ -186,9 +182,8 @@ fn a_link_stays_and_the_file_behind_it_changes() {
 #[track_caller]
 fn check_shared_file_is_refused(folder: &std::path::Path, arguments: &[&str]) {
     let before = files(folder);
-    let run = run(folder, arguments);
-    assert_eq!(run.code, Some(2), "{arguments:?} {}", run.stderr);
-    assert!(error_line(&run).contains("give each result its own file"), "{}", run.stderr);
+    let line = refuse(folder, arguments, 2);
+    assert!(line.contains("give each result its own file"), "{line}");
     assert_eq!(files(folder), before);
 }
 

@@ -7,9 +7,7 @@ use crate::common::*;
 
 #[track_caller]
 fn refused_line(folder: &Path, words: &str) -> String {
-    let run = run(folder, &words.split(' ').collect::<Vec<_>>());
-    assert_eq!(run.code, Some(2), "{words}: {}", run.stderr);
-    error_line(&run)
+    refuse(folder, &words.split(' ').collect::<Vec<_>>(), 2)
 }
 
 /// Runs the command between backquotes at the end of a line.
@@ -75,13 +73,10 @@ fn levels_that_cannot_be_proved_are_said() {
     let folder = folder();
     // Fewer vertices than the smallest level for which distances are proved.
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
-    let made = run(folder.path(), &["progression", "a.obj", "-o", "a.nmp", "--prove"]);
-    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let made = succeed(folder.path(), &["progression", "a.obj", "-o", "a.nmp", "--prove"]);
     let said = String::from_utf8(made.stdout).unwrap();
     assert!(said.contains("no distance could be proved"), "{said}");
-    let run = run(folder.path(), &["simplify", "a.nmp", "-o", "b.obj", "--error", "1%"]);
-    assert_eq!(run.code, Some(1), "{}", run.stderr);
-    let line = error_line(&run);
+    let line = refuse(folder.path(), &["simplify", "a.nmp", "-o", "b.obj", "--error", "1%"], 1);
     assert!(line.contains("make it again with --prove or, if that proved none, give a size"), "{line}");
 }
 
@@ -121,6 +116,6 @@ fn info_knows_progressions_and_hierarchies() {
     let n_faces = info(folder.path(), spot)["faces"].clone();
     assert_eq!([&info(folder.path(), "a.nmp")["faces"], &info(folder.path(), "a.nmc")["faces"]], [&n_faces, &n_faces]);
     fs::write(folder.path().join("b.nmp"), "words").unwrap();
-    let broken = run(folder.path(), &["info", "b.nmp"]);
-    assert!(broken.code == Some(1) && error_line(&broken).contains("not a progression"), "{}", broken.stderr);
+    let line = refuse(folder.path(), &["info", "b.nmp"], 1);
+    assert!(line.contains("not a progression"), "{line}");
 }

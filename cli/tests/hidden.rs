@@ -19,8 +19,7 @@ fn simplify_shells(options: &[&str]) -> (TriMesh, Value, usize) {
     let folder = folder();
     std::fs::write(folder.path().join("in.obj"), shells()).unwrap();
     let asked = [&["simplify", "in.obj", "-o", "out.ply", "--report", "r.json"], options].concat();
-    let done = run(folder.path(), &asked);
-    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    succeed(folder.path(), &asked);
     let mesh = read_welded(&folder.path().join("out.ply"));
     let is_outer = |p: &&[f32; 3]| (p.iter().map(|x| x * x).sum::<f32>().sqrt() - 1.0).abs() < 0.06;
     let n_outer = mesh.positions().iter().filter(is_outer).count();
@@ -51,8 +50,7 @@ fn hidden_components_are_dropped_at_any_target() {
         let folder = folder();
         std::fs::write(folder.path().join("in.obj"), shells()).unwrap();
         let asked = [&["simplify", "in.obj", "-o", "out.ply", "--hidden", "drop"], &options[..]].concat();
-        let done = run(folder.path(), &asked);
-        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let done = succeed(folder.path(), &asked);
         let said = String::from_utf8(done.stdout).unwrap();
         assert!(said.contains("hidden    2 components dropped: they are invisible from outside"), "{said}");
         for name in files(folder.path()).iter().filter(|name| name.ends_with(".ply")) {

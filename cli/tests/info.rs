@@ -17,8 +17,7 @@ fn folder_of_meshes() -> tempfile::TempDir {
 #[test]
 fn each_mesh_has_a_block_of_its_own() {
     let folder = folder_of_meshes();
-    let run = run(folder.path(), &["info", "a.obj", "b.obj"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let run = succeed(folder.path(), &["info", "a.obj", "b.obj"]);
     let words = String::from_utf8(run.stdout).unwrap();
     let firsts: Vec<&str> = words.split("\n\n").map(|block| block.lines().next().unwrap()).collect();
     assert_eq!(firsts, ["a.obj: 6 vertices, 12 edges, 8 faces", "b.obj: 6 vertices, 12 edges, 7 faces"]);

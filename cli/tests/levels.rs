@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Run, error_line, folder, json, run, test_mesh_path};
+use crate::common::{Run, error_line, folder, json, run, succeed, test_mesh_path};
 use neural_mesh::io::{self, Asset};
 
 fn levels(folder: &Path, more: &[&str]) -> Run {
@@ -64,8 +64,7 @@ fn levels_of_a_scene_by_distance_are_one_file() {
     let folder = folder();
     std::fs::write(folder.path().join("scene.glb"), crate::common::avatar::Avatar::new(8).glb()).unwrap();
     let words = ["simplify", "scene.glb", "-o", "out.glb", "--lods", "1%,4%", "--lods-by", "error"];
-    let run = run(folder.path(), &words);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &words);
     let asset = Asset::read_path(&folder.path().join("out.glb")).unwrap();
     let sizes: Vec<usize> = asset.parts().iter().map(|part| part.mesh.faces.len()).collect();
     assert!(sizes.len() == 4 && sizes[2] < sizes[0] && sizes[3] < sizes[1], "{sizes:?}");
@@ -95,8 +94,7 @@ fn a_batch_takes_levels_by_faces() {
     std::fs::create_dir(folder.path().join("in")).unwrap();
     std::fs::copy(test_mesh_path("spot.ply"), folder.path().join("in/a.ply")).unwrap();
     let words = ["simplify", "in", "-o", ".", "--lods", "2k,500", "--lods-by", "faces", "--no-check"];
-    let run = run(folder.path(), &words);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &words);
     assert_eq!(faces(folder.path(), 2), [2000, 500]);
 }
 
@@ -116,8 +114,7 @@ fn avatar_levels(engine: &str, output: &str) -> tempfile::TempDir {
     let folder = folder();
     std::fs::write(folder.path().join("scene.glb"), crate::common::avatar::Avatar::new(8).glb()).unwrap();
     let words = ["simplify", "scene.glb", "-o", output, "--lods", "60%,30%", "--engine", engine, "--no-check"];
-    let run = run(folder.path(), &words);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &words);
     folder
 }
 

@@ -1,12 +1,11 @@
 //! `neural-mesh limits`: how small meshes get.
 
 use crate::common::avatar::Avatar;
-use crate::common::{OCTAHEDRON, error_line, files, folder, run, sphere, test_mesh_path};
+use crate::common::{OCTAHEDRON, files, folder, refuse, sphere, succeed, test_mesh_path};
 use serde_json::Value;
 
 fn limits(folder: &std::path::Path, more: &[&str]) -> Value {
-    let run = run(folder, &[&["limits", "--json"], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let run = succeed(folder, &[&["limits", "--json"], more].concat());
     serde_json::from_slice(&run.stdout).unwrap()
 }
 
@@ -57,8 +56,8 @@ fn locked_and_kept_faces_limit_the_size() {
             .iter()
             .any(|line| line == "without --keep plain those faces are simplified too")
     );
-    let unknown = run(folder.path(), &["limits", "scene.glb", "--keep", "nothing"]);
-    assert!(unknown.code == Some(2) && error_line(&unknown).contains("it has: ball, body"), "{}", unknown.stderr);
+    let line = refuse(folder.path(), &["limits", "scene.glb", "--keep", "nothing"], 2);
+    assert!(line.contains("it has: ball, body"), "{line}");
 }
 
 #[test]

@@ -40,16 +40,10 @@ fn outcomes(folder: &Path) -> BTreeMap<String, String> {
 fn a_mesh_that_takes_more_memory_than_allowed_ends_in_one_line() {
     let folder = folder_of_meshes();
     let arguments = ["simplify", "in/big.ply", "-o", "out.ply", "--ratio", "0.1", "--memory"];
-    let refused = run(folder.path(), &[&arguments[..], &[LITTLE]].concat());
-    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
-    assert!(
-        error_line(&refused).contains("in/big.ply: this target needs about 0.1 GiB of memory"),
-        "{}",
-        refused.stderr
-    );
+    let line = refuse(folder.path(), &[&arguments[..], &[LITTLE]].concat(), 1);
+    assert!(line.contains("in/big.ply: this target needs about 0.1 GiB of memory"), "{line}");
     assert_eq!(files(folder.path()), ["in"], "something was left");
-    let done = run(folder.path(), &[&arguments[..], &["1"]].concat());
-    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    succeed(folder.path(), &[&arguments[..], &["1"]].concat());
 }
 
 #[test]
@@ -58,9 +52,8 @@ fn a_file_longer_than_the_memory_is_refused_in_one_line() {
     let sparse = fs::File::create(folder.path().join("long.ply")).unwrap();
     sparse.set_len(1 << 40).unwrap();
     for command in [&["info", "long.ply"][..], &["simplify", "long.ply", "-o", "a.ply", "--ratio", "0.5"]] {
-        let refused = run(folder.path(), command);
-        assert_eq!(refused.code, Some(1), "{}", refused.stderr);
-        assert!(error_line(&refused).contains("the file needs more memory than is available"), "{}", refused.stderr);
+        let line = refuse(folder.path(), command, 1);
+        assert!(line.contains("the file needs more memory than is available"), "{line}");
     }
 }
 
@@ -69,9 +62,8 @@ fn a_file_longer_than_the_memory_is_refused_in_one_line() {
 fn endless_files_are_refused_in_one_line() {
     let folder = folder();
     for command in [&["info", "/dev/zero"][..], &["simplify", "/dev/zero", "-o", "a.ply", "--ratio", "0.5"]] {
-        let refused = run(folder.path(), command);
-        assert_eq!(refused.code, Some(1), "{}", refused.stderr);
-        assert!(error_line(&refused).contains("is a device and has no end"), "{}", refused.stderr);
+        let line = refuse(folder.path(), command, 1);
+        assert!(line.contains("is a device and has no end"), "{line}");
     }
     let zeros = fs::File::open("/dev/zero").unwrap();
     let arguments = ["simplify", "-", "-o", "a.ply", "--ratio", "0.5", "--memory", LITTLE];
@@ -85,9 +77,8 @@ fn a_mesh_that_exhausted_the_memory_is_a_failed_row_on_resume() {
     let folder = folder_of_meshes();
     // With one thread, the mesh in progress is alone when memory runs out.
     let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2", "--memory", LITTLE, "--threads", "1"];
-    let fallen = run(folder.path(), &arguments);
-    assert_eq!(fallen.code, Some(1), "{}", fallen.stderr);
-    assert!(error_line(&fallen).starts_with("neural-mesh: out of memory: "), "{}", fallen.stderr);
+    let line = refuse(folder.path(), &arguments, 1);
+    assert!(line.starts_with("neural-mesh: out of memory: "), "{line}");
     for _ in 0..2 {
         let resumed = run(folder.path(), &[&arguments[..], &["--resume"]].concat());
         assert_eq!(resumed.code, Some(1), "{}", resumed.stderr);
@@ -96,8 +87,7 @@ fn a_mesh_that_exhausted_the_memory_is_a_failed_row_on_resume() {
         assert_eq!((outcomes["a.ply"].as_str(), outcomes["c.ply"].as_str()), ("reached", "reached"));
     }
     // With more memory it is tried again.
-    let more = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.2", "--memory", "1", "--resume"]);
-    assert_eq!(more.code, Some(0), "{}", more.stderr);
+    succeed(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "0.2", "--memory", "1", "--resume"]);
     assert_eq!(outcomes(folder.path())["big.ply"], "reached");
 }
 
@@ -111,8 +101,7 @@ fn a_mesh_larger_than_the_memory_is_simplified_in_blocks() {
     let folder = folder();
     let memory = large(folder.path());
     let words = ["simplify", "large.ply", "-o", "out.ply", "--faces", "5000", "--memory", memory, "--report", "r.json"];
-    let done = run(folder.path(), &words);
-    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let done = succeed(folder.path(), &words);
     let report = json(&folder.path().join("r.json"));
     assert_eq!((&report["input"]["faces"], &report["output"]["faces"]), (&1_310_720.into(), &5000.into()));
     assert_eq!(report["output"]["closed"], true);
@@ -131,8 +120,7 @@ fn info_describes_meshes_larger_than_the_memory() {
     let folder = folder();
     let memory = large(folder.path());
     let said = |more: &[&str]| {
-        let done = run(folder.path(), &[&["info", "large.ply"][..], more].concat());
-        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let done = succeed(folder.path(), &[&["info", "large.ply"][..], more].concat());
         String::from_utf8(done.stdout).unwrap()
     };
     assert_eq!(said(&["--memory", memory]), said(&[]));
@@ -189,9 +177,8 @@ fn options_without_blocks_are_refused_in_one_line() {
         (&["--ratio", "0.9"], "this target needs about"),
     ] {
         let words = ["simplify", "large.ply", "-o", "out.ply", "--memory", memory];
-        let refused = run(folder.path(), &[&words[..], more].concat());
-        assert_eq!(refused.code, Some(1), "{}", refused.stderr);
-        assert!(error_line(&refused).contains(why), "{}", refused.stderr);
+        let line = refuse(folder.path(), &[&words[..], more].concat(), 1);
+        assert!(line.contains(why), "{line}");
     }
     let mesh = shapes::icosphere(7);
     let text = String::from_utf8(write(&mesh, &Frame::default(), Format::Obj).unwrap()).unwrap();

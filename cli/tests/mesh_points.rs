@@ -18,8 +18,7 @@ const CALL: [&str; 5] = ["mesh-points", "ball.xyz", "--weights", "w.safetensors"
 #[test]
 fn a_cloud_becomes_a_mesh_and_a_report() {
     let folder = folder_with_cloud();
-    let run = run(folder.path(), &[&CALL[..], &["ball.ply", "--report", "r.json", "--ratio", "0.5"]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let run = succeed(folder.path(), &[&CALL[..], &["ball.ply", "--report", "r.json", "--ratio", "0.5"]].concat());
     let words = String::from_utf8(run.stdout).unwrap();
     assert!(words.contains("162 points -> ") && words.contains(" non-manifold edges"), "{words}");
     let (report, mesh) = (json(&folder.path().join("r.json")), info(folder.path(), "ball.ply"));
@@ -63,8 +62,7 @@ fn points_far_from_the_origin_are_written_as_they_were_read() {
     let far = |[x, y, z]: [f32; 3]| format!("{} {y} {z}", 5e6 + f64::from(x));
     let lines: Vec<String> = cloud.positions().iter().map(|&p| far(p)).collect();
     std::fs::write(folder.path().join("ball.xyz"), lines.join("\n")).unwrap();
-    let run = run(folder.path(), &[&CALL[..], &["ball.obj"]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &[&CALL[..], &["ball.obj"]].concat());
     let written = std::fs::read_to_string(folder.path().join("ball.obj")).unwrap();
     let mut vertices = written.lines().filter_map(|line| line.strip_prefix("v "));
     assert!(vertices.all(|vertex| lines.iter().any(|line| line == vertex)));
@@ -76,9 +74,7 @@ fn errors_are_one_line() {
     for (content, reason) in [("", "no points"), ("1 2 3\n4 5\n", "line 2"), ("1 2 3\n4 5 6\n", "2 points are too few")]
     {
         std::fs::write(folder.path().join("ball.xyz"), content).unwrap();
-        let run = run(folder.path(), &[&CALL[..], &["ball.ply"]].concat());
-        assert_eq!(run.code, Some(1), "{}", run.stderr);
-        let line = error_line(&run);
+        let line = refuse(folder.path(), &[&CALL[..], &["ball.ply"]].concat(), 1);
         assert!(line.contains("ball.xyz") && line.contains(reason), "{line}");
     }
     assert_eq!(files(folder.path()), ["ball.xyz", "w.safetensors"]);

@@ -3,27 +3,9 @@
 use std::path::Path;
 
 use crate::common::avatar::Avatar;
-use crate::common::{Run, error_line, folder, run};
+use crate::common::{Run, folder, refuse, run, succeed, write_plate};
 use neural_mesh::io::{self, Asset, AssetPart, ReadMesh};
 use serde_json::json;
-
-fn plate(folder: &Path) {
-    let n = 20;
-    let mut text = String::new();
-    let all = || (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
-    all().for_each(|(i, j)| text += &format!("v {i}.1 {j} {}\n", 0.3 * f64::from(i).sin()));
-    all().for_each(|(i, j)| text += &format!("vt {} {}\n", f64::from(i) / 20.0, f64::from(j) / 20.0));
-    for (name, rows) in [("left", 0..n / 2), ("right", n / 2..n)] {
-        text += &format!("usemtl {name}\n");
-        for (i, j) in rows.flat_map(|i| (0..n).map(move |j| (i, j))) {
-            let vertex = |i, j| 1 + j * (n + 1) + i;
-            let [a, b, c, d] =
-                [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)].map(|v| format!("{v}/{v}"));
-            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
-        }
-    }
-    std::fs::write(folder.join("plate.obj"), text).unwrap();
-}
 
 fn scene(folder: &Path) {
     let mut avatar = Avatar::new(8);
@@ -34,9 +16,7 @@ fn scene(folder: &Path) {
 }
 
 fn simplify(folder: &Path, more: &[&str]) -> Run {
-    let run = run(folder, &[&["simplify"], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    run
+    succeed(folder, &[&["simplify"], more].concat())
 }
 
 fn read(folder: &Path, name: &str) -> ReadMesh {
@@ -89,7 +69,7 @@ fn corners(part: &AssetPart) -> Vec<Vec<u32>> {
 #[test]
 fn a_material_that_is_kept_comes_back_as_it_is() {
     let folder = folder();
-    plate(folder.path());
+    write_plate(folder.path(), "", ".1");
     let before = read(folder.path(), "plate.obj");
     simplify(folder.path(), &["plate.obj", "-o", "kept.obj", "--vertices", "260", "--keep", "left"]);
     let after = read(folder.path(), "kept.obj");
@@ -104,7 +84,7 @@ fn a_material_that_is_kept_comes_back_as_it_is() {
 #[test]
 fn both_materials_that_are_kept_are_the_whole() {
     let folder = folder();
-    plate(folder.path());
+    write_plate(folder.path(), "", ".1");
     let before = read(folder.path(), "plate.obj");
     let both = ["plate.obj", "-o", "kept.obj", "--ratio", "10%", "--keep", "left", "--keep", "right"];
     let said = String::from_utf8(simplify(folder.path(), &both).stdout).unwrap();
@@ -141,13 +121,9 @@ fn a_skin_and_its_targets_are_kept_bit_for_bit() {
 #[test]
 fn unknown_names_are_refused_with_a_list_of_known_ones() {
     let folder = folder();
-    plate(folder.path());
+    write_plate(folder.path(), "", ".1");
     scene(folder.path());
-    let refused = |more: &[&str]| {
-        let run = run(folder.path(), &[&["simplify"], more].concat());
-        assert_eq!(run.code, Some(2));
-        error_line(&run)
-    };
+    let refused = |more: &[&str]| refuse(folder.path(), &[&["simplify"], more].concat(), 2);
     let obj = refused(&["plate.obj", "-o", "x.obj", "--ratio", "0.5", "--keep", "top"]);
     assert!(obj.contains("--keep top: the mesh has no such material, group or object; it has: left, right"), "{obj}");
     let glb = refused(&["scene.glb", "-o", "x.glb", "--ratio", "0.5", "--keep", "top"]);
@@ -172,7 +148,7 @@ fn a_node_can_count_more_than_others() {
 #[test]
 fn a_batch_keeps_what_has_the_name_and_says_which_mesh_has_none() {
     let folder = folder();
-    plate(folder.path());
+    write_plate(folder.path(), "", ".1");
     std::fs::create_dir(folder.path().join("in")).unwrap();
     std::fs::rename(folder.path().join("plate.obj"), folder.path().join("in/plate.obj")).unwrap();
     std::fs::write(folder.path().join("in/other.obj"), crate::common::OCTAHEDRON).unwrap();
@@ -192,7 +168,7 @@ fn n_faces(folder: &Path, name: &str) -> [usize; 2] {
 #[test]
 fn a_name_has_its_share_and_the_rest_makes_up_the_whole() {
     let folder = folder();
-    plate(folder.path());
+    write_plate(folder.path(), "", ".1");
     let words = ["plate.obj", "-o", "a.obj", "--ratio", "40%", "--ratio", "left=60%", "--report", "a.json"];
     simplify(folder.path(), &words);
     let n_vertices = crate::common::read_welded(&folder.path().join("a.obj")).positions().len();
@@ -214,7 +190,7 @@ fn a_name_has_its_share_and_the_rest_makes_up_the_whole() {
 #[test]
 fn without_a_size_of_the_whole_the_rest_stays() {
     let folder = folder();
-    plate(folder.path());
+    write_plate(folder.path(), "", ".1");
     simplify(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%"]);
     let [left, right] = n_faces(folder.path(), "a.obj");
     // The border belongs to the simplified name, and takes faces of the other with it.
@@ -226,7 +202,7 @@ fn without_a_size_of_the_whole_the_rest_stays() {
 #[test]
 fn shares_go_with_what_is_kept_and_with_formats_without_names() {
     let folder = folder();
-    plate(folder.path());
+    write_plate(folder.path(), "", ".1");
     let before = read(folder.path(), "plate.obj");
     simplify(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%", "--keep", "right"]);
     assert_eq!(faces_of(&read(folder.path(), "a.obj"), "right"), faces_of(&before, "right"));
@@ -255,7 +231,7 @@ fn nodes_of_a_scene_have_shares_at_each_level() {
 #[test]
 fn shares_that_cannot_be_are_one_line() {
     let folder = folder();
-    plate(folder.path());
+    write_plate(folder.path(), "", ".1");
     for (words, why) in [
         (
             &["--ratio", "top=50%"][..],
@@ -268,9 +244,8 @@ fn shares_that_cannot_be_are_one_line() {
         (&["--ratio", "left=50%", "--symmetric"], "--ratio NAME=R cannot be used with --symmetric"),
         (&["--ratio", "left=50%", "--assembly", "paper"], "--ratio NAME=R: not available with --assembly paper"),
     ] {
-        let refused = run(folder.path(), &[&["simplify", "plate.obj", "-o", "x.obj"], words].concat());
-        assert_eq!(refused.code, Some(2), "{words:?}: {}", refused.stderr);
-        assert!(error_line(&refused).contains(why), "{words:?}: {}", refused.stderr);
+        let line = refuse(folder.path(), &[&["simplify", "plate.obj", "-o", "x.obj"], words].concat(), 2);
+        assert!(line.contains(why), "{line}");
     }
     let several = ["simplify", "plate.obj", "-o", "x.obj", "--vertices", "9", "--faces", "20"];
     assert_eq!(run(folder.path(), &several).code, Some(2));

@@ -71,9 +71,9 @@ fn write_inputs(folder: &Path) {
     write_texture(&folder.join("t.png"));
     write_obj(folder);
     write_gltf(folder);
-    succeed(folder, "simplify hi.obj -o hi.ply --ratio 1 --no-check");
-    succeed(folder, "simplify hi.obj -o hi.stl --ratio 1 --no-check");
-    succeed(folder, "progression hi.ply -o hi.nmp --quiet");
+    succeed_in_words(folder, "simplify hi.obj -o hi.ply --ratio 1 --no-check");
+    succeed_in_words(folder, "simplify hi.obj -o hi.stl --ratio 1 --no-check");
+    succeed_in_words(folder, "progression hi.ply -o hi.nmp --quiet");
     for name in files(folder) {
         fs::hard_link(folder.join(&name), folder.join(format!("hard-{name}"))).unwrap();
         #[cfg(unix)]
@@ -84,9 +84,8 @@ fn write_inputs(folder: &Path) {
 }
 
 #[track_caller]
-fn succeed(folder: &Path, words: &str) {
-    let run = run(folder, &words.split(' ').collect::<Vec<_>>());
-    assert_eq!(run.code, Some(0), "{words}: {}", run.stderr);
+fn succeed_in_words(folder: &Path, words: &str) {
+    succeed(folder, &words.split(' ').collect::<Vec<_>>());
 }
 
 /// Returns what is behind each name in the folder.
@@ -247,7 +246,7 @@ fn a_buffer_that_would_replace_the_original_one_gets_a_new_name() {
     write_gltf(folder.path());
     write_texture(&folder.path().join("t.png"));
     let before = contents(folder.path());
-    succeed(folder.path(), "simplify hi.gltf -o x.gltf --ratio .3 --force");
+    succeed_in_words(folder.path(), "simplify hi.gltf -o x.gltf --ratio .3 --force");
     assert_eq!(files(folder.path()), ["hi.gltf", "t.png", "x-1.bin", "x.bin", "x.gltf"]);
     assert_eq!(json(&folder.path().join("x.gltf"))["buffers"][0]["uri"], "x-1.bin");
     assert!(before.iter().all(|(name, bytes)| fs::read(folder.path().join(name)).unwrap() == *bytes));
@@ -260,7 +259,7 @@ fn a_mesh_in_place_leaves_its_companion_files_as_they_were() {
     write_obj(folder.path());
     write_texture(&folder.path().join("t.png"));
     let before = contents(folder.path());
-    succeed(folder.path(), "simplify hi.obj -o hi.obj --ratio .3 --textures 16 --force");
+    succeed_in_words(folder.path(), "simplify hi.obj -o hi.obj --ratio .3 --textures 16 --force");
     let after = contents(folder.path());
     assert_eq!(files(folder.path()), ["hi-1.mtl", "hi.mtl", "hi.obj", "t-16.png", "t.png"]);
     assert!(after["hi.obj"].starts_with(b"mtllib hi-1.mtl\n") && after["hi.obj"].len() < before["hi.obj"].len());
@@ -307,9 +306,8 @@ fn reports_and_pages_on_a_mesh_are_refused_in_one_line() {
     ] {
         for force in [&[][..], &["--force"]] {
             let words = [&words.split(' ').collect::<Vec<_>>()[..], &["--quiet"], force].concat();
-            let refused = run(folder.path(), &words);
-            assert_eq!(refused.code, Some(1), "{words:?} {}", refused.stderr);
-            assert!(error_line(&refused).contains("choose another name"), "{words:?} {}", refused.stderr);
+            let line = refuse(folder.path(), &words, 1);
+            assert!(line.contains("choose another name"), "{line}");
             assert_eq!(contents(folder.path()), before, "{words:?}");
         }
     }
@@ -330,8 +328,7 @@ fn a_batch_replaces_no_mesh_but_by_its_own_result() {
     assert!(nested.stderr.contains("b.obj: is read in this run"), "{}", nested.stderr);
     assert_eq!(fs::read(in_folder("in/b.obj")).unwrap(), before);
     // In place, each is replaced by its own, and a list is not replaced by the manifest.
-    let here = run(&in_folder("in"), &["simplify", "b.obj", "c.obj", "-o", ".", "--ratio", ".9", "--force"]);
-    assert_eq!(here.code, Some(0), "{}", here.stderr);
+    succeed(&in_folder("in"), &["simplify", "b.obj", "c.obj", "-o", ".", "--ratio", ".9", "--force"]);
     assert_eq!(["b.obj", "c.obj"].map(|name| info(&in_folder("in"), name)["vertices"].clone()), [5, 5]);
     fs::write(in_folder("manifest.csv"), "b.obj\n").unwrap();
     for list in [&["--list", "manifest.csv"][..], &["b.obj", "in/c.obj"]] {
@@ -375,8 +372,7 @@ fn a_batch_in_place_leaves_textures_and_buffers_as_they_were() {
             "--threads",
             threads,
         ];
-        let run = run(folder.path(), &words);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        succeed(folder.path(), &words);
         let after = contents(folder.path());
         for name in ["t.png", "x.bin", "hi.bin", "hi.mtl"] {
             assert_eq!(after[name], before[name], "{name}");

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{folder, run};
+use crate::common::{folder, run, succeed};
 use neural_mesh::io::{Asset, read_path};
 use neural_mesh::mesh::Role;
 
@@ -110,8 +110,7 @@ fn where_nothing_says_how_it_moves_every_place_may_bend() {
     write_sheet(folder.path(), false);
     let ply = |more: &[&str]| {
         let words = [&["simplify", "sheet.gltf", "-o", "light.ply", "--ratio", "0.05", "--force"], more].concat();
-        let run = run(folder.path(), &words);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let run = succeed(folder.path(), &words);
         (String::from_utf8(run.stdout).unwrap(), read_path(&folder.path().join("light.ply"), None).unwrap())
     };
     let [(_, plain), (words, bending)] = [ply(&[]), ply(&["--for", "poses"])];

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use crate::common::{error_line, files, folder, json, read_welded, run, test_mesh_path};
+use crate::common::{error_line, files, folder, json, read_welded, run, succeed, test_mesh_path};
 use neural_mesh::io;
-use neural_mesh::mesh::topology;
+use neural_mesh::mesh::{shapes, topology};
 
 fn make(folder: &Path, mesh: &str, more: &[&str]) {
-    let made = run(folder, &[&["progression", mesh, "-o", "a.nmp"], more].concat());
-    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    succeed(folder, &[&["progression", mesh, "-o", "a.nmp"], more].concat());
 }
 
 #[test]
@@ -20,15 +19,13 @@ fn any_size_comes_from_one_file() {
     for ((option, size), n_faces) in sizes.into_iter().zip([1000, 584, 596, 288]) {
         for effort in ["fast", "standard"] {
             let arguments = ["simplify", "a.nmp", "-o", "b.ply", option, size, "--effort", effort, "--force"];
-            let run = run(folder.path(), &arguments);
-            assert_eq!(run.code, Some(0), "{}", run.stderr);
+            succeed(folder.path(), &arguments);
             let mesh = read_welded(&folder.path().join("b.ply"));
             assert!(topology(&mesh).is_closed_manifold());
             assert_eq!(mesh.faces().len(), n_faces, "{option} {size}");
         }
     }
-    let run = run(folder.path(), &["simplify", "a.nmp", "-o", "c.obj", "--lods", "50%,10%", "--no-check"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &["simplify", "a.nmp", "-o", "c.obj", "--lods", "50%,10%", "--no-check"]);
     assert_eq!(io::read_path(&folder.path().join("c-lod1.obj"), None).unwrap().positions.len(), 293);
 }
 
@@ -38,8 +35,7 @@ fn distances_are_proved_on_request() {
     let spot = test_mesh_path("spot.ply");
     make(folder.path(), spot.to_str().unwrap(), &["--prove"]);
     let within = ["simplify", "a.nmp", "-o", "b.ply", "--error", "2%", "--report", "b.json"];
-    let done = run(folder.path(), &within);
-    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    succeed(folder.path(), &within);
     let report = json(&folder.path().join("b.json"));
     let (proved, sampled) = (&report["certified"]["upper_percent"], &report["distance"]["max_percent"]);
     assert!(proved.as_f64().unwrap() <= 2.0 && sampled.as_f64() <= proved.as_f64(), "{report}");
@@ -57,8 +53,7 @@ fn materials_come_back_from_the_file_alone() {
     std::fs::write(folder.path().join("a.mtl"), "newmtl red\nKd 1 0 0\n").unwrap();
     make(folder.path(), "a.obj", &[]);
     ["a.obj", "a.mtl"].iter().for_each(|name| std::fs::remove_file(folder.path().join(name)).unwrap());
-    let done = run(folder.path(), &["simplify", "a.nmp", "-o", "b.obj", "--faces", "2"]);
-    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    succeed(folder.path(), &["simplify", "a.nmp", "-o", "b.obj", "--faces", "2"]);
     let written = std::fs::read_to_string(folder.path().join("b.obj")).unwrap();
     assert!(written.contains("usemtl red") && written.contains("mtllib a.mtl"), "{written}");
     assert_eq!(files(folder.path()), ["a.mtl", "a.nmp", "b.obj"]);
@@ -95,20 +90,14 @@ fn a_scene_has_levels_in_every_format() {
 fn levels_below_the_floor_drop_components_and_repeat_nothing() {
     let folder = folder();
     // Spheres in a row, each of which has at least four vertices.
-    let (mut positions, mut faces) = (Vec::new(), Vec::new());
-    for i in 0..6u32 {
-        let (sphere, n) = (neural_mesh::mesh::shapes::icosphere(2), positions.len() as u32);
-        positions.extend(sphere.positions().iter().map(|p| [p[0] + 3.0 * i as f32, p[1], p[2]]));
-        faces.extend(sphere.faces().iter().map(|face| face.map(|v| v + n)));
-    }
-    let row = neural_mesh::mesh::TriMesh::new(positions, faces).unwrap();
+    let sphere = shapes::icosphere(2);
+    let row = shapes::unite((0..6).map(|i| shapes::place(&sphere, |[x, y, z]| [x + 3.0 * i as f32, y, z])));
     let bytes = io::write(&row, &neural_mesh::mesh::Frame::default(), io::Format::Ply).unwrap();
     std::fs::write(folder.path().join("row.ply"), bytes).unwrap();
     make(folder.path(), "row.ply", &[]);
     for input in ["row.ply", "a.nmp"] {
         let sizes = ["--lods", "50%,16,8,3,2", "--lods-by", "vertices", "--no-check", "--force", "--report", "r.json"];
-        let run = run(folder.path(), &[&["simplify", input, "-o", "b.ply"], &sizes[..]].concat());
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let run = succeed(folder.path(), &[&["simplify", input, "-o", "b.ply"], &sizes[..]].concat());
         let said = String::from_utf8(run.stdout).unwrap();
         assert_eq!(said.matches("levels left out: 2: they repeat the one of 4 vertices, 4 faces").count(), 1, "{said}");
         let levels = json(&folder.path().join("r.json"))["levels"].as_array().unwrap().clone();

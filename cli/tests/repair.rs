@@ -7,7 +7,7 @@ use neural_mesh::mesh::topology;
 use neural_mesh::metrics::volume;
 use serde_json::json;
 
-use crate::common::{OCTAHEDRON, error_line, files, folder, info, read_welded, run, sphere};
+use crate::common::{OCTAHEDRON, error_line, files, folder, info, read_welded, refuse, run, sphere, succeed};
 
 fn remove_each_nth_face(text: &str, nth: usize) -> String {
     let mut n_faces = 0;
@@ -63,8 +63,7 @@ fn results_are_solid_in_every_format_at_every_size() {
     std::fs::write(folder.path().join("messy.obj"), messy()).unwrap();
     for (name, ratio) in [("a.stl", "0.5"), ("b.ply", "0.2"), ("c.obj", "0.1"), ("d.stl", "0.05"), ("e.stl", "1")] {
         let asked = ["simplify", "messy.obj", "-o", name, "--ratio", ratio, "--printable", "--report", "r.json", "-f"];
-        let done = run(folder.path(), &asked);
-        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let done = succeed(folder.path(), &asked);
         let solid = read_welded(&folder.path().join(name));
         assert!(topology(&solid).is_closed_manifold(), "{name}: {:?}", topology(&solid));
         assert_eq!(topology(&solid).components, 2, "{name}");
@@ -85,8 +84,7 @@ fn separated_surfaces_stay_separate_at_full_size() {
     let suzanne = crate::common::test_mesh_path("suzanne.ply");
     for name in ["a.ply", "a.obj", "a.stl"] {
         let asked = ["simplify", suzanne.to_str().unwrap(), "-o", name, "--ratio", "1", "--printable"];
-        let done = run(folder.path(), &asked);
-        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        succeed(folder.path(), &asked);
         let solid = topology(&read_welded(&folder.path().join(name)));
         assert!(solid.is_closed_manifold(), "{name}: {solid:?}");
     }
@@ -98,8 +96,7 @@ fn holes_are_filled_up_to_the_length_asked_for() {
     std::fs::write(folder.path().join("torn.obj"), remove_each_nth_face(&sphere(1, 24, [0.0; 3], 1.0), 40)).unwrap();
     let filled = |option: &str| {
         let asked = ["simplify", "torn.obj", "-o", "a.stl", "--ratio", "0.5", option, "--report", "r.json", "-f"];
-        let done = run(folder.path(), &asked);
-        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        succeed(folder.path(), &asked);
         let report = crate::common::json(&folder.path().join("r.json"))["repaired"].clone();
         (topology(&read_welded(&folder.path().join("a.stl"))).closed, report["holes_left"] == 0)
     };
@@ -113,8 +110,8 @@ fn meshes_without_volume_are_refused_in_one_line() {
     let folder = folder();
     for sheet in ["v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"] {
         std::fs::write(folder.path().join("sheet.obj"), sheet).unwrap();
-        let refused = run(folder.path(), &["simplify", "sheet.obj", "-o", "a.stl", "--ratio", "0.5", "--printable"]);
-        assert!(refused.code == Some(1) && error_line(&refused).contains("no component encloses a volume"));
+        let line = refuse(folder.path(), &["simplify", "sheet.obj", "-o", "a.stl", "--ratio", "0.5", "--printable"], 1);
+        assert!(line.contains("no component encloses a volume"), "{line}");
         assert_eq!(files(folder.path()), ["sheet.obj"]);
     }
 }

@@ -57,8 +57,7 @@ fn a_scene_of_any_name_stays_one() {
 fn a_mesh_under_the_name_of_a_scene_is_a_mesh() {
     let folder = folder();
     fs::write(folder.path().join("a.glb"), OCTAHEDRON).unwrap();
-    let run = run(folder.path(), &["simplify", "a.glb", "-o", "b.glb", "--ratio", "1"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &["simplify", "a.glb", "-o", "b.glb", "--ratio", "1"]);
     assert_eq!(read_welded(&folder.path().join("b.glb")).faces().len(), 8);
 }
 
@@ -73,8 +72,7 @@ fn a_scene_of_several_files_needs_its_path() {
 
 fn simplify_vrm(folder: &Path, glb: &[u8], more: &[&str]) -> Value {
     fs::write(folder.join("in.vrm"), glb).unwrap();
-    let run = run(folder, &[&["simplify", "in.vrm", "-o", "out.vrm", "--force", "--ratio", "30%"], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder, &[&["simplify", "in.vrm", "-o", "out.vrm", "--force", "--ratio", "30%"], more].concat());
     document(&fs::read(folder.join("out.vrm")).unwrap())
 }
 
@@ -111,8 +109,7 @@ fn expressions_reach_their_meshes_in_a_compressed_vrm_and_in_its_levels() {
     assert!(!after["extensionsUsed"].to_string().contains("KHR_texture_transform"), "{}", after["extensionsUsed"]);
 
     fs::write(folder.path().join("in.vrm"), Avatar::new(8).vrm_0().glb()).unwrap();
-    let run = run(folder.path(), &["simplify", "in.vrm", "-o", "levels.vrm", "--lods", "50%,20%"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &["simplify", "in.vrm", "-o", "levels.vrm", "--lods", "50%,20%"]);
     let levels = document(&fs::read(folder.path().join("levels.vrm")).unwrap());
     let binds = &levels["extensions"]["VRM"]["blendShapeMaster"]["blendShapeGroups"][0]["binds"];
     let meshes: Vec<_> = binds.as_array().unwrap().iter().map(|bind| bind["mesh"].as_u64().unwrap()).collect();
@@ -126,8 +123,7 @@ fn a_folder_of_vrms_stays_one() {
     fs::create_dir(folder.path().join("in")).unwrap();
     fs::write(folder.path().join("in/a.vrm"), Avatar::new(8).vrm_1().glb()).unwrap();
     fs::write(folder.path().join("in/b.obj"), OCTAHEDRON).unwrap();
-    let run = run(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "50%"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &["simplify", "in", "-o", "out", "--ratio", "50%"]);
     let out = folder.path().join("out");
     let names: Vec<String> =
         files(&out).into_iter().filter(|name| name.contains(".vrm") || name.contains(".obj")).collect();
@@ -156,13 +152,8 @@ fn gltf_of_version_1_is_refused_by_its_version() {
     for (name, bytes) in [("a.gltf", &text[..]), ("a.glb", glb)] {
         fs::write(folder.path().join(name), bytes).unwrap();
         for command in [&["simplify", name, "-o", "b.glb", "--ratio", "50%"][..], &["info", name]] {
-            let run = run(folder.path(), command);
-            assert_eq!(run.code, Some(1));
-            assert!(
-                error_line(&run).contains("glTF 1.0 cannot be read, only glTF 2.0: convert it to 2.0 first"),
-                "{}",
-                run.stderr
-            );
+            let line = refuse(folder.path(), command, 1);
+            assert!(line.contains("glTF 1.0 cannot be read, only glTF 2.0: convert it to 2.0 first"), "{line}");
         }
     }
 }
@@ -177,8 +168,7 @@ fn faces_with_a_back_of_their_own_are_seen_from_both_sides() {
     let both = TriMesh::new([front.positions(), front.positions()].concat(), faces).unwrap();
     for (name, mesh) in [("sail.glb", &both), ("floor.glb", &front)] {
         std::fs::write(folder.path().join(name), write(mesh, &Frame::default(), Format::Glb).unwrap()).unwrap();
-        let done = run(folder.path(), &["simplify", name, "-o", "light.glb", "--ratio", "0.9", "--force"]);
-        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let done = succeed(folder.path(), &["simplify", name, "-o", "light.glb", "--ratio", "0.9", "--force"]);
         let written = document(&std::fs::read(folder.path().join("light.glb")).unwrap());
         let material = &written["meshes"][0]["primitives"][0]["material"];
         let is_double_sided =
@@ -219,8 +209,7 @@ fn meshes_far_from_their_origin_are_simplified_as_nodes_place_them() {
     let folder = folder();
     write_balls(folder.path());
     let words = ["simplify", "balls.gltf", "-o", "light.glb", "--ratio", "0.1", "--report", "r.json"];
-    let done = run(folder.path(), &words);
-    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    succeed(folder.path(), &words);
     let report = json(&folder.path().join("r.json"));
     assert_eq!((&report["outcome"], &report["output"]["vertices"]), (&"reached".into(), &512.into()));
     // The file's own numbers at 17,000 are 0.001 to 0.002 apart.

@@ -87,8 +87,7 @@ fn vertices_and_faces_are_targets_too() {
     let folder = folder();
     let input = test_mesh_path("spot.ply");
     for (option, key) in [("--vertices", "vertices"), ("--faces", "faces")] {
-        let run = run(folder.path(), &["simplify", input.to_str().unwrap(), "-o", "a.off", option, "500", "--force"]);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        succeed(folder.path(), &["simplify", input.to_str().unwrap(), "-o", "a.off", option, "500", "--force"]);
         let n = info(folder.path(), "a.off")[key].as_u64().unwrap();
         assert!((499..=500).contains(&n), "{key}: {n}");
     }
@@ -177,8 +176,7 @@ fn the_holes_that_the_network_leaves_are_closed() {
         let input = test_mesh_path("spot.ply");
         let words =
             [&["simplify", input.to_str().unwrap(), "-o", "a.ply", "--force", "--assembly", "paper"], rest].concat();
-        let run = run(folder.path(), &[&words[..], &["--ratio", "0.03"]].concat());
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        succeed(folder.path(), &[&words[..], &["--ratio", "0.03"]].concat());
         let raw = neural_mesh::io::read_path(&folder.path().join("a.ply"), None).unwrap();
         let mesh = clean(raw, &CleanOptions::default()).unwrap().mesh;
         neural_mesh::mesh::topology(&mesh).boundary_edges

@@ -15,9 +15,7 @@ fn cow(size: &[&str]) -> serde_json::Value {
 
 #[track_caller]
 fn refusal(words: &[&str]) -> String {
-    let run = run(folder().path(), words);
-    assert_eq!(run.code, Some(2), "{words:?}: {}", run.stderr);
-    error_line(&run)
+    refuse(folder().path(), words, 2)
 }
 
 #[test]
@@ -168,11 +166,7 @@ fn a_format_that_is_not_known_says_which_are() {
 fn content_that_is_not_known_says_what_can_be_read_and_which_format_is_meant() {
     let folder = folder();
     std::fs::write(folder.path().join("a.dat"), "hello").unwrap();
-    let line = |words: &[&str]| {
-        let run = run(folder.path(), words);
-        assert_eq!(run.code, Some(1), "{}", run.stderr);
-        error_line(&run)
-    };
+    let line = |words: &[&str]| refuse(folder.path(), words, 1);
     // Formats that this build reads.
     let more = [("3MF", io::Format::ThreeMf), ("FBX", io::Format::Fbx)];
     let more = more.into_iter().filter(|(_, format)| io::can_read(*format)).map(|(name, _)| name);

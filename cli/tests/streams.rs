@@ -61,8 +61,7 @@ fn json_is_all_that_goes_to_standard_output() {
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     for json in [&["--json"][..], &["--report", "-"]] {
         let arguments = ["simplify", "a.obj", "-o", "b.obj", "--ratio", "1", "--force", "--explain"];
-        let run = run(folder.path(), &[&arguments[..], json].concat());
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let run = succeed(folder.path(), &[&arguments[..], json].concat());
         let report: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
         assert_eq!((&report["output"]["faces"], &report["output"]["closed"]), (&8.into(), &true.into()));
         assert!(run.stderr.contains("size      6 vertices"), "{}", run.stderr);
@@ -78,20 +77,18 @@ fn standard_output_takes_one_of_mesh_and_report() {
         ("simplify", &["--report", "-", "--ratio", "1"]),
         ("mesh-points", &["--report", "-"]),
     ] {
-        let run = run(folder.path(), &[&[command, "missing.obj", "-o", "-", "--format", "obj"], json].concat());
-        assert_eq!(run.code, Some(2), "{}", run.stderr);
-        assert!(error_line(&run).contains("the mesh or the report"), "{}", run.stderr);
+        let line = refuse(folder.path(), &[&[command, "missing.obj", "-o", "-", "--format", "obj"], json].concat(), 2);
+        assert!(line.contains("the mesh or the report"), "{line}");
     }
-    let batch = run(folder.path(), &["simplify", ".", "-o", "out", "--ratio", "1", "--json"]);
-    assert!(batch.code == Some(2) && error_line(&batch).contains("--json"), "{}", batch.stderr);
+    let line = refuse(folder.path(), &["simplify", ".", "-o", "out", "--ratio", "1", "--json"], 2);
+    assert!(line.contains("--json"), "{line}");
 }
 
 #[test]
 fn the_json_of_a_comparison_goes_to_standard_output_alone() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
-    let run = run(folder.path(), &["compare", "a.obj", "a.obj", "--samples", "100", "--json", "-"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let run = succeed(folder.path(), &["compare", "a.obj", "a.obj", "--samples", "100", "--json", "-"]);
     let figures: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
     assert_eq!(figures["results"][0]["name"], "a.obj");
     assert!(run.stderr.contains("original  a.obj"), "{}", run.stderr);
@@ -107,8 +104,7 @@ fn vertices_are_counted_as_written_too() {
     for (name, written) in
         [("b.obj", Some(4)), ("b.off", Some(4)), ("b.ply", Some(6)), ("b.glb", Some(6)), ("b.stl", None)]
     {
-        let words = run(folder.path(), &["simplify", "a.obj", "-o", name, "--ratio", "1"]);
-        assert_eq!(words.code, Some(0), "{}", words.stderr);
+        let words = succeed(folder.path(), &["simplify", "a.obj", "-o", name, "--ratio", "1"]);
         let words = String::from_utf8(words.stdout).unwrap();
         assert_eq!(words.contains("written   6 vertices"), written == Some(6), "{name}: {words}");
         let json = run(folder.path(), &["simplify", "a.obj", "-o", name, "--ratio", "1", "--force", "--json"]);

@@ -69,8 +69,7 @@ fn names_in_a_ply_are_spelled_out() {
     ] {
         let folder = folder();
         fs::write(folder.path().join("a.ply"), file).unwrap();
-        let made = run(folder.path(), &["simplify", "a.ply", "-o", "b.ply", "--ratio", "1"]);
-        assert_eq!(made.code, Some(0), "{}", made.stderr);
+        let made = succeed(folder.path(), &["simplify", "a.ply", "-o", "b.ply", "--ratio", "1"]);
         assert!(check_escaped(&made).contains("note      "));
     }
     let folder = folder();
@@ -88,8 +87,7 @@ fn names_in_an_obj_are_spelled_out() {
     let named = format!("mtllib {EVIL}.mtl\no {EVIL}\ng {EVIL}\nusemtl {EVIL}\n{OCTAHEDRON}");
     fs::write(folder.path().join("a.obj"), named).unwrap();
     let arguments = ["simplify", "a.obj", "-o", "b.obj", "--ratio", "1"];
-    let made = run(folder.path(), &[&arguments[..], &["--picture", "b.png"]].concat());
-    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let made = succeed(folder.path(), &[&arguments[..], &["--picture", "b.png"]].concat());
     check_escaped(&made);
     for importance in ["none=2", "none"] {
         let refused = run(folder.path(), &[&arguments[..], &["--importance", importance, "--force"]].concat());

@@ -34,9 +34,7 @@ fn write_textured_plate(folder: &Path) {
 fn simplify_with_textures(folder: &Path, input: &str, output: &str, more: &[&str]) -> Run {
     let words = ["simplify", input, "-o", output, "--textures", "32"];
     let more = if more.is_empty() { &["--ratio", "50%"] } else { more };
-    let run = run(folder, &[&words[..], more].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    run
+    succeed(folder, &[&words[..], more].concat())
 }
 
 fn images(glb: &Path) -> (Vec<[usize; 2]>, serde_json::Value) {
@@ -75,8 +73,7 @@ fn images_within_a_glb_shrink_on_the_way_in_and_again_in_a_scene() {
     simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &[]);
     let in_folder = |name: &str| folder.path().join(name);
     assert_eq!(images(&in_folder("plate.glb")).0, [[32, 32], [32, 32]]);
-    let run = run(folder.path(), &["simplify", "plate.glb", "-o", "less.glb", "--ratio", "50%", "--textures", "20"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    succeed(folder.path(), &["simplify", "plate.glb", "-o", "less.glb", "--ratio", "50%", "--textures", "20"]);
     let (sizes, document) = images(&in_folder("less.glb"));
     assert_eq!(sizes, [[20, 20], [20, 20]]);
     assert_eq!(document["images"][0]["mimeType"], "image/png");
@@ -188,8 +185,7 @@ fn a_ktx2_stays_such_where_it_fits_and_becomes_a_png_where_not() {
     let smaller = |output: &str| {
         let words = format!("simplify plate.glb -o {output} --ratio 50% --textures 16 --picture a.png --force");
         let words: Vec<&str> = words.split(' ').collect();
-        let run = run(folder.path(), &words);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let run = succeed(folder.path(), &words);
         let said = String::from_utf8(run.stdout).unwrap();
         assert!(!said.contains("left out") && !said.contains("keeps its size"), "{said}");
     };

@@ -42,8 +42,7 @@ fn a_training_prints_its_objective_and_its_weights_suit_one_assembly() {
     let folder = training_folder();
     for (objective, assembly, other) in [("paper", "paper", "closed"), ("bending", "closed", "paper")] {
         let arguments = training(objective, &["--objective", objective, "--epochs", "1"]);
-        let done = run(folder.path(), &arguments);
-        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        let done = succeed(folder.path(), &arguments);
         let said = String::from_utf8(done.stdout).unwrap();
         assert!(said.contains(&format!("objective {objective}: ")), "{said}");
         assert!(said.contains("1 for validation, whose names begin with held_"), "{said}");
@@ -69,8 +68,7 @@ fn a_training_prints_its_objective_and_its_weights_suit_one_assembly() {
 #[test]
 fn killed_at_any_moment_it_ends_in_the_same_bits() {
     let folder = training_folder();
-    let whole = run(folder.path(), &training("whole", &["--threads", "1"]));
-    assert_eq!(whole.code, Some(0), "{}", whole.stderr);
+    succeed(folder.path(), &training("whole", &["--threads", "1"]));
     // Rows of 41 epochs, and milliseconds until the program is killed.
     let mut n_killed = 0;
     let epochs = folder.path().join("killed/epochs.csv");
@@ -79,8 +77,7 @@ fn killed_at_any_moment_it_ends_in_the_same_bits() {
         n_killed += usize::from(kill_after(child, milliseconds, || n_lines(&epochs) >= n_rows));
     }
     assert!(n_killed >= 3, "killed only {n_killed} times");
-    let finished = run(folder.path(), &training("killed", &["--resume", "--threads", "2"]));
-    assert_eq!(finished.code, Some(0), "{}", finished.stderr);
+    succeed(folder.path(), &training("killed", &["--resume", "--threads", "2"]));
     assert!(output_files(folder.path(), "killed") == output_files(folder.path(), "whole"));
     let leftovers: Vec<String> = files(&folder.path().join("killed"));
     assert!(leftovers.iter().all(|name| !name.starts_with('.')), "{leftovers:?}");
@@ -122,8 +119,7 @@ fn a_training_without_curves_is_a_training() {
     assert_eq!(run(folder.path(), &training("run", &["--epochs", "1"])).code, Some(0));
     std::fs::remove_file(folder.path().join("run/curves.svg")).unwrap();
     std::fs::create_dir(folder.path().join("run/curves.svg")).unwrap();
-    let done = run(folder.path(), &training("run", &["--epochs", "2", "--resume"]));
-    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    let done = succeed(folder.path(), &training("run", &["--epochs", "2", "--resume"]));
     assert!(error_line(&done).contains("but its curves are not drawn"), "{}", done.stderr);
 }
 

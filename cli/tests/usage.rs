@@ -134,8 +134,7 @@ fn sizes_of_other_kinds_are_checked_as_well() {
 fn help_fits_on_two_screens_and_help_all_shows_every_option() {
     let folder = folder();
     let help = |option| {
-        let help = run(folder.path(), &["simplify", option]);
-        assert_eq!(help.code, Some(0));
+        let help = succeed(folder.path(), &["simplify", option]);
         String::from_utf8(help.stdout).unwrap()
     };
     let (short, all) = (help("--help"), help("--help-all"));

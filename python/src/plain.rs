@@ -150,11 +150,11 @@ impl PlainMesh {
             return None;
         }
         let size = if is_of_faces { CollapseSize::Faces(count) } else { CollapseSize::Vertices(count) };
-        let mut options = CollapseOptions::new(size);
+        let mut options = CollapseOptions::default();
         (options.n_fit_steps, options.n_threads) = (task.n_fit_steps, n_threads);
         (options.locks_boundaries, options.cuts) = (task.locks_boundaries, false);
         options.listener = listener;
-        let result = self.collapse_used(&used, &options)?;
+        let result = self.collapse_used(&used, size, &options)?;
         let is_whole = result.outcome == CollapseOutcome::Reached && !result.faces.is_empty();
         let exact = self.double.as_ref().map(|double| self.place_exactly(double, &result));
         let (n_input, seconds) = (self.positions.len(), start.elapsed().as_secs_f64());
@@ -163,9 +163,9 @@ impl PlainMesh {
     }
 
     /// Simplifies the vertices that have a face, so that others change nothing.
-    fn collapse_used(&self, used: &[u32], options: &CollapseOptions) -> Option<CollapseResult> {
+    fn collapse_used(&self, used: &[u32], size: CollapseSize, options: &CollapseOptions) -> Option<CollapseResult> {
         if used.len() == self.positions.len() {
-            return collapse(&self.positions, &self.faces, options).ok();
+            return collapse(&self.positions, &self.faces, size, options).ok();
         }
         let mut numbers = vec![0; self.positions.len()];
         for (number, &v) in used.iter().enumerate() {
@@ -173,7 +173,7 @@ impl PlainMesh {
         }
         let positions: Vec<[f32; 3]> = used.iter().map(|&v| self.positions[v as usize]).collect();
         let faces: Vec<[u32; 3]> = self.faces.iter().map(|face| face.map(|v| numbers[v as usize])).collect();
-        let mut result = collapse(&positions, &faces, options).ok()?;
+        let mut result = collapse(&positions, &faces, size, options).ok()?;
         result.origins.iter_mut().for_each(|origin| *origin = used[*origin as usize]);
         Some(result)
     }

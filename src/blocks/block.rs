@@ -72,8 +72,8 @@ fn plan_blocks(mesh: &TriMesh, n_blocks: usize) -> BlockPlan {
 
 /// Simplifies a block with merges that cost at most `price`; shared vertices stay.
 ///
-/// `price` is a squared distance times area; `share` is the expected share of remaining vertices over all blocks. Only
-/// these `options` have an effect: `scores`, `optimize`, `effort`, `purpose` (on the scores), `crease_angle` and `frame`.
+/// `price` is a squared distance times area; `share` is the expected share of remaining vertices over all blocks. Creases
+/// are kept; other `options` of what to keep, drop or return have no effect, and the purpose decides about scores only.
 ///
 /// # Errors
 /// As for [`simplify`](crate::simplify::simplify).

@@ -256,6 +256,7 @@ impl Clusters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::test_values::run_on_threads;
     use crate::mesh::{Attributes, Role, TriMesh, edges, shapes, topology};
     use crate::metrics::{Surface, surface_distance};
     use crate::simplify::Input;
@@ -297,11 +298,7 @@ mod tests {
 
     fn two_parts() -> TriMesh {
         let (sphere, box_) = (shapes::wavy_sphere(4, 5.0), shapes::cuboid([1.0; 3], 12));
-        let n = sphere.positions().len() as u32;
-        let far = box_.positions().iter().map(|p| [p[0] + 3.0, p[1], p[2]]);
-        let faces = box_.faces().iter().map(|face| face.map(|v| v + n));
-        let positions = sphere.positions().iter().copied().chain(far).collect();
-        TriMesh::new(positions, sphere.faces().iter().copied().chain(faces).collect()).unwrap()
+        shapes::unite([&sphere, &shapes::place(&box_, |[x, y, z]| [x + 3.0, y, z])])
     }
 
     #[test]
@@ -355,10 +352,7 @@ mod tests {
     #[test]
     fn the_number_of_threads_does_not_change_the_result() {
         let mesh = two_parts();
-        let with_threads = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| build(&Input::bare(&mesh), &small()))
-        };
+        let with_threads = |n| run_on_threads(n, || build(&Input::bare(&mesh), &small()));
         assert!(with_threads(1) == with_threads(3));
     }
 

@@ -237,8 +237,14 @@ impl<'a> Covering<'a> {
             let is_covered = match method {
                 0 => own.is_some_and(|along| self.cover_along(along, &triangle)),
                 1 => of_face().is_some_and(|along| self.cover_along(along, &triangle)),
-                2 => self.cover_by_cutting(&triangle, start),
-                _ => self.cover_by_halving(&triangle, usual),
+                2 => {
+                    self.cover_by_cutting(&triangle, start);
+                    true
+                }
+                _ => {
+                    self.cover_by_halving(&triangle, usual);
+                    true
+                }
             };
             let bound = largest_distance(&self.parts);
             let largest_sample = || *sampled.get_or_init(|| largest_distance(&other.nearest_samples(&triangle)));
@@ -252,20 +258,18 @@ impl<'a> Covering<'a> {
         std::mem::swap(&mut self.sharpest, &mut self.parts);
     }
 
-    fn cover_by_cutting(&mut self, triangle: &[DVec3; 3], start: Footing) -> bool {
+    fn cover_by_cutting(&mut self, triangle: &[DVec3; 3], start: Footing) {
         let parts = &mut self.parts;
         parts.clear();
         let visit = |over, distance| parts.push((over, distance));
         self.other.cover_by_cutting((*triangle, start.face), self.enough, &mut self.pending, visit);
-        true
     }
 
-    fn cover_by_halving(&mut self, triangle: &[DVec3; 3], usual: f64) -> bool {
+    fn cover_by_halving(&mut self, triangle: &[DVec3; 3], usual: f64) {
         let parts = &mut self.parts;
         parts.clear();
         let visit = |over, distance| parts.push((over, distance));
         self.other.cover_by_halving(*triangle, usual, &mut self.halvings_left, visit);
-        true
     }
 
     /// Covers a triangle by the faces over it as seen along `direction`; false if they may leave a part of it open.

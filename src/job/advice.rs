@@ -19,14 +19,15 @@ pub fn list_advice(job: &Job, document: &Document, output: &OutputFigures) -> Ve
     if output.locked_vertices > 0 && job.closed_options().lock_boundaries {
         lines.push("without --lock-boundaries the boundary is simplified too".into());
     }
-    if output.locked_vertices > 0 && !job.keep.is_empty() {
-        lines.push(format!("without --keep {} those faces are simplified too", job.keep.join(" and --keep ")));
+    if output.locked_vertices > 0 && !job.arguments.keep.is_empty() {
+        lines
+            .push(format!("without --keep {} those faces are simplified too", job.arguments.keep.join(" and --keep ")));
     }
     lines
 }
 
 fn of_kept_edges(job: &Job, carried: &Attributes, is_scene: bool) -> Vec<String> {
-    let carries = |role| carried.channels.iter().any(|channel| channel.role == role);
+    let carries = |role| carried.channel(role).is_some();
     let is_grouped = carried.groups.iter().any(|group| *group != carried.groups[0]);
     let named = [
         ("uv", carries(Role::Uv)),
@@ -38,7 +39,7 @@ fn of_kept_edges(job: &Job, carried: &Attributes, is_scene: bool) -> Vec<String>
     let mut lines = Vec::new();
     if !free.is_empty() {
         // A second `--ignore` replaces the first, so the advice repeats the values given already.
-        let all: Vec<&str> = job.ignore.iter().copied().map(Ignored::name).chain(free).collect();
+        let all: Vec<&str> = job.arguments.ignore.iter().copied().map(Ignored::name).chain(free).collect();
         let seams = if carries(Role::Uv) { "; a larger --seam-error frees texture seams" } else { "" };
         lines.push(format!("--ignore {} frees kept edges{seams}", all.join(",")));
     }

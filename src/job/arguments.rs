@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::choices::{AssemblyName, Compression, Engine, Ignored, LodsBy};
 use super::option_json;
@@ -36,7 +36,7 @@ const COMPRESS_HELP: [&str; 2] = [
 
 /// Options of a simplification by name: arguments of the program, or JSON with `_` for `-`, where unknown names are errors.
 ///
-/// The docs of an option are its help. Numbers in JSON may be text, such as `"10%"`.
+/// The docs of an option are its help. Numbers in JSON may be text, such as `"10%"`, as sizes and distances are written.
 ///
 /// ```
 /// use neural_mesh::job::{Arguments, Bound, Goal, Size};
@@ -45,7 +45,7 @@ const COMPRESS_HELP: [&str; 2] = [
 /// assert_eq!(arguments.job().unwrap().goal, Goal::One(Size::Error(Bound::Percent(0.5))));
 /// assert!(serde_json::from_str::<Arguments>(r#"{"rato": 0.1}"#).is_err());
 /// ```
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args), group(skip))]
 #[serde(default, deny_unknown_fields)]
 pub struct Arguments {
@@ -144,7 +144,7 @@ pub struct Arguments {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", help_heading = headings::KEEP))]
     pub keep: Vec<String>,
     /// Make the result exactly mirror-symmetric: x, y, z or x=0.5 [default: the best plane]
-    #[serde(deserialize_with = "option_json::optional_symmetry")]
+    #[serde(deserialize_with = "option_json::optional_symmetry", serialize_with = "option_json::write_optional")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "PLANE", value_parser = parse::symmetry, num_args = 0..=1,
         require_equals = true, help_heading = headings::KEEP,
         long_help = "Make the result exactly mirror-symmetric; the input must be nearly so. The plane is x, y or z \
@@ -171,13 +171,13 @@ pub struct Arguments {
     pub importance: Option<String>,
     /// Drop components smaller than SIZE, in units of the mesh or with % of its diagonal; without SIZE, smaller than the bound of
     /// --error. Dropped components do not count for the bound
-    #[serde(deserialize_with = "option_json::optional_bound")]
+    #[serde(deserialize_with = "option_json::optional_bound", serialize_with = "option_json::write_optional")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "SIZE", value_parser = parse::bound, num_args = 0..=1,
         require_equals = true, help_heading = headings::KEEP, hide_short_help = true))]
     pub prune: Option<Option<Bound>>,
     /// Keep the shape of components, within DISTANCE in units of the mesh or with % of its diagonal [default: 1%]. Sizes that
     /// need more are then not reached
-    #[serde(deserialize_with = "option_json::optional_bound")]
+    #[serde(deserialize_with = "option_json::optional_bound", serialize_with = "option_json::write_optional")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", value_parser = parse::bound, num_args = 0..=1,
         require_equals = true, help_heading = headings::KEEP, hide_short_help = true))]
     pub hold_shape: Option<Option<Bound>>,
@@ -186,12 +186,12 @@ pub struct Arguments {
         hide_short_help = true))]
     pub hidden: Hidden,
     /// Close holes with at most EDGES boundary edges [default: all holes]
-    #[serde(deserialize_with = "option_json::optional_n_edges")]
+    #[serde(deserialize_with = "option_json::optional_n_edges", serialize_with = "option_json::write_optional")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "EDGES", value_parser = parse::n_edges,
         num_args = 0..=1, require_equals = true, help_heading = headings::REPAIR))]
     pub fill_holes: Option<Option<usize>>,
     /// Make a printable solid; drops components smaller than SIZE [default: 1%]
-    #[serde(deserialize_with = "option_json::optional_bound")]
+    #[serde(deserialize_with = "option_json::optional_bound", serialize_with = "option_json::write_optional")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "SIZE", value_parser = parse::bound, num_args = 0..=1,
         require_equals = true, help_heading = headings::REPAIR,
         long_help = "Make a printable solid: closes holes, turns faces outward, and removes fins, inner walls, inner shells \

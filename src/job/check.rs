@@ -27,15 +27,15 @@ impl Job {
     pub fn check_format(&self) -> Result<(), JobError> {
         let (format, name) = (self.format, self.format.name());
         let is_gltf = matches!(format, Format::Glb | Format::Gltf);
-        let what = match self.bake {
+        let what = match self.arguments.bake {
             Some(size) if !is_gltf && format != Format::Obj => {
                 format!("--bake {size}: {name} cannot store textures: write glb, gltf or obj")
             }
             _ if self.compress.is_some() && !is_gltf => format!("--compress: {name} is not glTF: write glb or gltf"),
-            _ if self.engine == Some(Engine::Gltf) && !is_gltf => {
+            _ if self.arguments.engine == Some(Engine::Gltf) && !is_gltf => {
                 format!("--engine gltf: {name} is not glTF: write glb or gltf")
             }
-            _ if self.textures.is_some()
+            _ if self.arguments.textures.is_some()
                 && !is_gltf
                 && !matches!(format, Format::Obj | Format::Ply | Format::PlyAscii) =>
             {
@@ -51,7 +51,7 @@ impl Job {
     /// # Errors
     /// As [`check`](Self::check).
     pub fn check_options(&self) -> Result<(), JobError> {
-        self.bake.map_or(Ok(()), bake::check_size)?;
+        self.arguments.bake.map_or(Ok(()), bake::check_size)?;
         if self.options.assembly.as_closed().is_none() {
             self.check_paper()?;
         }
@@ -78,8 +78,8 @@ impl Job {
             ("--hidden", options.hidden != Hidden::Keep),
             ("--keep-components", !options.prune),
             ("--keep-features or --crease-angle", options.crease_angle.is_some()),
-            ("--importance", self.importance.is_some()),
-            ("--keep", !self.keep.is_empty()),
+            ("--importance", self.arguments.importance.is_some()),
+            ("--keep", !self.arguments.keep.is_empty()),
             ("--ratio NAME=R", !self.shares.is_empty()),
             ("--optimize", options.optimize != Optimize::Balanced),
             ("--effort", options.effort != Effort::Standard),
@@ -99,7 +99,7 @@ impl Job {
         [
             ("--lock-boundaries", options.lock_boundaries),
             ("--subset", options.subset),
-            ("--keep", !self.keep.is_empty()),
+            ("--keep", !self.arguments.keep.is_empty()),
             ("--prune", self.prune_below.is_some()),
             ("--hidden", options.hidden != Hidden::Keep),
             ("--optimize looks", options.optimize == Optimize::Looks),
@@ -114,7 +114,7 @@ impl Job {
             ("--error", self.goal.is_by_error()),
             ("--symmetric", options.symmetric.is_some()),
             ("--map", options.map),
-            ("--bake", self.bake.is_some()),
+            ("--bake", self.arguments.bake.is_some()),
         ]
     }
 }
@@ -163,7 +163,7 @@ mod tests {
     fn what_the_format_has_no_place_for_is_refused() {
         let packed = error_message(|job| job.compress = Some(PackOptions { bits: 14, compress: false }));
         assert_eq!(packed, "--compress: obj is not glTF: write glb or gltf");
-        let textures = error_message(|job| (job.format, job.textures) = (Format::Stl, Some(512)));
+        let textures = error_message(|job| (job.format, job.arguments.textures) = (Format::Stl, Some(512)));
         assert_eq!(textures, "--textures: stl cannot store textures: write glb, gltf, obj or ply");
     }
 }

@@ -12,7 +12,7 @@ pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, Job
         let refused = || JobError::Options("importance: give numbers of at least 0, with one above 0".into());
         return given.ok_or_else(refused);
     }
-    let Some(name) = &job.importance else { return Ok(Vec::new()) };
+    let Some(name) = &job.arguments.importance else { return Ok(Vec::new()) };
     let attributes = document.attributes();
     let Some(channel) = attributes.channels.iter().find(|channel| channel.name == *name) else {
         if let Some((part, factor)) = name.rsplit_once('=') {

@@ -1,14 +1,15 @@
-//! Readers of options from JSON, with the parsers of the command line.
+//! Options in JSON, with the parsers of the command line.
 //!
 //! A value is a number or a text. `false` means that an option is not given; `true` gives an option without its value.
 
 use std::collections::BTreeMap;
 
 use serde::de::{Deserialize, Deserializer, Error};
+use serde::ser::{Serialize, Serializer};
 use serde_json::{Number, Value};
 
 use super::choices::Compression;
-use super::parse;
+use super::parse::{self, RatioOf};
 use super::size::{Bound, Size};
 use crate::io::shorten_name;
 use crate::simplify::Symmetry;
@@ -51,8 +52,8 @@ pub fn weld_distance<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Bound>
 }
 
 /// Reads the share of all vertices.
-pub fn ratio<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<parse::RatioOf>, D::Error> {
-    let whole = |share| parse::RatioOf { name: None, share };
+pub fn ratio<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<RatioOf>, D::Error> {
+    let whole = |share| RatioOf { name: None, share };
     value(from, parse::share).map(|share| share.map(whole).into_iter().collect())
 }
 
@@ -75,6 +76,26 @@ pub fn compression<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Compress
         other => Compression::deserialize(other).map(Some).map_err(D::Error::custom),
     }
 }
+
+/// Writes an option whose value may be left out.
+pub fn write_optional<T: Serialize, S: Serializer>(given: &Option<Option<T>>, to: S) -> Result<S::Ok, S::Error> {
+    match given {
+        Some(None) => to.serialize_bool(true),
+        given => given.serialize(to),
+    }
+}
+
+/// Makes values write themselves as they are typed.
+macro_rules! write_as_typed {
+    ($($value:ty),*) => {$(
+        impl Serialize for $value {
+            fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+                to.collect_str(self)
+            }
+        }
+    )*};
+}
+write_as_typed! { Size, Bound, RatioOf }
 
 fn value<'de, D: Deserializer<'de>, T>(from: D, parse: fn(&str) -> Result<T, String>) -> Result<Option<T>, D::Error> {
     match optional_value(from, parse)? {

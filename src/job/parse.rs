@@ -28,6 +28,15 @@ pub struct RatioOf {
     pub share: f64,
 }
 
+impl std::fmt::Display for RatioOf {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.name {
+            Some(name) => write!(f, "{name}={}", self.share),
+            None => write!(f, "{}", self.share),
+        }
+    }
+}
+
 /// Parses a share of the whole or of a name: `10%`, `head=50%`.
 pub fn ratio_of(text: &str) -> Result<RatioOf, String> {
     match text.rsplit_once('=') {

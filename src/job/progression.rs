@@ -7,6 +7,7 @@ use crate::model::Weights;
 use crate::search::prove_progression;
 use crate::simplify::{ClosedOptions, Effort, Event, Progression, Simplified, Target};
 
+use super::arguments::Arguments;
 use super::document::Document;
 use super::error::JobError;
 use super::importance::importance;
@@ -35,7 +36,7 @@ pub fn make_progression(
     let options = options_for(document, job)?;
     let what = "--assembly: a progression needs closed";
     let closed = options.assembly.as_closed().ok_or_else(|| JobError::Options(what.into()))?;
-    let kept = document.faces_named("--keep", &job.keep)?;
+    let kept = document.faces_named("--keep", &job.arguments.keep)?;
     let input = document.input(&importance, &kept);
     let share = if proves { SHARE_OF_COLLAPSE } else { 1.0 };
     let mut of_collapse = |event: Event| watch.event(Event { total: share * event.total, ..event });
@@ -63,8 +64,9 @@ impl Document {
         };
         // The progression does not say whether equal positions were welded, nor whether it is of a scene.
         for format in [job.format, Format::Glb] {
-            for weld in [job.weld, !job.weld] {
-                let document = open(&Job { weld, format, ..job.clone() })?;
+            for no_weld in [job.arguments.no_weld, !job.arguments.no_weld] {
+                let arguments = Arguments { no_weld, ..job.arguments.clone() };
+                let document = open(&Job { arguments, format, ..job.clone() })?;
                 if progression.is_of(document.mesh()) {
                     return Ok(document.with_progression(progression));
                 }
@@ -85,10 +87,13 @@ fn check_options(job: &Job) -> Result<(), JobError> {
     let same = ClosedOptions { effort, frame, ..ClosedOptions::default() };
     let is_plain = job.options.assembly.as_closed() == Some(&same)
         && job.repair.is_none()
-        && job.bake.is_none()
-        && job.weld_near.is_none()
-        && (job.prune_below.is_none() && job.seam_texels.is_none())
-        && (job.importance.is_none() && job.keep.is_empty() && job.shares.is_empty() && job.ignore.is_empty());
+        && job.arguments.bake.is_none()
+        && job.arguments.weld.is_none()
+        && (job.prune_below.is_none() && job.arguments.seam_error.is_none())
+        && (job.arguments.importance.is_none()
+            && job.arguments.keep.is_empty()
+            && job.shares.is_empty()
+            && job.arguments.ignore.is_empty());
     let what = "a progression has the options with which it was made: give a size, names of files and --effort alone";
     if is_plain { Ok(()) } else { Err(JobError::Options(what.into())) }
 }

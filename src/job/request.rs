@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use crate::io::{Format, PackOptions};
 use crate::simplify::{Assembly, ClosedOptions, Options, Target};
 
-use super::choices::{Engine, Ignored};
+use super::arguments::Arguments;
+use super::choices::Engine;
 use super::size::{Bound, Goal};
 
 /// Request to simplify a document: how to read, repair, simplify, pack and write it.
@@ -22,50 +23,26 @@ use super::size::{Bound, Goal};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Job {
+    /// Options as asked for; other fields replace sizes, units and defaults that are resolved.
+    pub arguments: Arguments,
     /// Options of the simplifier.
     pub options: Options,
-    /// Seed that the report names.
-    pub seed: u64,
     /// Goal of the job, which replaces `options.target`.
     pub goal: Goal,
-    /// Engine whose convention levels of detail follow.
-    pub engine: Option<Engine>,
     /// Format of the results.
     pub format: Format,
     /// Names of the result files.
     pub names: Names,
-    /// True if vertices that do not move get exactly the file's coordinates.
-    pub exact: bool,
-    /// True if vertices at equal positions are welded.
-    pub weld: bool,
-    /// Distance below which vertices are welded.
-    pub weld_near: Option<Bound>,
-    /// Distance that texture seams may move, in texels.
-    pub seam_texels: Option<f64>,
     /// Size below which components are dropped.
     pub prune_below: Option<Bound>,
     /// Largest deformation of a component that no requested size may exceed.
     pub hold_shape: Option<Bound>,
     /// Repair before simplification.
     pub repair: Option<Repair>,
-    /// Texels per side of baked textures.
-    pub bake: Option<usize>,
     /// Packing of a glTF.
     pub compress: Option<PackOptions>,
-    /// Texels per side above which textures are made smaller.
-    pub textures: Option<usize>,
-    /// Attributes that the result does not need.
-    pub ignore: Vec<Ignored>,
-    /// Attribute with the vertex importance, or `NAME=FACTOR`.
-    pub importance: Option<String>,
-    /// Names of materials, groups or objects whose faces stay unchanged.
-    pub keep: Vec<String>,
-    /// Names as in `keep`, and the share of each that stays, above 0 and at most 1.
+    /// Names of materials, groups or objects, and the share of each that stays, above 0 and at most 1.
     pub shares: Vec<(String, f64)>,
-    /// True if files outside the mesh's folder may be read.
-    pub allow_outside: bool,
-    /// True if the distance from the original is measured.
-    pub check: bool,
     /// True if topology is reported.
     pub shapes: bool,
 }
@@ -76,28 +53,16 @@ impl Job {
         let goal = Goal::One(options.target.into());
         let seed = if let Assembly::Paper(paper) = &options.assembly { paper.seed } else { 0 };
         Self {
+            arguments: Arguments { seed, ..Arguments::default() },
             options,
-            seed,
             goal,
-            engine: None,
             format,
             names: Names::default(),
-            exact: false,
-            weld: true,
-            weld_near: None,
-            seam_texels: None,
             prune_below: None,
             hold_shape: None,
             repair: None,
-            bake: None,
             compress: None,
-            textures: None,
-            ignore: Vec::new(),
-            importance: None,
-            keep: Vec::new(),
             shares: Vec::new(),
-            allow_outside: false,
-            check: true,
             shapes: false,
         }
     }
@@ -114,22 +79,22 @@ impl Job {
 
     /// Returns whether a glTF stays a scene instead of one mesh.
     pub(super) fn takes_scenes(&self) -> bool {
-        matches!(self.format, Format::Gltf | Format::Glb) && self.bake.is_none()
+        matches!(self.format, Format::Gltf | Format::Glb) && self.arguments.bake.is_none()
     }
 
     /// Returns whether levels of detail of a scene are nodes under one, and not of `MSFT_lod`.
     pub(super) fn has_sibling_levels(&self) -> bool {
-        matches!(self.engine, Some(Engine::Unity | Engine::Godot)) && self.goal.n_levels().is_some()
+        matches!(self.arguments.engine, Some(Engine::Unity | Engine::Godot)) && self.goal.n_levels().is_some()
     }
 
     /// Returns whether some vertices are locked: at boundaries or at kept faces.
     pub(super) fn keeps_unmoved_positions(&self) -> bool {
-        self.closed_options().lock_boundaries || !self.keep.is_empty() || !self.shares.is_empty()
+        self.closed_options().lock_boundaries || !self.arguments.keep.is_empty() || !self.shares.is_empty()
     }
 
     /// Returns whether some vertices must keep their exact positions.
     pub(super) fn keeps_positions(&self) -> bool {
-        self.exact || self.closed_options().subset || self.keeps_unmoved_positions()
+        self.arguments.subset || self.closed_options().subset || self.keeps_unmoved_positions()
     }
 }
 

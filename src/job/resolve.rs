@@ -18,7 +18,8 @@ pub fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> 
             let share =
                 |most: Bound| most.to_absolute(document.diagonal()) / document.diagonal().max(f64::MIN_POSITIVE);
             closed.hold_shape = job.hold_shape.map(share);
-            closed.seam_error = job.seam_texels.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
+            closed.seam_error =
+                job.arguments.seam_error.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
             closed.symmetric = closed.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
         }
         Assembly::Paper(_) => {}

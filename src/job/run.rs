@@ -108,7 +108,7 @@ fn simplify_document(
     let options = options_for(document, job)?;
     // The check has refused shares with the paper's assembly.
     let Some(closed) = options.assembly.as_closed().filter(|_| !job.shares.is_empty()) else {
-        let kept = document.faces_named("--keep", &job.keep)?;
+        let kept = document.faces_named("--keep", &job.arguments.keep)?;
         let input = document.input(&importance, &kept);
         return simplify_to_goal(document, &input, (weights, &options), job, watch);
     };
@@ -162,10 +162,10 @@ fn bake_result(
     job: &Job,
     watch: &mut dyn Watch,
 ) -> Result<Option<BakedMaterial>, JobError> {
-    let (Some(size), Some(result)) = (job.bake, results.first()) else { return Ok(None) };
+    let (Some(size), Some(result)) = (job.arguments.bake, results.first()) else { return Ok(None) };
     watch.begin(JobStage::Bake);
     let is_gltf = matches!(job.format, Format::Gltf | Format::Glb);
-    let (looks, missing) = document.looks(job.allow_outside);
+    let (looks, missing) = document.looks(job.arguments.allow_outside);
     let original = (document.mesh(), document.attributes(), &looks);
     let baked = bake::bake_material(size, is_gltf, original, &result.mesh).map_err(JobError::Document)?;
     Ok(Some(BakedMaterial { notes: [missing, baked.notes].concat(), ..baked }))
@@ -189,11 +189,11 @@ fn measure_result(document: &Document, result: &Simplified, packing: Option<&Pac
     let distance = || document.distance(result, packing, SAMPLES).as_ref().map(DistanceFigures::new);
     let mut output = OutputFigures::new(MeshSize::measure(&result.mesh, job.shapes), &result.report);
     output.dropped = document.dropped_components(&result.report);
-    Level::new(output, outcome_words(&result.report.outcome), job.check.then(distance).flatten())
+    Level::new(output, outcome_words(&result.report.outcome), (!job.arguments.no_check).then(distance).flatten())
 }
 
 fn note_missing_poses(document: &Document, job: &Job) -> Option<String> {
-    let has_poses = document.attributes().channels.iter().any(|channel| channel.role == Role::MorphPosition);
+    let has_poses = document.attributes().channel(Role::MorphPosition).is_some();
     let what = "--for poses: the mesh has no skin or morph targets, so every region is assumed to bend alike";
     (job.closed_options().purpose == Purpose::Poses && !has_poses).then(|| what.into())
 }
@@ -226,7 +226,7 @@ fn make_report(
         target: target_words(&job.goal, job.options.target),
         outcome: first.outcome,
         scores: score_words(result.report.scores),
-        seed: job.seed,
+        seed: job.arguments.seed,
         threads: rayon::current_num_threads(),
         seconds: Seconds::default(),
         cleaned: (&document.counts).into(),

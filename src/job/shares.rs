@@ -23,7 +23,7 @@ pub fn simplify_named(
     watch: &mut dyn Watch,
 ) -> Result<(SimplifiedGroups, Vec<NamedShare>), JobError> {
     let mut ratios = Vec::new();
-    let kept = job.keep.iter().map(|name| ("--keep", name, 1.0));
+    let kept = job.arguments.keep.iter().map(|name| ("--keep", name, 1.0));
     for (option, name, ratio) in kept.chain(job.shares.iter().map(|(name, ratio)| ("--ratio", name, *ratio))) {
         let groups = document.groups_named(name);
         let groups = groups.map_err(|why| JobError::Options(format!("{option} {name}: {why}")))?;
@@ -40,12 +40,13 @@ pub fn simplify_named(
     let mut simplified = simplified?;
     let before = &attributes.groups;
     let n_of = |groups: &[u32], of: &[u32]| groups.iter().filter(|group| of.contains(group)).count();
-    let named_shares = job.shares.iter().zip(&ratios[job.keep.len()..]).map(|((name, ratio), group)| NamedShare {
-        name: name.clone(),
-        ratio: *ratio,
-        faces_before: n_of(before, &group.groups),
-        faces: n_of(&simplified.attributes.groups, &group.groups),
-    });
+    let named_shares =
+        job.shares.iter().zip(&ratios[job.arguments.keep.len()..]).map(|((name, ratio), group)| NamedShare {
+            name: name.clone(),
+            ratio: *ratio,
+            faces_before: n_of(before, &group.groups),
+            faces: n_of(&simplified.attributes.groups, &group.groups),
+        });
     let named_shares = named_shares.collect();
     if document.input(&[], &[]).attributes.groups.is_empty() {
         simplified.attributes.groups.clear();

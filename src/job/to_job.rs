@@ -46,19 +46,12 @@ impl Arguments {
         // A size that is known only with the mesh leaves the target at a ratio of 1.0.
         let target = goal.sizes().first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX));
         let mut job = Job::new(Options::with_closed(target, self.closed_options(is_paper)?), format);
-        (job.seed, job.goal, job.engine) = (self.seed, goal, self.engine);
+        (job.arguments, job.goal) = (self.clone(), goal);
         let named = self.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share)));
         job.shares = self.ratio_of.clone().into_iter().chain(named).collect::<BTreeMap<_, _>>().into_iter().collect();
-        (job.weld, job.weld_near) = (!self.no_weld, self.weld);
-        (job.seam_texels, job.prune_below) = (self.seam_error, self.prune.and_then(|size| size.or(self.error)));
+        job.prune_below = self.prune.and_then(|size| size.or(self.error));
         job.hold_shape = self.hold_shape.map(|most| most.unwrap_or(Bound::Percent(HELD_PERCENT)));
         (job.repair, job.compress) = (self.repair(), self.packing()?);
-        (job.bake, job.textures) = (self.bake, self.textures);
-        job.ignore.clone_from(&self.ignore);
-        (job.importance, job.keep) = (self.importance.clone(), self.keep.clone());
-        (job.allow_outside, job.check) = (self.allow_outside, !self.no_check);
-        // The paper's assembly has no option for this, as its vertices stay anyway.
-        job.exact = self.subset;
         self.set_assembly(is_paper, &mut job)?;
         job.check_options()?;
         Ok(job)

@@ -2,12 +2,20 @@
 #![allow(dead_code, reason = "not every set of features uses all")]
 
 use std::collections::HashSet;
+use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::metrics::{Surface, surface_distance};
+use neural_mesh::simplify::{Input, Options, Simplified, simplify};
 use proptest::prelude::*;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+// Simplifies without weights; the run must succeed.
+#[track_caller]
+pub fn simplify_valid<'a>(input: impl Into<Input<'a>>, options: &Options) -> Simplified {
+    simplify(input, None, options, &mut |_| ControlFlow::Continue(())).expect("a result")
+}
 
 // Expects a closed, manifold, consistently oriented mesh without unused vertices or repeated positions.
 #[track_caller]

@@ -216,11 +216,8 @@ fn locked_vertices_stay() {
 #[test]
 fn small_components_are_pruned_and_points_selected() {
     let (sphere, small) = (shapes::icosphere(3), shapes::icosphere(1));
-    let n = sphere.positions().len() as u32;
-    let mut positions = sphere.positions().to_vec();
-    positions.extend(small.positions().iter().map(|p| [0.01 * p[0] + 3.0, 0.01 * p[1], 0.01 * p[2]]));
-    let faces = sphere.faces().iter().copied().chain(small.faces().iter().map(|face| face.map(|v| v + n)));
-    let mesh = TriMesh::new(positions, faces.collect()).unwrap();
+    let small = shapes::place(&small, |[x, y, z]| [0.01 * x + 3.0, 0.01 * y, 0.01 * z]);
+    let mesh = shapes::unite([&sphere, &small]);
     let answer = call(buffers(&mesh), &json!({ "call": "prune", "indices": 1, "positions": 2, "error": 0.05 }));
     assert_eq!(answer.indices(&answer.json["indices"]).len(), sphere.faces().len());
     let answer = call(buffers(&mesh), &json!({ "call": "points", "positions": 2, "target": 50 }));

@@ -118,11 +118,8 @@ mod tests {
     fn other_components_are_infinitely_far() {
         let sphere = shapes::icosphere(1);
         let n = sphere.positions().len();
-        let far = sphere.positions().iter().map(|p| [p[0] + 5.0, p[1], p[2]]);
-        let positions = sphere.positions().iter().copied().chain(far).collect();
-        let faces = sphere.faces().iter().copied();
-        let faces = faces.clone().chain(faces.map(|face| face.map(|v| v + n as u32))).collect();
-        let laplacian = Laplacian::new(&TriMesh::new(positions, faces).unwrap()).unwrap();
+        let both = shapes::unite([&sphere, &shapes::place(&sphere, |[x, y, z]| [x + 5.0, y, z])]);
+        let laplacian = Laplacian::new(&both).unwrap();
         let distances = mask_other_components(vec![1.0; 2 * n], &laplacian, 0);
         assert_eq!(distances.iter().filter(|distance| distance.is_infinite()).count(), n);
     }

@@ -83,10 +83,7 @@ mod tests {
     #[test]
     fn figures_do_not_depend_on_the_unit() {
         let [fine, coarse] = [3, 2].map(shapes::icosphere);
-        let scaled = |mesh: &TriMesh, by: f32| {
-            let positions = mesh.positions().iter().map(|p| p.map(|x| by * x)).collect();
-            TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
-        };
+        let scaled = |mesh: &TriMesh, by: f32| shapes::place(mesh, |p| p.map(|x| by * x));
         let usual = compare_meshes(&fine, &coarse);
         for power in [-100, 90] {
             let by = 2f32.powi(power);

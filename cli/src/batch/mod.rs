@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use neural_mesh::job::{Arguments, JobReport, RatioOf};
+use neural_mesh::job::{Arguments, JobReport};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::Purpose;
+use serde_json::Value;
 
 use crate::args::SimplifyArgs;
 use crate::bar::Bar;
@@ -58,7 +58,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
         BatchFolders { folder, n_levels: args.options.lods.len(), side_folders: open_side_folders(&args)?, read };
     let extra_files = ExtraFiles::new(&folders, &outputs, args.force);
     // Every mesh has a row from the start, so that a killed batch can be resumed.
-    let options = spell_options(&args.options);
+    let options = spell_options(&args.options)?;
     let manifest = Manifest::open(folders, &inputs, &outputs, &options, [args.resume, args.force])?;
     interrupt::handle_signals(Failure::Stopped("interrupted: continue with --resume".into()));
     let weights = read::read_weights(args.options.weights.as_deref(), &job.options.assembly)?;
@@ -102,68 +102,25 @@ fn check_arguments(args: &SimplifyArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Spells out the options for the manifest; a resumed batch must have the same.
-fn spell_options(args: &Arguments) -> String {
-    let mut words = [
-        spell_target(args),
-        format!("--assembly {:?} --optimize {:?} --effort {:?}", args.assembly, args.optimize, args.effort),
-        format!("--hidden {:?} --seed {}", args.hidden, args.seed),
-    ]
-    .join(" ");
-    words.make_ascii_lowercase();
-    let named = [
-        args.scores.map(|scores| format!(" --scores {scores:?}").to_ascii_lowercase()),
-        args.weights.as_ref().map(|path| format!(" --weights {}", path.display())),
-        args.format.as_ref().map(|format| format!(" --format {format}")),
-        args.prune.map(|size| spell_option("--prune", size)),
-        args.hold_shape.map(|most| spell_option("--hold-shape", most)),
-        args.keep_components.then(|| " --keep-components".into()),
-        args.fill_holes.map(|most| spell_option("--fill-holes", most)),
-        args.printable.map(|size| spell_option("--printable", size)),
-        args.bake.map(|size| format!(" --bake {size}")),
-        args.compress.map(|how| format!(" --compress={how:?}").to_ascii_lowercase()),
-        args.textures.map(|side| format!(" --textures {side}")),
-        args.weld.map(|distance| format!(" --weld {distance}")),
-        args.no_weld.then(|| " --no-weld".into()),
-        args.no_check.then(|| " --no-check".into()),
-        args.lock_boundaries.then(|| " --lock-boundaries".into()),
-        args.subset.then(|| " --subset".into()),
-        args.close.then(|| " --close".into()),
-        args.place.then(|| " --place".into()),
-        args.keep_features.then(|| " --keep-features".into()),
-        args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),
-        (args.purpose != Purpose::Shape).then(|| format!(" --for {:?}", args.purpose).to_ascii_lowercase()),
-        args.seam_error.map(|texels| format!(" --seam-error {texels}")),
-        (!args.ignore.is_empty()).then(|| format!(" --ignore {:?}", args.ignore).to_ascii_lowercase()),
-        args.symmetric.map(|plane| spell_option("--symmetric", plane)),
-        args.importance.as_ref().map(|name| format!(" --importance {name}")),
-        (!args.keep.is_empty()).then(|| format!(" --keep {:?}", args.keep)),
-        args.allow_outside.then(|| " --allow-outside".into()),
-    ];
-    words.extend(named.into_iter().flatten());
-    words
+/// Spells out the options that are not the default for the manifest; a resumed batch must have the same.
+fn spell_options(args: &Arguments) -> Result<String, Failure> {
+    let to_json = |args| serde_json::to_value(args).map_err(|error| Failure::Failed(format!("options: {error}")));
+    let (given, usual) = (to_json(args)?, to_json(&Arguments::default())?);
+    let changed = given.as_object().into_iter().flatten().filter(|(name, value)| usual[*name] != **value);
+    let mut words: Vec<String> =
+        changed.flat_map(|(name, value)| spell_option(&name.replace('_', "-"), value)).collect();
+    words.extend(args.weights.as_ref().map(|path| format!("--weights {}", path.display())));
+    Ok(words.join(" "))
 }
 
-fn spell_target(args: &Arguments) -> String {
-    let sizes = [
-        (!args.ratio.is_empty()).then(|| {
-            let prefix = |of: &RatioOf| of.name.as_ref().map_or_else(String::new, |name| format!("{name}="));
-            let words = args.ratio.iter().map(|of| format!("--ratio {}{}", prefix(of), of.share));
-            words.collect::<Vec<_>>().join(" ")
-        }),
-        args.vertices.map(|n| format!("--vertices {n}")),
-        args.faces.map(|n| format!("--faces {n}")),
-        args.error.map(|error| format!("--error {error}")),
-        args.size.map(|size| format!("--size {size}")),
-        (!args.lods.is_empty()).then(|| format!("--lods {}", args.lods.join(","))),
-        args.lods_by.map(|by| format!("--lods-by {by:?}")),
-        args.engine.map(|engine| format!("--engine {engine:?}")),
-    ];
-    sizes.into_iter().flatten().collect::<Vec<_>>().join(" ")
-}
-
-fn spell_option(option: &str, value: Option<impl std::fmt::Display>) -> String {
-    value.map_or(format!(" {option}"), |value| format!(" {option}={value}"))
+/// Spells an option, once for each of its values.
+fn spell_option(name: &str, value: &Value) -> Vec<String> {
+    match value {
+        Value::Array(values) => values.iter().flat_map(|value| spell_option(name, value)).collect(),
+        Value::Bool(_) => vec![format!("--{name}")],
+        Value::String(text) => vec![format!("--{name} {text}")],
+        other => vec![format!("--{name} {other}")],
+    }
 }
 
 struct Batch {

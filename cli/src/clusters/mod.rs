@@ -84,7 +84,7 @@ fn write_from_memory(
     if let Some(path) = &args.html {
         // The page reads the same bytes, unless the file is Bevy's.
         let file = if is_for_bevy(&args.output) { Cow::Owned(clusters.to_bytes()) } else { Cow::Borrowed(&bytes[..]) };
-        let paints = paints::pack_paints(&document, request.job.allow_outside);
+        let paints = paints::pack_paints(&document, request.job.arguments.allow_outside);
         let page = page::create_page(&input_name(&args.input), &file, &paints);
         notes = paints.notes;
         pending.push(files::prepare_file(path, page.as_bytes(), args.force)?);

@@ -82,7 +82,7 @@ fn write_progression(args: &ProgressionArgs, read: &FilesRead) -> Result<(), Fai
 /// Opens the document again from the written bytes, so that a file that cannot be used is not written.
 fn check_reopens(bytes: &[u8], request: &Request) -> Result<(), Failure> {
     let mut job = Job::new(Options::new(Target::Ratio(1.0)), request.job.format);
-    job.weld = request.job.weld;
+    job.arguments.no_weld = request.job.arguments.no_weld;
     let reopened = Progression::from_bytes(bytes).map_err(|error| Failure::in_file(&request.source.path, error))?;
     Document::from_progression(reopened, &job).map(drop).map_err(|error| request.failure(error))
 }

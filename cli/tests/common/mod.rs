@@ -44,6 +44,22 @@ pub fn run(folder: &Path, arguments: &[&str]) -> Run {
     finish(program(folder, arguments).spawn().unwrap())
 }
 
+/// Runs the program, which must succeed.
+#[track_caller]
+pub fn succeed(folder: &Path, arguments: &[&str]) -> Run {
+    let run = run(folder, arguments);
+    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
+    run
+}
+
+/// Runs the program, which must end with a code and one line of error; returns the line.
+#[track_caller]
+pub fn refuse(folder: &Path, arguments: &[&str], code: i32) -> String {
+    let refused = run(folder, arguments);
+    assert_eq!(refused.code, Some(code), "{arguments:?}: {}", refused.stderr);
+    error_line(&refused)
+}
+
 pub fn run_with_input(folder: &Path, arguments: &[&str], input: &[u8]) -> Run {
     let mut child = program(folder, arguments).stdin(Stdio::piped()).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
@@ -149,4 +165,39 @@ pub fn sphere(first: usize, rings: usize, centre: [f64; 3], radius: f64) -> Stri
         }
     }
     text
+}
+
+/// Writes `plate.obj` after lines of its own, with x shifted by some decimals: a bent square of two materials, left and right.
+pub fn write_plate(folder: &Path, first: &str, decimals: &str) {
+    let n = 20;
+    let mut text = String::from(first);
+    let all = || (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
+    all().for_each(|(i, j)| text += &format!("v {i}{decimals} {j} {}\n", 0.3 * f64::from(i).sin()));
+    all().for_each(|(i, j)| text += &format!("vt {} {}\n", f64::from(i) / 20.0, f64::from(j) / 20.0));
+    for (name, rows) in [("left", 0..n / 2), ("right", n / 2..n)] {
+        text += &format!("usemtl {name}\n");
+        for (i, j) in rows.flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let vertex = |i, j| 1 + j * (n + 1) + i;
+            let [a, b, c, d] =
+                [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)].map(|v| format!("{v}/{v}"));
+            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+        }
+    }
+    std::fs::write(folder.join("plate.obj"), text).unwrap();
+}
+
+/// Returns an OBJ of n x n squares with a chart each, in materials by turns or none.
+pub fn charts(n: usize, materials: &[&str]) -> String {
+    let mut obj: String =
+        (0..(n + 1) * (n + 1)).map(|i| format!("v {} {} {}\n", i % (n + 1), i / (n + 1), (i * i) % 3)).collect();
+    for square in 0..n * n {
+        let (x, y) = (square % n, square / n);
+        let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
+        corners.iter().for_each(|[i, j]| obj += &format!("vt {} {}\n", 2 * x + i, 2 * y + j));
+        let [a, b, c, d] = corners.map(|[i, j]| (y + j) * (n + 1) + x + i + 1);
+        let [ta, tb, tc, td] = [1, 2, 3, 4].map(|k| 4 * square + k);
+        obj.extend(materials.get((x + y) % 2).map(|name| format!("usemtl {name}\n")));
+        obj += &format!("f {a}/{ta} {b}/{tb} {c}/{tc}\nf {a}/{ta} {c}/{tc} {d}/{td}\n");
+    }
+    obj
 }

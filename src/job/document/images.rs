@@ -13,8 +13,8 @@ use crate::job::request::Job;
 impl Document {
     /// Rejects a document with an undecodable image if the job bakes textures.
     pub fn check_images(self, job: &Job) -> Result<Self, JobError> {
-        let Some(size) = job.bake else { return Ok(self) };
-        let (looks, _) = self.looks(job.allow_outside);
+        let Some(size) = job.arguments.bake else { return Ok(self) };
+        let (looks, _) = self.looks(job.arguments.allow_outside);
         let mut known: Vec<Arc<[u8]>> = Vec::new();
         for (group, look) in looks.of_groups.iter().enumerate() {
             for BaseTexture { image, .. } in textures(look) {

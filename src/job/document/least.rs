@@ -39,7 +39,8 @@ impl Document {
             return Ok(());
         }
         let n_images = n_least.saturating_sub(least(Some(&NoImages))?);
-        let mut smaller = SIDES.into_iter().filter(|side| n_images > 0 && job.textures.is_none_or(|now| *side < now));
+        let mut smaller =
+            SIDES.into_iter().filter(|side| n_images > 0 && job.arguments.textures.is_none_or(|now| *side < now));
         // Half of the bytes are left for the shape.
         let fits = |side: &usize| least(Some(&Textures::new(*side))).is_ok_and(|n| 2 * n <= n_bytes);
         let advice = match smaller.find(fits) {
@@ -84,7 +85,7 @@ impl Document {
     ) -> Result<usize, WriteError> {
         let model = Model::new(mesh, self.frame, attributes, extra);
         let mut options = WriteOptions::new(job.format, library_name(job, file_name));
-        (options.allow_outside, options.images) = (job.allow_outside, images);
+        (options.allow_outside, options.images) = (job.arguments.allow_outside, images);
         io::write_attributed(&model, &options).map(|written| written.bytes.len())
     }
 }

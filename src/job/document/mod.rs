@@ -155,7 +155,7 @@ impl Document {
 
     /// Converts texels to a share of the largest colour texture's side; without textures, of 1024 texels.
     pub fn share_of_texture(&self, texels: f64, job: &Job) -> f64 {
-        let (looks, _) = self.looks(job.allow_outside);
+        let (looks, _) = self.looks(job.arguments.allow_outside);
         let textures = looks.of_groups.iter().filter_map(|look| look.texture.as_ref());
         let side = textures.filter_map(|texture| image_size(&texture.image)).flatten().max();
         (texels / side.map_or(1024.0, |side| side as f64)).min(1.0)

@@ -24,7 +24,7 @@ impl Document {
     /// [`JobError`] if no face is left or the job does not suit the mesh.
     pub fn from_mesh(read: ReadMesh, job: &Job) -> Result<Self, JobError> {
         let ReadMesh { mesh: mut raw, extra, notes, .. } = read;
-        if job.bake.is_some() && extra.is_bent {
+        if job.arguments.bake.is_some() && extra.is_bent {
             let what =
                 "--bake: a mesh with a skin or morph targets has more than one shape: simplify it without --bake";
             return Err(JobError::Options(what.into()));
@@ -104,7 +104,7 @@ impl Document {
                     .into(),
             )
         })?;
-        counts.welded_vertices += if job.weld { united.join_touching_pieces() } else { 0 };
+        counts.welded_vertices += if job.arguments.no_weld { 0 } else { united.join_touching_pieces() };
         let of_backs = (n_double_sided > 0).then(|| {
             format!("{n_double_sided} materials become double-sided, in place of faces for the back of others")
         });
@@ -114,17 +114,17 @@ impl Document {
     }
 
     fn from_kind(kind: Kind, (frame, counts): (Frame, CleanCounts), notes: Vec<String>, job: &Job) -> Self {
-        let textures = job.textures.map(Textures::new);
+        let textures = job.arguments.textures.map(Textures::new);
         Self { frame, counts, notes, repaired: None, kind, progression: None, wanted: None, factors: None, textures }
     }
 
     // Only attributes that the job needs and the format can store are kept.
     fn select_attributes(mut self, job: &Job) -> Result<Self, JobError> {
-        if job.format.is_bare() || job.bake.is_some() {
+        if job.format.is_bare() || job.arguments.bake.is_some() {
             self.wanted = Some(Attributes::default());
             return Ok(self);
         }
-        let ignores = |what| job.ignore.contains(&what);
+        let ignores = |what| job.arguments.ignore.contains(&what);
         if matches!(self.kind, Kind::Scene { .. }) && ignores(Ignored::Materials) {
             let what = "--ignore materials: the primitives of a scene cannot be merged: leave materials out, or write obj or ply";
             return Err(JobError::Options(what.into()));
@@ -138,7 +138,7 @@ impl Document {
         };
         let is_scene = matches!(self.kind, Kind::Scene { .. });
         let held = |role| is_scene || job.format.holds(role);
-        if !job.ignore.is_empty() || self.attributes().channels.iter().any(|channel| !held(channel.role)) {
+        if !job.arguments.ignore.is_empty() || self.attributes().channels.iter().any(|channel| !held(channel.role)) {
             let keeps = |role| keeps(role) && held(role);
             self.wanted = Some(self.attributes().clone().keep_roles(keeps, !ignores(Ignored::Materials)));
         }
@@ -209,13 +209,13 @@ fn show_lost_backs(asset: &mut Asset, parts: &[Result<Cleaned, CleanError>]) -> 
 
 fn clean_options(job: &Job) -> CleanOptions {
     let mut options = CleanOptions::default();
-    options.weld = job.weld;
+    options.weld = !job.arguments.no_weld;
     options
 }
 
 /// Snaps vertices closer than [`Job::weld_near`]; `scale` is the mesh's scale in its scene.
 fn weld_near(raw: &mut RawMesh, job: &Job, scale: f64) {
-    if let Some(bound) = job.weld_near {
+    if let Some(bound) = job.arguments.weld {
         let distance = match bound {
             Bound::Absolute(distance) => distance / scale,
             Bound::Percent(_) => bound.to_absolute(raw.diagonal()),

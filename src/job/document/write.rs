@@ -88,7 +88,7 @@ impl Document {
                 let mut model = Model::new(&result.mesh, self.frame, attributes, extra);
                 model.exact = exact;
                 let mut options = WriteOptions::new(job.format, library_name(job, file_name));
-                (options.allow_outside, options.packing) = (job.allow_outside, packing.cloned());
+                (options.allow_outside, options.packing) = (job.arguments.allow_outside, packing.cloned());
                 (options.images, options.shares_images) = (self.textures(), job.names.shared.is_some());
                 options.folder = self.output_folder(job);
                 self.mesh_files(model, *baked, &options, job)
@@ -124,7 +124,7 @@ impl Document {
         let dropped = io::describe_losses(options.format, self.attributes(), extra);
         let mut nameless = Extra::default();
         nameless.unit.clone_from(&extra.unit);
-        let is_nameless = job.ignore.contains(&Ignored::Materials) || options.format.is_bare();
+        let is_nameless = job.arguments.ignore.contains(&Ignored::Materials) || options.format.is_bare();
         model.extra = baked.map_or(if is_nameless { &nameless } else { extra }, |baked| &baked.extra);
         let said = dropped.as_ref().and_then(|_| io::describe_losses(options.format, model.attributes, model.extra));
         let written = io::write_attributed(&model, options)?;

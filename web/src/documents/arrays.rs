@@ -133,7 +133,7 @@ pub fn add_result(
     arrays.extend([("positions".to_string(), json!(positions)), ("doubles".into(), json!(exact.is_some()))]);
     arrays.insert("faces".into(), json!(faces));
     for (name, role, _) in NAMES {
-        let Some(channel) = result.attributes.channels.iter().find(|channel| channel.role == role) else { continue };
+        let Some(channel) = result.attributes.channel(role) else { continue };
         arrays.insert(name.into(), json!(answer.add_numbers(split.of_wedges(channel), f32::to_le_bytes)));
         arrays.insert(format!("{name}_width"), json!(channel.width));
     }

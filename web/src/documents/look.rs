@@ -59,18 +59,17 @@ fn add_arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &m
     let mut arrays = Map::new();
     let positions = split.of_vertices(mesh.positions()).copied().flatten();
     arrays.insert("positions".into(), json!(answer.add_numbers(positions, f32::to_le_bytes)));
-    let find_channel = |role| attributes.channels.iter().find(|channel| channel.role == role);
-    if let Some(normals) = find_channel(Role::Normal) {
+    if let Some(normals) = attributes.channel(Role::Normal) {
         arrays.insert("normals".into(), json!(answer.add_numbers(split.of_wedges(normals), f32::to_le_bytes)));
     }
-    if let Some(uv) = find_channel(Role::Uv).filter(|uv| uv.width == 2) {
+    if let Some(uv) = attributes.channel(Role::Uv).filter(|uv| uv.width == 2) {
         // Texture coordinates count v upwards, images count it downwards.
         let values: Vec<f32> = split.of_wedges(uv).collect();
         let down = |(at, v): (usize, f32)| if looks.v_is_up && at % 2 == 1 { 1.0 - v } else { v };
         let values = values.into_iter().enumerate().map(down);
         arrays.insert("uv".into(), json!(answer.add_numbers(values, f32::to_le_bytes)));
     }
-    if let Some(colors) = find_channel(Role::Colour) {
+    if let Some(colors) = attributes.channel(Role::Colour) {
         let linear = |x: f32| if looks.linear_colours { x } else { linear_light(x) };
         let colors = colors_of(&split, colors).flat_map(|[r, g, b, a]| [linear(r), linear(g), linear(b), a]);
         arrays.insert("colors".into(), json!(answer.add_numbers(colors, f32::to_le_bytes)));

@@ -80,7 +80,7 @@ impl SimplifyRequest {
             job.check_format()?;
         }
         // Shapes are measured together with distances, since both take about equally long.
-        job.shapes = job.check;
+        job.shapes = !job.arguments.no_check;
         Ok(job)
     }
 

@@ -43,16 +43,14 @@ pub fn components(laplacian: &Laplacian) -> Vec<Component> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use neural_mesh::mesh::{TriMesh, shapes};
+    use neural_mesh::mesh::shapes;
 
     #[test]
     fn components_partition_vertices_and_edges() {
         let small = shapes::icosphere(0);
         let large = shapes::grid(5, 4);
-        let away = large.positions().iter().map(|p| [20.0 * p[0], 20.0 * p[1], 9.0]);
-        let positions = small.positions().iter().copied().chain(away).collect();
-        let faces = small.faces().iter().copied().chain(large.faces().iter().map(|face| face.map(|v| v + 12)));
-        let laplacian = Laplacian::new(&TriMesh::new(positions, faces.collect()).unwrap()).unwrap();
+        let both = shapes::unite([&small, &shapes::place(&large, |[x, y, _]| [20.0 * x, 20.0 * y, 9.0])]);
+        let laplacian = Laplacian::new(&both).unwrap();
         let components = components(&laplacian);
         assert_eq!(components.iter().map(|component| component.vertices.len()).collect::<Vec<_>>(), [30, 12]);
         assert!((components[0].area() - 400.0).abs() < 0.1 && components[1].vertices == (0..12).collect::<Vec<u32>>());

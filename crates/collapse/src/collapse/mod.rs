@@ -107,16 +107,17 @@ pub struct CollapseResult {
 /// // A strip of ten squares.
 /// let positions: Vec<[f32; 3]> = (0..22).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
 /// let faces: Vec<[u32; 3]> = (0..10).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]]).collect();
-/// let result = collapse(&positions, &faces, &CollapseOptions::new(CollapseSize::Faces(4))).unwrap();
+/// let result = collapse(&positions, &faces, CollapseSize::Faces(4), &CollapseOptions::default()).unwrap();
 /// assert_eq!((result.faces.len(), result.outcome), (4, CollapseOutcome::Reached));
 /// ```
 pub fn collapse(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
+    size: CollapseSize,
     options: &CollapseOptions,
 ) -> Result<CollapseResult, CollapseError> {
     let mut run = Run::new(positions, faces, options)?;
-    run.go_to(options.size, None);
+    run.go_to(size, None);
     Ok(run.finish(positions, faces))
 }
 
@@ -126,12 +127,12 @@ pub fn collapse(
 /// `receive` gets each result before the run goes on, and may end it.
 ///
 /// # Errors
-/// As [`collapse()`]; the size of `options` is not read.
+/// As [`collapse()`].
 pub fn collapse_to_sizes(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
-    options: &CollapseOptions,
     sizes: &[CollapseSize],
+    options: &CollapseOptions,
     mut receive: impl FnMut(CollapseResult) -> ControlFlow<()>,
 ) -> Result<(), CollapseError> {
     let mut run = Some(Run::new(positions, faces, options)?);
@@ -162,6 +163,7 @@ pub(crate) struct WedgeResult {
 pub(crate) fn collapse_by_wedges(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
+    size: CollapseSize,
     options: &CollapseOptions,
     sides: SidesInput,
 ) -> Result<WedgeResult, CollapseError> {
@@ -169,7 +171,7 @@ pub(crate) fn collapse_by_wedges(
     let followed = (sides.has_copies || sides.width > 0).then_some(sides);
     let mut run = Run::new(positions, faces, options)?;
     let mut sides = followed.map(|sides| run.prepared.make_sides(faces, sides));
-    run.go_to(options.size, sides.as_mut());
+    run.go_to(size, sides.as_mut());
     run.prepared.name_origins(&mut run.collapsed.origins);
     let out = run.place_vertices(positions);
     let error = run.error();

@@ -16,8 +16,6 @@ pub enum CollapseSize {
 #[derive(Clone)]
 #[non_exhaustive]
 pub struct CollapseOptions<'a> {
-    /// The size asked for.
-    pub size: CollapseSize,
     /// Largest estimate of the distance between result and input, in the input's units; infinite: no bound.
     pub max_error: f32,
     /// True if vertices may move; otherwise a merged vertex is at one of the two.
@@ -69,11 +67,10 @@ impl fmt::Debug for Heartbeat<'_> {
 /// Receives the progress of a collapse, from 0 to 1.
 pub type PassListener<'a> = &'a (dyn Fn(f32) -> ControlFlow<()> + Sync);
 
-impl CollapseOptions<'_> {
+impl Default for CollapseOptions<'_> {
     /// Returns the settings for speed: no fit, one thread, no bound, nothing locked.
-    pub fn new(size: CollapseSize) -> CollapseOptions<'static> {
-        CollapseOptions {
-            size,
+    fn default() -> Self {
+        Self {
             max_error: f32::INFINITY,
             moves: true,
             locks_boundaries: false,

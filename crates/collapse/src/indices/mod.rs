@@ -144,7 +144,7 @@ fn simplify_within(
         locks_boundaries: options.locks_boundaries,
         locked: &locked,
         n_threads: options.n_threads,
-        ..CollapseOptions::new(CollapseSize::Faces(options.n_faces))
+        ..CollapseOptions::default()
     };
     let (mut values, columns, n_counted) = buffers.sort_attributes(options.moves);
     let width = columns.len();
@@ -160,7 +160,8 @@ fn simplify_within(
         width,
         n_counted,
     };
-    let mut result = collapse_by_wedges(buffers.positions, faces, &inner, sides)?;
+    let size = CollapseSize::Faces(options.n_faces);
+    let mut result = collapse_by_wedges(buffers.positions, faces, size, &inner, sides)?;
     let mut out = IndexResult { error: result.error, ..IndexResult::default() };
     if options.moves {
         write_moved(buffers, (&result, &by_group), &columns, &mut out);

@@ -339,6 +339,7 @@ impl Work for FarProbes<'_> {
 mod tests {
     use super::*;
     use crate::geometry::nearest_on_triangle::nearest_weights_f64;
+    use crate::linalg::test_values::run_on_threads;
     use crate::mesh::shapes;
     use crate::metrics::{Surface, surface_distance};
 
@@ -425,10 +426,7 @@ mod tests {
     #[test]
     fn threads_do_not_change_a_bit() {
         let (a, b) = (shapes::bolt(32), shapes::bolt(9));
-        let on = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| quick_distance(&a, &b, 4000, 0).unwrap())
-        };
+        let on = |n| run_on_threads(n, || quick_distance(&a, &b, 4000, 0).unwrap());
         assert_eq!(on(1), on(3));
     }
 }

@@ -65,10 +65,7 @@ mod tests {
     use crate::mesh::shapes;
 
     fn unite(a: &TriMesh, b: &TriMesh, shift: f32) -> TriMesh {
-        let n = a.positions().len() as u32;
-        let moved = b.positions().iter().map(|&[x, y, z]| [x + shift, y, z]);
-        let faces = a.faces().iter().copied().chain(b.faces().iter().map(|face| face.map(|v| v + n)));
-        TriMesh::new(a.positions().iter().copied().chain(moved).collect(), faces.collect()).unwrap()
+        shapes::unite([a, &shapes::place(b, |[x, y, z]| [x + shift, y, z])])
     }
 
     #[test]

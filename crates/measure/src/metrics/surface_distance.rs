@@ -143,6 +143,7 @@ fn sum_samples(from: &Surface, to: &Surface, samples: &[usize]) -> Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::test_values::run_on_threads;
     use crate::mesh::{TriMesh, shapes};
 
     fn surface(mesh: &TriMesh) -> Surface {
@@ -223,10 +224,7 @@ mod tests {
     #[test]
     fn threads_do_not_change_a_bit() {
         let (original, simplified) = (surface(&shapes::bolt(32)), surface(&shapes::bolt(9)));
-        let on = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| surface_distance(&original, &simplified).unwrap())
-        };
+        let on = |n| run_on_threads(n, || surface_distance(&original, &simplified).unwrap());
         assert_eq!(on(1), on(3));
     }
 

@@ -49,7 +49,7 @@ pub use two_layers::two_layers;
 
 #[cfg(test)]
 mod tests {
-    use super::test_values::{ragged_graph, random};
+    use super::test_values::{ragged_graph, random, run_on_threads};
     use super::*;
 
     fn all_derivatives() -> Vec<Vec<f32>> {
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn derivatives_have_the_same_bits_on_any_number_of_threads() {
-        let on_threads = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap().install(all_derivatives);
+        let on_threads = |n| run_on_threads(n, all_derivatives);
         let one = on_threads(1);
         assert!(one.iter().flatten().any(|&x| x != 0.0));
         for n in [1, 2, 8] {

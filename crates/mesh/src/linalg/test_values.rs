@@ -1,4 +1,4 @@
-//! Random matrices, graphs and comparisons for tests.
+//! Random matrices, graphs, comparisons and pools of threads for tests.
 
 use super::{Csr, Matrix};
 use rand_xoshiro::SplitMix64;
@@ -14,6 +14,12 @@ pub fn random(n_rows: usize, n_cols: usize, seed: u64) -> Matrix {
 pub fn ragged_graph(n: usize) -> Csr {
     let entries = (0..n as u32).flat_map(|i| (0..i % 5).map(move |k| [i, (i * 7 + k * k * 3 + 1) % n as u32]));
     Csr::from_entries(n, n, entries.filter(|[i, j]| i != j))
+}
+
+/// Runs `work` on a pool of its own.
+#[doc(hidden)]
+pub fn run_on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads can be started").install(work)
 }
 
 /// Panics unless entries agree to `tolerance`, relative to the larger of them and 1.

@@ -90,6 +90,16 @@ impl Attributes {
         self
     }
 
+    /// Returns the first channel of a role.
+    pub fn channel(&self, role: Role) -> Option<&Channel> {
+        self.channels.iter().find(|channel| channel.role == role)
+    }
+
+    /// Returns the normals of corners, if they have three numbers each.
+    pub fn normals(&self) -> Option<&Channel> {
+        self.channels.iter().find(|channel| channel.role == Role::Normal && channel.width == 3)
+    }
+
     /// Finds the place of the channel called `name`; at once if it is `near`, which a loop over names in order knows.
     #[doc(hidden)]
     pub fn find_channel(&self, name: &str, near: usize) -> Option<usize> {

@@ -23,7 +23,7 @@ const NEARLY_ALL: f64 = 0.95;
 /// assert!(!is_shaded_flat(&shapes::icosphere(2), &Attributes::default()));
 /// ```
 pub fn is_shaded_flat(mesh: &TriMesh, attributes: &Attributes) -> bool {
-    let Some(channel) = attributes.channels.iter().find(|channel| channel.role == Role::Normal) else { return false };
+    let Some(channel) = attributes.channel(Role::Normal) else { return false };
     let normals: Vec<Vec3> = mesh.faces().iter().map(|face| normal(mesh, face)).collect();
     let mut bends = vec![0f32; 3 * normals.len()];
     for_each_edge(mesh.positions().len(), mesh.faces(), |_, half_edges| {

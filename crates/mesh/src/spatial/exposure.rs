@@ -179,13 +179,8 @@ mod tests {
     use crate::mesh::{TriMesh, shapes};
 
     fn merge_meshes(meshes: &[TriMesh]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<u32>) {
-        let (mut positions, mut faces, mut components) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, mesh) in (0..).zip(meshes) {
-            faces.extend(mesh.faces().iter().map(|face| face.map(|v| v + positions.len() as u32)));
-            positions.extend_from_slice(mesh.positions());
-            components.extend(mesh.faces().iter().map(|_| number));
-        }
-        (positions, faces, components)
+        let (positions, faces) = shapes::unite(meshes).into_parts();
+        (positions, faces, (0..).zip(meshes).flat_map(|(number, mesh)| vec![number; mesh.faces().len()]).collect())
     }
 
     fn exposures_of(meshes: &[TriMesh], tolerance: f64) -> Vec<Exposure> {

@@ -241,10 +241,8 @@ mod tests {
     fn a_sphere_hides_what_is_in_it_and_shows_itself() {
         let sphere = shapes::icosphere(4);
         let n = sphere.positions().len() as u32;
-        let inner = sphere.positions().iter().map(|p| p.map(|x| 0.95 * x));
-        let positions: Vec<[f32; 3]> = sphere.positions().iter().copied().chain(inner).collect();
-        let faces: Vec<[u32; 3]> =
-            sphere.faces().iter().copied().chain(sphere.faces().iter().map(|face| face.map(|v| v + n))).collect();
+        let inner = shapes::place(&sphere, |p| p.map(|x| 0.95 * x));
+        let (positions, faces) = shapes::unite([&sphere, &inner]).into_parts();
         let seen = visible_faces(&positions, &faces, 16);
         let (outer, inner) = seen.split_at(sphere.faces().len());
         assert!(inner.iter().all(|seen| !seen));

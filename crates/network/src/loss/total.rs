@@ -215,6 +215,7 @@ fn scale_term(term: Term, by: f64) -> Term {
 mod tests {
     use super::super::test_gradients::{assert_gradient, uniform};
     use super::*;
+    use crate::linalg::test_values::run_on_threads;
     use std::collections::BTreeMap;
 
     struct Cube {
@@ -329,9 +330,8 @@ mod tests {
     #[test]
     fn threads_change_no_bit() {
         let cube = cube();
-        let run = |n_threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-            pool.install(|| cube.loss(FaceObjective { reverse: 1.0, ..FaceObjective::TRAINED })(&uniform(56, 2)))
+        let run = |n| {
+            run_on_threads(n, || cube.loss(FaceObjective { reverse: 1.0, ..FaceObjective::TRAINED })(&uniform(56, 2)))
         };
         assert_eq!(run(1), run(3));
     }

@@ -15,7 +15,6 @@ mod in_edge_lengths;
 mod inference;
 mod network;
 mod normalized;
-mod passes;
 mod point_sampler;
 mod shipped;
 #[cfg(feature = "paper")]
@@ -46,12 +45,6 @@ pub use inference::star_scores;
 pub use inference::{PredictedEdges, PredictedFaces, predict_edges, predict_faces, surface_scores, vertex_scores};
 pub use network::Network;
 pub use normalized::normalize_points;
-pub use passes::{
-    Connectivity, EdgePredictorGradients, EdgePredictorPass, FaceClassifierGradients, FaceClassifierPass,
-    NetworkGradients, NetworkPass, Outputs, PointSamplerGradients, PointSamplerPass, edge_predictor_backward,
-    edge_predictor_forward, face_classifier_backward, face_classifier_forward, network_backward, network_forward,
-    point_sampler_backward, point_sampler_forward,
-};
 pub use point_sampler::{PointSampler, Vertices, inclusion_probabilities, point_sampler};
 #[doc(hidden)]
 pub use shipped_paper::paper_weights;

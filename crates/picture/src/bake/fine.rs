@@ -7,7 +7,7 @@ use super::BakeSource;
 use super::frames::corner_normals;
 use super::original_materials::{MaterialSample, OriginalMaterials, SamplePlace};
 use crate::geometry::triangle::area_normal;
-use crate::mesh::{Attributes, Channel, Role, TriMesh};
+use crate::mesh::{Attributes, TriMesh};
 use crate::spatial::{Hit, NearestOnTriangles};
 
 /// Largest angle in degrees between faces that share normals if the file has none.
@@ -118,8 +118,7 @@ fn corners(mesh: &TriMesh, face: &[u32; 3]) -> [[f32; 3]; 3] {
 }
 
 fn file_normals(attributes: &Attributes) -> Option<Vec<[Vec3; 3]>> {
-    let is_normal = |channel: &&Channel| channel.role == Role::Normal && channel.width == 3;
-    let channel = attributes.channels.iter().find(is_normal)?;
+    let channel = attributes.normals()?;
     let normal = |wedge: u32| channel.value(wedge).first_chunk::<3>().map_or(Vec3::ZERO, |&normal| normal.into());
     Some(attributes.wedges.iter().map(|wedges| wedges.map(normal)).collect())
 }

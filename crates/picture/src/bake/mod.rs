@@ -90,6 +90,7 @@ mod tests {
     use glam::{Vec3, Vec4};
 
     use super::*;
+    use crate::linalg::test_values::run_on_threads;
     use crate::mesh::{BaseTexture, Channel, Finish, Looks, Role, Wrap, linear_light, shapes};
     use crate::picture::{DecodedMaterials, Image, decode_image, encode_png};
 
@@ -291,10 +292,7 @@ mod tests {
     fn any_number_of_threads_gives_the_same_bytes() {
         let (fine, coarse) = (shapes::wavy_sphere(4, 20.0), shapes::wavy_sphere(2, 20.0));
         let colours = of_vertices(&fine, Role::Colour, 3, |p| p.map(f32::abs).to_vec());
-        let baked = |n_threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-            pool.install(|| bake_all(&fine, &colours, Look::default(), &coarse))
-        };
+        let baked = |n| run_on_threads(n, || bake_all(&fine, &colours, Look::default(), &coarse));
         let one = baked(1);
         assert_eq!(one, baked(3));
         let image = decode_image(&one.look.texture.unwrap().image).unwrap();

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::camera::Camera;
 use super::raster::weights_at;
 use super::scaled_mesh::ScaledMesh;
-use crate::mesh::{Attributes, Role};
+use crate::mesh::Attributes;
 
 // A shorter blend of unit normals has no direction.
 const LEAST_LENGTH: f32 = 1e-6;
@@ -30,8 +30,7 @@ impl CornerNormals {
     /// assert!(CornerNormals::new(Attributes::NONE).is_none());
     /// ```
     pub fn new(attributes: &Attributes) -> Option<Self> {
-        let is_normal = |channel: &&crate::mesh::Channel| channel.role == Role::Normal && channel.width == 3;
-        let channel = attributes.channels.iter().find(is_normal)?;
+        let channel = attributes.normals()?;
         let unit = |wedge: u32| Vec3::from_slice(channel.value(wedge)).normalize_or_zero();
         let corners = |wedges: &[u32; 3]| {
             let normals = wedges.map(unit);
@@ -93,7 +92,7 @@ impl BlendedNormals<'_> {
 mod tests {
     use super::super::{ShadedMesh, view, view_shaded};
     use super::*;
-    use crate::mesh::{Channel, TriMesh, shapes, vertex_normals, with_flat_normals};
+    use crate::mesh::{Channel, Role, TriMesh, shapes, vertex_normals, with_flat_normals};
 
     fn smooth(mesh: &TriMesh) -> Attributes {
         let values = vertex_normals(mesh).into_iter().flatten().collect();

@@ -14,20 +14,18 @@ use super::sub_mesh::SubMesh;
 
 /// Simplifies to several sizes with one collapse, dropping components that a viewer would hardly miss.
 pub(super) fn simplify_closed<'p>(
-    input: &Input,
     task: &Task,
     levels: Levels<'_, 'p>,
     progress: Progress<'p>,
 ) -> Result<Vec<ClosedResult>, SimplifyError> {
     let limits = levels.limits;
-    let FinishedLevels { mut results, dropped, size_with_shape, saved } =
-        simplify_whole(input, task, levels, progress)?;
+    let FinishedLevels { mut results, dropped, size_with_shape, saved } = simplify_whole(task, levels, progress)?;
     let Some(dropped) = dropped else { return Ok(results) };
     // At a size where a component is dropped, the rest is simplified again, from a saved collapse if there is one. It
     // then loses no further component.
-    let rest = SubMesh::without_components(input, [dropped.n_components, 0], |face| dropped.faces[face])?;
+    let rest = SubMesh::without_components(&task.input, [dropped.n_components, 0], |face| dropped.faces[face])?;
     let remaining = Levels { limits: &limits[results.len()..], n_without_dropping: 1, size_with_shape, saved };
-    for mut closed in simplify_closed(&rest.input(), task, remaining, progress)? {
+    for mut closed in simplify_closed(&Task { input: rest.input(), ..*task }, remaining, progress)? {
         rest.lift(&mut closed.simplified, &mut closed.derivative);
         results.push(closed);
     }
@@ -36,13 +34,13 @@ pub(super) fn simplify_closed<'p>(
 
 /// Simplifies without dropping components; stops before the level at which one should be dropped.
 fn simplify_whole<'p>(
-    input: &Input,
     task: &Task,
     levels: Levels<'_, 'p>,
     progress: Progress<'p>,
 ) -> Result<FinishedLevels<'p>, SimplifyError> {
-    let plain = PlainInput::new(input);
-    let mut levels = simplify_levels(input.mesh, &ClosedRequest::new(&plain.input(), task), levels, progress)?;
+    let plain = PlainInput::new(&task.input);
+    let request = ClosedRequest::new(Task { input: plain.input(), ..*task });
+    let mut levels = simplify_levels(&request, levels, progress)?;
     levels.results.iter_mut().for_each(|closed| plain.restore(closed));
     Ok(levels)
 }

@@ -6,7 +6,7 @@ use crate::model::Weights;
 use super::closed::{ClosedRequest, ClosedResult, Levels, Task, simplify_levels};
 use super::input::Input;
 use super::limits::Limit;
-use super::options::{ClosedOptions, Purpose, SimplifyError};
+use super::options::{ClosedOptions, Purpose, ScoreSource, SimplifyError};
 use super::progress::Progress;
 
 #[doc(hidden)]
@@ -27,24 +27,23 @@ pub fn simplify_block_mesh(
 ) -> Result<SimplifiedBlock, SimplifyError> {
     // A closed surface needs four vertices.
     let limit = Limit::from_vertices(n_vertices.max(4));
-    let ClosedOptions { scores, optimize, effort, crease_angle, purpose, frame, .. } = *options;
+    let has_scores = options.purpose == Purpose::Shape || weights.is_some();
     let used = ClosedOptions {
-        scores,
-        optimize,
-        effort,
-        crease_angle,
-        purpose,
-        frame,
+        // The purpose decides about scores only.
+        scores: if has_scores { options.scores } else { ScoreSource::Geometry },
+        purpose: Purpose::Shape,
         prune: false,
+        prune_within: f64::INFINITY,
         // Locked vertices may leave a block larger than its share; the joined mesh is simplified again.
         hold_shape: Some(f64::INFINITY),
-        ..ClosedOptions::default()
+        lock_boundaries: false,
+        subset: false,
+        map: false,
+        ..options.clone()
     };
     let input = Input { locked, ..Input::bare(mesh) };
-    let mut request = ClosedRequest { price, ..ClosedRequest::new(&input, &Task::new(&used, weights)) };
-    // The purpose decides about scores only.
-    request.requirements.purpose = Purpose::Shape;
-    let levels = simplify_levels(mesh, &request, Levels::new(&[limit]), Progress::SILENT)?;
+    let request = ClosedRequest { price, ..ClosedRequest::new(Task::new(input, &used, weights)) };
+    let levels = simplify_levels(&request, Levels::new(&[limit]), Progress::SILENT)?;
     let ClosedResult { simplified, pass_prices, .. } = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;
     Ok(SimplifiedBlock { mesh: simplified.mesh, pass_prices })
 }

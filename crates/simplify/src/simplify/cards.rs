@@ -238,9 +238,8 @@ mod tests {
         assert!(is_none(&leaves(LEAST_CARDS - 1)) && !is_none(&leaves(LEAST_CARDS)));
         assert!(is_none(&shapes::grid(40, 40)));
         let tetrahedron = shapes::tetrahedron();
-        let shifted = |i: usize| tetrahedron.positions().iter().map(move |p| [p[0] + 3.0 * i as f32, p[1], p[2]]);
-        let faces = (0..200u32).flat_map(|i| tetrahedron.faces().iter().map(move |face| face.map(|v| v + 4 * i)));
-        assert!(is_none(&TriMesh::new((0..200).flat_map(shifted).collect(), faces.collect()).unwrap()));
+        let shifted = |i: i32| shapes::place(&tetrahedron, |[x, y, z]| [x + 3.0 * i as f32, y, z]);
+        assert!(is_none(&shapes::unite((0..200).map(shifted))));
         // Locked vertices keep all.
         let mesh = leaves(200);
         let locked = vec![true; 800];

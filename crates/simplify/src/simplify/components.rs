@@ -97,11 +97,7 @@ mod tests {
         // Spheres of radius 3, 2 and 1 about one point, and a small one next to them.
         let sphere = shapes::icosphere(2);
         let places = [(3.0, 0.0), (2.0, 0.0), (1.0, 0.0), (0.5, 9.0)];
-        let n = sphere.positions().len() as u32;
-        let sphere_points =
-            |(r, x): (f32, f32)| sphere.positions().iter().map(move |p| [r * p[0] + x, r * p[1], r * p[2]]);
-        let faces = (0..4).flat_map(|i| sphere.faces().iter().map(move |face| face.map(|v| v + i * n)));
-        let mesh = TriMesh::new(places.into_iter().flat_map(sphere_points).collect(), faces.collect()).unwrap();
+        let mesh = shapes::unite(places.map(|(r, x)| shapes::place(&sphere, |p| [r * p[0] + x, r * p[1], r * p[2]])));
         let options = ClosedOptions { hidden: Hidden::Drop, ..dropping_below(0.0) };
         assert_eq!(prune(Pulse::NONE, &Input::bare(&sphere), &options).unwrap().origin.n_dropped, 0);
         let left = prune(Pulse::NONE, &Input::bare(&mesh), &options).unwrap();
@@ -115,13 +111,7 @@ mod tests {
     #[test]
     fn components_below_a_size_are_dropped() {
         // Cubes of sides 1, 2 and 3.
-        let (mut positions, mut faces) = (Vec::new(), Vec::new());
-        for side in [1.0f32, 2.0, 3.0] {
-            let cube = shapes::cuboid([f64::from(side); 3], 1);
-            faces.extend(cube.faces().iter().map(|face| face.map(|v| v + positions.len() as u32)));
-            positions.extend_from_slice(cube.positions());
-        }
-        let cubes = TriMesh::new(positions, faces).unwrap();
+        let cubes = shapes::unite([1.0, 2.0, 3.0].map(|side| shapes::cuboid([side; 3], 1)));
         assert_eq!(count_components(Pulse::NONE, &cubes), (3, 0));
         let input = Input::bare(&cubes);
         let below = |side: f64| prune(Pulse::NONE, &input, &dropping_below(side * 3f64.sqrt())).unwrap();

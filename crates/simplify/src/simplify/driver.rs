@@ -25,8 +25,8 @@ pub(super) fn run(
 ) -> Result<TracedResult, SimplifyError> {
     match &options.assembly {
         Assembly::Closed(closed) => {
-            let task = Task { differentiable, ..Task::new(closed, weights) };
-            let levels = run_levels(input, &task, &[options.target], listener)?;
+            let task = Task { differentiable, ..Task::new(*input, closed, weights) };
+            let levels = run_levels(&task, &[options.target], listener)?;
             levels.into_iter().next().ok_or(SimplifyError::Empty)
         }
         Assembly::Paper(paper) => run_with_listener(listener, &PAPER_STAGES, |progress| {
@@ -36,27 +36,21 @@ pub(super) fn run(
 }
 
 pub(super) fn run_levels(
-    input: &Input,
     task: &Task,
     targets: &[Target],
     listener: &mut Listener,
 ) -> Result<Vec<TracedResult>, SimplifyError> {
     // Stages take shares of time that depend on the size of the first level.
-    let share = targets.first().map_or(1.0, |target| target.share_of(input.mesh));
+    let share = targets.first().map_or(1.0, |target| target.share_of(task.input.mesh));
     let stages = closed_stages(targets.len(), task.options.symmetric.is_some(), share);
-    run_with_listener(listener, &stages, |progress| run_closed(input, task, targets, progress))
+    run_with_listener(listener, &stages, |progress| run_closed(task, targets, progress))
 }
 
-fn run_closed(
-    input: &Input,
-    task: &Task,
-    targets: &[Target],
-    progress: Progress,
-) -> Result<Vec<TracedResult>, SimplifyError> {
-    let options = task.options;
+fn run_closed(task: &Task, targets: &[Target], progress: Progress) -> Result<Vec<TracedResult>, SimplifyError> {
+    let Task { ref input, options, .. } = *task;
     input.check()?;
     if let Some(symmetry) = options.symmetric {
-        let levels = symmetric::simplify_symmetric(input, task, symmetry, targets, progress)?;
+        let levels = symmetric::simplify_symmetric(task, symmetry, targets, progress)?;
         return Ok(levels.into_iter().map(|level| (level, None)).collect());
     }
     progress.enter("surface", input.mesh.faces().len())?;
@@ -77,7 +71,7 @@ fn run_closed(
         (Simplified { map, ..unchanged_result(progress.pulse, &input, options.scores) }, None)
     };
     let unchanged: Vec<TracedResult> = (0..n_unchanged).map(|_| unchanged()).collect();
-    let simplified_levels = simplify_with_cards(&input, task, &limits[n_unchanged..], progress)?;
+    let simplified_levels = simplify_with_cards(&Task { input, ..*task }, &limits[n_unchanged..], progress)?;
     let mut levels: Vec<TracedResult> = unchanged.into_iter().chain(simplified_levels).collect();
     for (simplified, derivative) in &mut levels {
         pruned.lift(simplified, derivative);
@@ -87,28 +81,23 @@ fn run_closed(
 }
 
 /// Simplifies to several sizes; the cards of a mesh become fewer first, for each size by itself.
-fn simplify_with_cards(
-    input: &Input,
-    task: &Task,
-    limits: &[Limit],
-    progress: Progress,
-) -> Result<Vec<TracedResult>, SimplifyError> {
+fn simplify_with_cards(task: &Task, limits: &[Limit], progress: Progress) -> Result<Vec<TracedResult>, SimplifyError> {
     let untie = |closed: ClosedResult| (closed.simplified, closed.derivative);
-    let options = task.options;
+    let Task { ref input, options, .. } = *task;
     // Cards move, and go, only where a size is all that is asked for.
     let may_thin = options.prune && options.prune_within.is_infinite() && options.hold_shape.is_none();
     let is_free = may_thin && !(options.lock_boundaries || options.subset || options.map || task.differentiable);
     let cards = if is_free { Cards::find(input) } else { Cards::default() };
     if cards.is_empty() {
-        let results = simplify_closed(input, task, Levels::new(limits), progress)?;
+        let results = simplify_closed(task, Levels::new(limits), progress)?;
         return Ok(results.into_iter().map(untie).collect());
     }
     let mut levels = Vec::with_capacity(limits.len());
     for &limit in limits {
         let thinned = cards.thin(input, limit)?;
-        for (mut simplified, mut derivative) in
-            simplify_closed(&thinned.input(), task, Levels::new(&[limit]), progress)?.into_iter().map(untie)
-        {
+        let thin_task = Task { input: thinned.input(), ..*task };
+        let results = simplify_closed(&thin_task, Levels::new(&[limit]), progress)?;
+        for (mut simplified, mut derivative) in results.into_iter().map(untie) {
             thinned.lift(&mut simplified, &mut derivative);
             levels.push((simplified, derivative));
         }

@@ -27,28 +27,6 @@ const MARGIN: f64 = 1e-4;
 /// Roberts 2018, "The unreasonable effectiveness of quasirandom sequences".
 const STEPS: [f64; 4] = [0.856_674_883_854_503, 0.733_891_856_627_126, 0.628_706_721_404_131, 0.538_597_258_071_713];
 
-/// Returns for each face whether it and all faces at its vertices are invisible from outside.
-///
-/// ```
-/// # use neural_mesh_simplify as neural_mesh;
-/// use neural_mesh::{mesh::{TriMesh, shapes}, simplify::hidden_faces};
-/// let sphere = shapes::icosphere(2);
-/// let n = sphere.positions().len() as u32;
-/// let inner = sphere.positions().iter().map(|p| p.map(|x| 0.8 * x));
-/// let positions = sphere.positions().iter().copied().chain(inner).collect();
-/// let faces = sphere.faces().iter().copied().chain(sphere.faces().iter().map(|face| face.map(|v| v + n))).collect();
-/// let hidden = hidden_faces(&TriMesh::new(positions, faces).unwrap());
-/// assert!(hidden[..320].iter().all(|hidden| !hidden) && hidden[320..].iter().all(|hidden| *hidden));
-/// ```
-pub fn hidden_faces(mesh: &TriMesh) -> Vec<bool> {
-    let mut is_visible = vec![false; mesh.positions().len()];
-    let seen = visible_faces(mesh.positions(), mesh.faces(), AXES);
-    for (face, _) in mesh.faces().iter().zip(seen).filter(|(_, seen)| *seen) {
-        face.iter().for_each(|&v| is_visible[v as usize] = true);
-    }
-    mesh.faces().iter().map(|face| face.iter().all(|&v| !is_visible[v as usize])).collect()
-}
-
 /// Returns each vertex's visible share of its area, averaged with its neighbours; 1 where a front is never hidden.
 pub(super) fn visible_shares(input: &Input) -> Vec<f32> {
     let view = input.view();
@@ -139,13 +117,8 @@ mod tests {
     use crate::mesh::shapes;
 
     fn join_meshes(parts: &[&TriMesh]) -> (TriMesh, Vec<u32>) {
-        let (mut positions, mut faces, mut component) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, part) in (0..).zip(parts) {
-            faces.extend(part.faces().iter().map(|face| face.map(|v| v + positions.len() as u32)));
-            positions.extend_from_slice(part.positions());
-            component.extend(part.faces().iter().map(|_| number));
-        }
-        (TriMesh::new(positions, faces).unwrap(), component)
+        let component = (0..).zip(parts).flat_map(|(number, part)| vec![number; part.faces().len()]);
+        (shapes::unite(parts.iter().copied()), component.collect())
     }
 
     fn scale_mesh(mesh: &TriMesh, by: f32) -> TriMesh {
@@ -172,7 +145,7 @@ mod tests {
     fn open_surfaces_are_visible_from_either_side() {
         let grid = shapes::grid(20, 20);
         for mesh in [&grid, &shapes::open_cylinder(24, 8), &shapes::torus(40, 20, 2.0, 0.7), &shapes::bolt(20)] {
-            assert!(hidden_faces(mesh).iter().all(|hidden| !hidden));
+            assert_eq!(find_hidden(&[mesh]), [false]);
         }
     }
 

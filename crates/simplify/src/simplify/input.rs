@@ -128,10 +128,14 @@ fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none
     sums.into_iter().map(|(sum, n)| if n > 0.0 { sum / n } else { none }).collect()
 }
 
-pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &ClosedOptions) -> Vec<FeatureEdge> {
-    let mut kept = seams(mesh, attributes, options.seam_error as f32);
+pub(super) fn kept_edges(input: &Input, options: &ClosedOptions) -> Vec<FeatureEdge> {
+    let mut kept = seams(input.mesh, input.attributes, options.seam_error as f32);
     if let Some(degrees) = options.crease_angle {
-        kept.extend(creases(mesh, degrees).into_iter().map(|ends| FeatureEdge { ends, slack: 0.0, is_hard: false }));
+        kept.extend(creases(input.mesh, degrees).into_iter().map(|ends| FeatureEdge {
+            ends,
+            slack: 0.0,
+            is_hard: false,
+        }));
         // An edge that is both seam and crease is held like a crease: the entry without slack comes first and stays.
         kept.sort_unstable_by(|x, y| x.ends.cmp(&y.ends).then(x.slack.total_cmp(&y.slack)));
         kept.dedup_by(|later, stays| {

@@ -32,7 +32,7 @@ pub fn simplify_levels_of_detail<'a>(
     targets: &[Target],
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    let levels = run_levels(&input.into(), &Task::new(options, weights), targets, progress)?;
+    let levels = run_levels(&Task::new(input.into(), options, weights), targets, progress)?;
     Ok(levels.into_iter().map(|(simplified, _)| simplified).collect())
 }
 
@@ -45,8 +45,8 @@ pub fn simplify_forcing_size(
     target: Target,
     progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
-    let task = Task { forces_size: true, ..Task::new(options, weights) };
-    let levels = run_levels(input, &task, &[target], progress)?;
+    let task = Task { forces_size: true, ..Task::new(*input, options, weights) };
+    let levels = run_levels(&task, &[target], progress)?;
     levels.into_iter().next().map(|(simplified, _)| simplified).ok_or(SimplifyError::Empty)
 }
 

@@ -283,6 +283,7 @@ pub fn region_graph(graph: &Csr, assignment: &[u32], n_samples: usize) -> Csr {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::test_values::run_on_threads;
     use crate::mesh::{shapes, topology};
     use crate::model::Architecture;
     use crate::simplify::Event;
@@ -407,9 +408,8 @@ mod tests {
     #[test]
     fn the_same_seed_gives_the_same_mesh_on_any_number_of_threads() {
         let torus = shapes::torus(24, 12, 1.0, 0.4);
-        let on = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| {
+        let on = |n| {
+            run_on_threads(n, || {
                 run(torus.positions(), &PointsOptions { seed: 3, ..PointsOptions::new(120) }, &small_weights(1))
             })
         };

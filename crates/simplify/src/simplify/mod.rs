@@ -44,7 +44,6 @@ pub use closed::importance_of_scores;
 pub use components::prune;
 pub use draw::Draw;
 pub use groups::{GroupRatio, SimplifiedGroups, simplify_groups};
-pub use hidden::hidden_faces;
 pub use input::{Input, importance_of_channel, importance_of_groups};
 #[doc(hidden)]
 pub use levels::simplify_forcing_size;

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::Draw;
+use crate::mesh::value_bytes::{store_choices, store_fields};
 use crate::mesh::{Attributes, Frame, TriMesh};
 
 /// Size of the result.
@@ -198,11 +199,26 @@ impl Default for ClosedOptions {
     }
 }
 
+// The form in saved progressions, which a new field or order changes.
+store_fields! {
+    ClosedOptions { scores: ScoreSource, optimize: Optimize, effort: Effort, prune: bool, prune_within: f64, prune_below: f64,
+        hidden: Hidden, lock_boundaries: bool, subset: bool, seam_error: f64, purpose: Purpose, crease_angle: Option<f32>,
+        map: bool, frame: Frame } ..Self::default();
+}
+
+store_choices! {
+    ScoreSource: [ScoreSource::Bending, ScoreSource::Network, ScoreSource::Geometry];
+    Optimize: [Optimize::Balanced, Optimize::Mean, Optimize::Max, Optimize::Normals, Optimize::Looks];
+    Effort: [Effort::Fast, Effort::Standard, Effort::Best];
+    Hidden: [Hidden::Keep, Hidden::Keep, Hidden::Drop];
+    Purpose: [Purpose::Shape, Purpose::Poses];
+}
+
 /// Use of a result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum Purpose {
     /// The shape as it is in the file.
     #[default]
@@ -215,7 +231,7 @@ pub enum Purpose {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum Hidden {
     /// Simplify hidden surfaces like visible ones.
     #[default]
@@ -292,10 +308,17 @@ impl std::fmt::Display for Symmetry {
     }
 }
 
+#[cfg(feature = "serde")]
+impl serde::Serialize for Symmetry {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_str(self)
+    }
+}
+
 /// Source of the scores; the result has more vertices where scores are larger.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum ScoreSource {
     /// A formula that puts more vertices where the surface bends.
     #[default]
@@ -310,7 +333,7 @@ pub enum ScoreSource {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum Optimize {
     /// Mean distance, largest distance and normals alike.
     #[default]
@@ -329,7 +352,7 @@ pub enum Optimize {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum Effort {
     /// Edge collapse only: fastest.
     Fast,

@@ -118,16 +118,17 @@ impl Progression {
         options: &ClosedOptions,
         progress: &mut Listener,
     ) -> Result<Self, SimplifyError> {
-        let (input, task) = (input.into(), Task::new(options, weights));
-        input.check()?;
+        let task = Task::new(input.into(), options, weights);
+        task.input.check()?;
         if options.symmetric.is_some() {
             return Err(SimplifyError::NotWithSymmetry("a progression"));
         }
         let stages = closed_stages(1, false, USUAL_RATIO);
-        run_with_listener(progress, &stages, |progress| Self::record(&input, &task, progress))
+        run_with_listener(progress, &stages, |progress| Self::record(&task, progress))
     }
 
-    fn record(input: &Input, task: &Task, progress: Progress) -> Result<Self, SimplifyError> {
+    fn record(task: &Task, progress: Progress) -> Result<Self, SimplifyError> {
+        let input = &task.input;
         progress.enter("surface", input.mesh.faces().len())?;
         let used = SubMesh::without_unused_vertices(progress.pulse, input)?;
         let used_input = used.input();
@@ -136,8 +137,8 @@ impl Progression {
         let pruned = prune(progress.pulse, &used_input, task.options)?;
         let input = pruned.input();
         let plain = PlainInput::new(&input);
-        let request = ClosedRequest::new(&plain.input(), task);
-        let RecordedCollapse { surface, keys, end } = record_collapse(input.mesh, &request, progress)?;
+        let request = ClosedRequest::new(Task { input: plain.input(), ..*task });
+        let RecordedCollapse { surface, keys, end } = record_collapse(&request, progress)?;
         let faces = surface.faces(input.mesh);
         let (components, _) = vertex_components(surface.sequence.n_vertices(), faces);
         let mut progression = Self {
@@ -147,7 +148,7 @@ impl Progression {
             scene: input.scene.map(UnitedMesh::without_mesh),
             options: task.options.clone(),
             scores: request.scores,
-            n_kept_edges: request.requirements.edges.len(),
+            n_kept_edges: request.edges.len(),
             end,
             size,
             origins: [pruned.origin.clone(), used.origin.clone()],
@@ -159,7 +160,7 @@ impl Progression {
             is_from_bytes: false,
             mesh: input.mesh.clone(),
         };
-        progression.choose_drops(&input, task, &request.visibility, &keys)?;
+        progression.choose_drops(&Task { input, ..*task }, &request.visibility, &keys)?;
         Ok(progression)
     }
 
@@ -379,12 +380,8 @@ impl Progression {
         let rest = self.select_rest(&input, level)?;
         let rest_input = rest.input();
         let plain = PlainInput::new(&rest_input);
-        let request = ClosedRequest::without_visibility(&plain.input(), &Task::new(&self.options, None));
-        let choice = LevelChoice {
-            n: level.n,
-            rest: rest.origin.faces.as_deref().map(|faces| (rest_input.mesh, faces)),
-            end: self.end_of(level),
-        };
+        let request = ClosedRequest::without_visibility(Task::new(plain.input(), &self.options, None));
+        let choice = LevelChoice { n: level.n, rest: rest.origin.faces.as_deref(), end: self.end_of(level) };
         let mut closed = self.surface.make_level(&self.mesh, &request, &choice, [is_refined, self.is_from_bytes])?;
         plain.restore(&mut closed);
         let mut simplified = closed.simplified;
@@ -404,13 +401,7 @@ impl Progression {
     }
 
     /// Chooses the components that smaller levels lack, as a collapse to each of falling sizes would.
-    fn choose_drops(
-        &mut self,
-        input: &Input,
-        task: &Task,
-        visibility: &[f32],
-        keys: &[f32],
-    ) -> Result<(), SimplifyError> {
+    fn choose_drops(&mut self, task: &Task, visibility: &[f32], keys: &[f32]) -> Result<(), SimplifyError> {
         if self.components.is_empty() {
             return Ok(());
         }
@@ -418,31 +409,31 @@ impl Progression {
         while n_asked >= LEAST_SIZE as f64 {
             let limit = Limit::from_vertices(n_asked as usize);
             let level = self.level(limit);
-            self.drops.extend(self.choose_drop((input, task), visibility, keys, (limit, &level))?);
+            self.drops.extend(self.choose_drop(task, visibility, keys, (limit, &level))?);
             // Below the smallest form views decide.
             if !level.is_reached && self.drops.len() == level.drops {
                 break;
             }
             n_asked /= DROP_STEP;
         }
-        let drops = self.drop_below_smallest(input, task, visibility)?;
+        let drops = self.drop_below_smallest(task, visibility)?;
         self.drops.extend(drops);
         Ok(())
     }
 
     /// Chooses the components that go below the smallest form of all, by what a viewer misses.
-    fn drop_below_smallest(&self, input: &Input, task: &Task, visibility: &[f32]) -> Result<Vec<Drop>, SimplifyError> {
+    fn drop_below_smallest(&self, task: &Task, visibility: &[f32]) -> Result<Vec<Drop>, SimplifyError> {
         let level = self.level(Limit::from_vertices(1));
-        let rest = self.select_rest(input, &level)?;
+        let rest = self.select_rest(&task.input, &level)?;
         let rest_input = rest.input();
         let plain = PlainInput::new(&rest_input);
-        let request = rest_request(&plain.input(), task, &rest.origin, visibility);
-        if level.is_reached || request.requirements.hold_shape.is_some() {
+        let request = rest_request(Task { input: plain.input(), ..*task }, &rest.origin, visibility);
+        if level.is_reached || task.options.hold_shape.is_some() {
             return Ok(Vec::new());
         }
         let faces = rest.origin.faces.as_deref();
-        let rest = faces.map(|faces| (rest_input.mesh, faces));
-        let order = self.surface.order_drops(&self.mesh, &request, &LevelChoice { n: level.n, rest, end: self.end });
+        let choice = LevelChoice { n: level.n, rest: faces, end: self.end };
+        let order = self.surface.order_drops(&self.mesh, &request, &choice);
         let whole_faces = self.surface.faces(&self.mesh);
         let whole_face = |face: u32| faces.map_or(face, |faces| faces[face as usize]) as usize;
         let component = |face: u32| self.components[whole_faces[whole_face(face)][0] as usize];
@@ -469,15 +460,15 @@ impl Progression {
 
     fn choose_drop(
         &self,
-        (input, task): (&Input, &Task),
+        task: &Task,
         visibility: &[f32],
         keys: &[f32],
         (limit, level): (Limit, &ProgressionLevel),
     ) -> Result<Option<Drop>, SimplifyError> {
-        let rest = self.select_rest(input, level)?;
+        let rest = self.select_rest(&task.input, level)?;
         let rest_input = rest.input();
         let plain = PlainInput::new(&rest_input);
-        let request = rest_request(&plain.input(), task, &rest.origin, visibility);
+        let request = rest_request(Task { input: plain.input(), ..*task }, &rest.origin, visibility);
         // Prices are those of the merges in the remaining components.
         let sequence = &self.surface.sequence;
         let ranks = (sequence.n_roots()..sequence.n_vertices()).rev();
@@ -488,7 +479,7 @@ impl Progression {
         let must_fit = matches!(end, CollapseEnd::Smallest | CollapseEnd::LosesShape);
         let cost = VertexCost { pass_prices: &pass_prices, limit, must_fit };
         let faces = rest.origin.faces.as_deref();
-        let choice = LevelChoice { n: level.n, rest: faces.map(|faces| (rest_input.mesh, faces)), end };
+        let choice = LevelChoice { n: level.n, rest: faces, end };
         let Some(dropped) = self.surface.choose_dropped(&self.mesh, &request, &choice, &cost) else {
             return Ok(None);
         };
@@ -519,18 +510,13 @@ impl Progression {
 }
 
 /// Plans a run on what some dropped components leave, with the visibility of all vertices.
-fn rest_request<'a>(
-    input: &Input<'a>,
-    task: &Task<'a>,
-    origin: &SubMeshOrigin,
-    visibility: &[f32],
-) -> ClosedRequest<'a> {
+fn rest_request<'a>(task: Task<'a>, origin: &SubMeshOrigin, visibility: &[f32]) -> ClosedRequest<'a> {
     let visibility = match origin.vertices.as_deref() {
         _ if visibility.is_empty() => Vec::new(),
         None => visibility.to_vec(),
         Some(rows) => rows.iter().map(|&v| visibility[v as usize]).collect(),
     };
-    ClosedRequest { visibility, ..ClosedRequest::without_visibility(input, task) }
+    ClosedRequest { visibility, ..ClosedRequest::without_visibility(task) }
 }
 
 #[cfg(test)]
@@ -547,14 +533,12 @@ mod tests {
 
     fn sphere_with_dust() -> TriMesh {
         let (large, small) = (shapes::wavy_sphere(4, 6.0), shapes::icosphere(0));
-        let (mut positions, mut faces) = large.into_parts();
-        for i in 0..40u32 {
-            let (n, angle) = (positions.len() as u32, 0.157 * i as f32);
+        let grain = |i: u32| {
+            let angle = 0.157 * i as f32;
             let at = [1.03 * angle.cos(), 1.03 * angle.sin(), 0.0];
-            positions.extend(small.positions().iter().map(|p| [0, 1, 2].map(|k| 0.004 * p[k] + at[k])));
-            faces.extend(small.faces().iter().map(|face| face.map(|v| v + n)));
-        }
-        TriMesh::new(positions, faces).unwrap()
+            shapes::place(&small, |p| [0, 1, 2].map(|k| 0.004 * p[k] + at[k]))
+        };
+        shapes::unite([large].into_iter().chain((0..40).map(grain)))
     }
 
     #[test]
@@ -614,13 +598,8 @@ mod tests {
     #[test]
     fn levels_go_below_the_smallest_form_of_all_components() {
         // Spheres in a row, so that none hides another.
-        let (mut positions, mut faces) = (Vec::new(), Vec::new());
-        for i in 0..9u32 {
-            let (sphere, n) = (shapes::icosphere(2), positions.len() as u32);
-            positions.extend(sphere.positions().iter().map(|p| [p[0] + 3.0 * i as f32, p[1], p[2]]));
-            faces.extend(sphere.faces().iter().map(|face| face.map(|v| v + n)));
-        }
-        let mesh = TriMesh::new(positions, faces).unwrap();
+        let sphere = shapes::icosphere(2);
+        let mesh = shapes::unite((0..9).map(|i| shapes::place(&sphere, |[x, y, z]| [x + 3.0 * i as f32, y, z])));
         let attributes = Attributes { groups: vec![0; mesh.faces().len()], ..Attributes::default() };
         let progression = progression(Input { attributes: &attributes, ..Input::bare(&mesh) });
         let progression = Progression::from_bytes(&progression.to_bytes()).unwrap();

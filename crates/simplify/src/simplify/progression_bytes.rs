@@ -6,10 +6,10 @@
 use glam::Vec3;
 
 use crate::mesh::value_bytes::{ByteReader, Stored, store_choices, store_fields, write_list};
-use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh, UnitedMesh};
+use crate::mesh::{Attributes, Channel, Role, TriMesh, UnitedMesh};
 
 use super::closed::{CollapseEnd, ProgressionSurface, RecordedMerge, vertex_components};
-use super::options::{ClosedOptions, DroppedComponent, Effort, Hidden, Optimize, Purpose, ScoreSource, SimplifyError};
+use super::options::{ClosedOptions, DroppedComponent, ScoreSource, SimplifyError};
 use super::progression::{Drop, Progression, ProvedLevel};
 use super::sub_mesh::SubMeshOrigin;
 
@@ -34,11 +34,6 @@ impl Progression {
         self.write(&mut bytes);
         checksum(&bytes).write(&mut bytes);
         bytes
-    }
-
-    /// Returns whether bytes begin like a progression's.
-    pub fn is_progression(bytes: &[u8]) -> bool {
-        bytes.starts_with(MAGIC)
     }
 
     /// Reads a progression; never takes more memory than a multiple of the bytes given.
@@ -189,19 +184,11 @@ fn checksum(bytes: &[u8]) -> u64 {
 }
 
 store_choices! {
-    ScoreSource: [ScoreSource::Bending, ScoreSource::Network, ScoreSource::Geometry];
-    Optimize: [Optimize::Balanced, Optimize::Mean, Optimize::Max, Optimize::Normals, Optimize::Looks];
-    Effort: [Effort::Fast, Effort::Standard, Effort::Best];
-    Hidden: [Hidden::Keep, Hidden::Keep, Hidden::Drop];
-    Purpose: [Purpose::Shape, Purpose::Poses];
     CollapseEnd: [CollapseEnd::Reached, CollapseEnd::Smallest, CollapseEnd::SmallestMirrored, CollapseEnd::WouldTurn,
         CollapseEnd::LosesShape, CollapseEnd::Held];
 }
 
 store_fields! {
-    ClosedOptions { scores: ScoreSource, optimize: Optimize, effort: Effort, prune: bool, prune_within: f64, prune_below: f64,
-        hidden: Hidden, lock_boundaries: bool, subset: bool, seam_error: f64, purpose: Purpose, crease_angle: Option<f32>,
-        map: bool, frame: Frame } ..Self::default();
     DroppedComponent { face: u32, n_faces: usize };
     SubMeshOrigin { n_vertices: usize, vertices: Option<Vec<u32>>, faces: Option<Vec<u32>>, n_dropped: usize, n_hidden: usize,
         dropped: Vec<DroppedComponent> };

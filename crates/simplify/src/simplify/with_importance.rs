@@ -48,8 +48,8 @@ pub fn simplify_with_importance(
     let limit = Limit::from_vertices(n_vertices.max(1));
     let options = ClosedOptions { prune: false, ..ClosedOptions::default() };
     let input = Input { importance: factors, ..Input::bare(mesh) };
-    let request = ClosedRequest::new(&input, &Task::new(&options, None));
-    let levels = simplify_levels(mesh, &request, Levels::new(&[limit]), Progress::SILENT)?;
+    let request = ClosedRequest::new(Task::new(input, &options, None));
+    let levels = simplify_levels(&request, Levels::new(&[limit]), Progress::SILENT)?;
     let closed = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;
     Ok(WeightedResult { mesh: closed.simplified.mesh, vertex_of: closed.vertex_of })
 }

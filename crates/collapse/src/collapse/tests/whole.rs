@@ -5,17 +5,16 @@ use super::meshes::{TestMesh, box_of_squares, bumpy_torus, cone, double_cone, te
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
-use crate::collapse::{
-    CollapseError, CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, collapse, collapse_to_sizes,
-};
+use crate::collapse::CollapseSize::{self, Faces, Vertices};
+use crate::collapse::{CollapseError, CollapseOptions, CollapseOutcome, CollapseResult, collapse, collapse_to_sizes};
 
-fn run(mesh: &TestMesh, options: &CollapseOptions) -> (TestMesh, CollapseResult) {
-    let result = collapse(&mesh.positions, &mesh.faces, options).expect("the mesh is valid");
+fn run(mesh: &TestMesh, size: CollapseSize, options: &CollapseOptions) -> (TestMesh, CollapseResult) {
+    let result = collapse(&mesh.positions, &mesh.faces, size, options).expect("the mesh is valid");
     (TestMesh { positions: result.positions.clone(), faces: result.faces.clone() }, result)
 }
 
-fn to_faces(n: usize, n_fit_steps: usize) -> CollapseOptions<'static> {
-    CollapseOptions { n_fit_steps, ..CollapseOptions::new(CollapseSize::Faces(n)) }
+fn with_fit(n_fit_steps: usize) -> CollapseOptions<'static> {
+    CollapseOptions { n_fit_steps, ..CollapseOptions::default() }
 }
 
 #[test]
@@ -24,7 +23,7 @@ fn closed_meshes_stay_closed_manifold_near_and_reach_the_size() {
         let mean_area = mesh.faces.len();
         for n in [mean_area / 2, mean_area / 5, mean_area / 10] {
             for n_fit_steps in [0, 2] {
-                let (small, result) = run(&mesh, &to_faces(n, n_fit_steps));
+                let (small, result) = run(&mesh, Faces(n), &with_fit(n_fit_steps));
                 assert_eq!(result.outcome, CollapseOutcome::Reached);
                 assert!(small.faces.len() == n || small.faces.len() == n - n % 2, "{} {n}", small.faces.len());
                 assert!(is_manifold(&small));
@@ -43,7 +42,7 @@ fn closed_meshes_stay_closed_manifold_near_and_reach_the_size() {
 fn boundaries_stay_boundaries_and_keep_their_course() {
     let mesh = terrain(40);
     for n in [1600, 640, 200] {
-        let (small, result) = run(&mesh, &to_faces(n, 2));
+        let (small, result) = run(&mesh, Faces(n), &with_fit(2));
         assert!(small.faces.len() == n || small.faces.len() == n - 1);
         assert_eq!(result.outcome, CollapseOutcome::Reached);
         assert!(is_manifold(&small) && count_boundary_edges(&small) > 3);
@@ -65,7 +64,7 @@ fn boundaries_stay_boundaries_and_keep_their_course() {
 fn vertices_can_be_asked_for_exactly() {
     for mesh in [bumpy_torus(40, 20), terrain(20)] {
         for n in [mesh.positions.len() / 3, mesh.positions.len() / 7] {
-            let (small, _) = run(&mesh, &CollapseOptions::new(CollapseSize::Vertices(n)));
+            let (small, _) = run(&mesh, Vertices(n), &CollapseOptions::default());
             assert_eq!(small.positions.len(), n);
             assert!(is_manifold(&small));
         }
@@ -76,7 +75,7 @@ fn vertices_can_be_asked_for_exactly() {
 fn any_degree_collapses() {
     for mesh in [double_cone(3000), cone(3000)] {
         let n = mesh.faces.len() / 10;
-        let (small, result) = run(&mesh, &to_faces(n, 1));
+        let (small, result) = run(&mesh, Faces(n), &with_fit(1));
         assert_eq!((small.faces.len(), result.outcome), (n, CollapseOutcome::Reached));
         assert!(is_manifold(&small));
         let (mean, largest) = distance(&small, &mesh);
@@ -90,11 +89,11 @@ fn threads_do_not_change_the_bits() {
     let mesh = bumpy_torus(600, 200);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads can be started");
     for n in [120_000, 20_001] {
-        let options = to_faces(n, 1);
-        let (one, result) = run(&mesh, &options);
+        let options = with_fit(1);
+        let (one, result) = run(&mesh, Faces(n), &options);
         assert_eq!(one.faces.len(), n - n % 2);
         assert!(is_manifold(&one) && count_boundary_edges(&one) == 0);
-        let (three, other) = pool.install(|| run(&mesh, &CollapseOptions { n_threads: 0, ..options }));
+        let (three, other) = pool.install(|| run(&mesh, Faces(n), &CollapseOptions { n_threads: 0, ..options }));
         assert_eq!(one.faces, three.faces);
         let bits = |mesh: &TestMesh| mesh.positions.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&one), bits(&three));
@@ -106,7 +105,7 @@ fn threads_do_not_change_the_bits() {
 fn locked_vertices_keep_their_bits() {
     let mesh = bumpy_torus(40, 20);
     let locked: Vec<bool> = (0..mesh.positions.len()).map(|v| v % 9 == 0).collect();
-    let (small, result) = run(&mesh, &CollapseOptions { locked: &locked, ..to_faces(400, 2) });
+    let (small, result) = run(&mesh, Faces(400), &CollapseOptions { locked: &locked, ..with_fit(2) });
     assert!(is_manifold(&small));
     let numbers = result.record.vertices_after(result.record.n_passes());
     for (v, p) in mesh.positions.iter().enumerate().filter(|(v, _)| locked[*v]) {
@@ -117,7 +116,7 @@ fn locked_vertices_keep_their_bits() {
 #[test]
 fn the_record_leads_from_each_vertex_to_one_near_it() {
     let mesh = bumpy_torus(60, 30);
-    let (small, result) = run(&mesh, &to_faces(720, 0));
+    let (small, result) = run(&mesh, Faces(720), &with_fit(0));
     let numbers = result.record.vertices_after(result.record.n_passes());
     assert_eq!(numbers.len(), mesh.positions.len());
     let mut is_met = vec![false; small.positions.len()];
@@ -141,7 +140,7 @@ fn components_that_touch_stay_closed_and_apart() {
     for mesh in [edge, corner] {
         assert!(!is_manifold(&mesh));
         assert_eq!(count_boundary_edges(&mesh), 0);
-        let (small, _) = run(&mesh, &to_faces(mesh.faces.len() / 4, 2));
+        let (small, _) = run(&mesh, Faces(mesh.faces.len() / 4), &with_fit(2));
         assert!(is_manifold(&small));
         assert_eq!(count_boundary_edges(&small), 0);
         assert_eq!(count_boundary_edges(&small.weld()), 0);
@@ -159,24 +158,24 @@ fn what_cannot_be_a_disk_stays_as_closed_as_it_was() {
     let tip = mesh.positions.len() as u32 - 1;
     mesh.faces.push([face[0], face[1], tip]);
     let before = count_boundary_edges(&mesh);
-    let (small, _) = run(&mesh, &to_faces(100, 1));
+    let (small, _) = run(&mesh, Faces(100), &with_fit(1));
     assert_eq!(count_boundary_edges(&small.weld()), before);
     // Faces that are there twice, and one without area.
     let mut mesh = bumpy_torus(20, 10);
     mesh.faces.extend([mesh.faces[3], mesh.faces[7], [4, 4, 9]]);
-    let (small, _) = run(&mesh, &to_faces(150, 0));
+    let (small, _) = run(&mesh, Faces(150), &with_fit(0));
     assert!(small.faces.iter().flatten().all(|&v| (v as usize) < small.positions.len()));
 }
 
 #[test]
 fn what_cannot_get_smaller_stops_short() {
-    let (small, result) = run(&bumpy_torus(12, 8), &to_faces(2, 0));
+    let (small, result) = run(&bumpy_torus(12, 8), Faces(2), &with_fit(0));
     assert_eq!(result.outcome, CollapseOutcome::Stopped);
     // A torus needs 14 faces.
     assert!(small.faces.len() >= 14 && is_manifold(&small) && count_boundary_edges(&small) == 0);
-    let (same, result) = run(&box_of_squares(2), &to_faces(1000, 2));
+    let (same, result) = run(&box_of_squares(2), Faces(1000), &with_fit(2));
     assert_eq!((same.faces.len(), result.outcome, result.error), (48, CollapseOutcome::Reached, 0.0));
-    let (none, _) = run(&TestMesh::default(), &to_faces(10, 2));
+    let (none, _) = run(&TestMesh::default(), Faces(10), &with_fit(2));
     assert!(none.faces.is_empty());
 }
 
@@ -184,7 +183,7 @@ fn what_cannot_get_smaller_stops_short() {
 fn the_error_is_about_the_distance() {
     let mesh = bumpy_torus(60, 30);
     for n in [1800, 600, 300] {
-        let (small, result) = run(&mesh, &to_faces(n, 0));
+        let (small, result) = run(&mesh, Faces(n), &with_fit(0));
         let (mean, largest) = distance(&small, &mesh);
         assert!(
             f64::from(result.error) > mean && f64::from(result.error) < 6.0 * largest,
@@ -197,11 +196,11 @@ fn the_error_is_about_the_distance() {
 #[test]
 fn huge_and_tiny_units_give_the_same_faces() {
     let mesh = bumpy_torus(30, 15);
-    let (small, _) = run(&mesh, &to_faces(300, 1));
+    let (small, _) = run(&mesh, Faces(300), &with_fit(1));
     for scale in [2f32.powi(-110), 2f32.powi(120)] {
         let mut scaled = mesh.clone();
         scaled.positions.iter_mut().flatten().for_each(|x| *x *= scale);
-        assert_eq!(run(&scaled, &to_faces(300, 1)).0.faces, small.faces);
+        assert_eq!(run(&scaled, Faces(300), &with_fit(1)).0.faces, small.faces);
     }
 }
 
@@ -213,7 +212,7 @@ fn a_listener_hears_rising_shares_and_ends_the_collapse() {
         heard.lock().map(|mut heard| heard.push(share)).expect("no other thread fails");
         if share < last { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
-    let (_, result) = run(&mesh, &CollapseOptions { listener: Some(&listener), ..to_faces(100, 1) });
+    let (_, result) = run(&mesh, Faces(100), &CollapseOptions { listener: Some(&listener), ..with_fit(1) });
     let heard = heard.into_inner().expect("no other thread fails");
     assert!(heard[0] == 0.0 && heard.is_sorted() && result.faces.len() > 100);
     // The fit is left out, too.
@@ -225,37 +224,37 @@ fn a_listener_hears_rising_shares_and_ends_the_collapse() {
 fn bad_input_is_refused_with_its_place() {
     let mesh = box_of_squares(2);
     let refuse = |mesh: &TestMesh, options: &CollapseOptions| {
-        collapse(&mesh.positions, &mesh.faces, options).expect_err("the mesh is not valid")
+        collapse(&mesh.positions, &mesh.faces, Faces(10), options).expect_err("the mesh is not valid")
     };
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut broken = mesh.clone();
         broken.positions[5][1] = bad;
-        assert_eq!(refuse(&broken, &to_faces(10, 0)), CollapseError::NotFinite { vertex: 5 });
+        assert_eq!(refuse(&broken, &with_fit(0)), CollapseError::NotFinite { vertex: 5 });
     }
     let mut broken = mesh.clone();
     broken.faces[7][2] = 99;
-    assert_eq!(refuse(&broken, &to_faces(10, 0)), CollapseError::IndexOutOfRange { face: 7 });
+    assert_eq!(refuse(&broken, &with_fit(0)), CollapseError::IndexOutOfRange { face: 7 });
     // A face twice.
     let mut broken = mesh.clone();
     broken.faces.push(broken.faces[0]);
-    assert_eq!(refuse(&broken, &CollapseOptions { cuts: false, ..to_faces(10, 0) }), CollapseError::NotManifold);
-    let options = CollapseOptions { locked: &[true], ..to_faces(10, 0) };
+    assert_eq!(refuse(&broken, &CollapseOptions { cuts: false, ..with_fit(0) }), CollapseError::NotManifold);
+    let options = CollapseOptions { locked: &[true], ..with_fit(0) };
     assert_eq!(refuse(&mesh, &options), CollapseError::WrongLength { what: "locks" });
 }
 
 #[test]
 fn sizes_in_turn_begin_with_the_one_alone_and_all_are_manifold() {
     let mesh = bumpy_torus(48, 32);
-    let options = to_faces(1000, 2);
-    let (alone, _) = run(&mesh, &options);
-    let sizes = [CollapseSize::Faces(1000), CollapseSize::Vertices(300), CollapseSize::Faces(200)];
+    let options = with_fit(2);
+    let (alone, _) = run(&mesh, Faces(1000), &options);
+    let sizes = [Faces(1000), Vertices(300), Faces(200)];
     let collect = |sizes: &[CollapseSize], n_wanted: usize| {
         let mut results = Vec::new();
         let receive = |result| {
             results.push(result);
             if results.len() < n_wanted { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        collapse_to_sizes(&mesh.positions, &mesh.faces, &options, sizes, receive).expect("the mesh is valid");
+        collapse_to_sizes(&mesh.positions, &mesh.faces, sizes, &options, receive).expect("the mesh is valid");
         results
     };
     let results = collect(&sizes, 9);

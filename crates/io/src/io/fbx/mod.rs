@@ -267,7 +267,7 @@ Connections:  {{
         assert_eq!((mesh.positions[1], mesh.positions[6]), ([11.0, 0.0, 0.0], [1.0, 0.0, 0.0]));
         assert_eq!(mesh.faces[2], [1, 4, 2]);
         let value = |role, face: usize, corner: usize| {
-            let channel = mesh.attributes.channels.iter().find(|channel| channel.role == role).unwrap();
+            let channel = mesh.attributes.channel(role).unwrap();
             channel.value(mesh.attributes.wedges[face][corner]).to_vec()
         };
         assert_eq!((value(Role::Normal, 5, 0), value(Role::Uv, 2, 1)), (vec![0.0, 0.0, 1.0], vec![0.5, 0.0]));

@@ -155,7 +155,7 @@ mod tests {
         let read = read_attributed(TORUS, None).unwrap();
         let off = |&[x, y, z]: &[f64; 3]| ((x.hypot(y) - 1.0).hypot(z) - 0.4).abs();
         assert!(read.mesh.positions.iter().map(off).fold(0.0, f64::max) < 1e-3);
-        let uvs = read.mesh.attributes.channels.iter().find(|channel| channel.role == Role::Uv).unwrap();
+        let uvs = read.mesh.attributes.channel(Role::Uv).unwrap();
         let (low, high) = uvs.values.iter().fold((1f32, 0f32), |(low, high), &x| (low.min(x), high.max(x)));
         assert!(low.abs() < 1e-3 && (high - 1.0).abs() < 1e-3, "{low} {high}");
         assert_eq!(read.extra.groups[0].material.as_deref(), Some("ring"));

@@ -205,7 +205,7 @@ fn apply_skin(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) 
     let joints = bones.joints.iter().zip(&bones.inverse_bind);
     let matrices: Vec<DMat4> =
         joints.map(|(&joint, inverse)| world.get(joint).map_or(DMat4::IDENTITY, |world| *world * *inverse)).collect();
-    let Some(skin) = mesh.attributes.channels.iter().find(|channel| channel.role == Role::Skin) else {
+    let Some(skin) = mesh.attributes.channel(Role::Skin) else {
         return places.to_vec();
     };
     let moved = |(wedge, place): (u32, &DVec3)| {

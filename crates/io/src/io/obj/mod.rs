@@ -254,10 +254,6 @@ fn channel(name: &str, role: Role, width: usize, values: Vec<f32>) -> Channel {
     Channel { name: name.into(), role, width, values }
 }
 
-fn find_channel(attributes: &Attributes, role: Role) -> Option<&Channel> {
-    attributes.channels.iter().find(|channel| channel.role == role)
-}
-
 // OBJ counts from one, or back from the last with negative numbers.
 fn to_zero_based(index: i64, count: usize) -> u32 {
     u32::try_from(if index < 0 { count as i64 + index } else { index - 1 }).unwrap_or(NOWHERE)
@@ -356,7 +352,7 @@ mod tests {
         ) {
             let text = format!("{SQUARE}{}\n", lines.join("\n")).trim_end().to_string();
             let ReadMesh { mesh, .. } = read_attributed(text.as_bytes()).unwrap();
-            let channel = |role| find_channel(&mesh.attributes, role);
+            let channel = |role| mesh.attributes.channel(role);
             let value = |role, face: usize, corner: usize| match channel(role) {
                 Some(channel) => channel.value(mesh.attributes.wedges[face][corner]).to_vec(),
                 None => vec![0.0; 3],

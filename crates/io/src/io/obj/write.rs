@@ -2,7 +2,6 @@
 
 use rustc_hash::FxHashMap;
 
-use super::find_channel;
 use crate::io::attributed_writer::{WriteTask, WrittenModel};
 use crate::io::companion_files::{FileFinder, to_reference};
 use crate::io::extra::{Extra, Group, encode_text};
@@ -23,8 +22,8 @@ pub(in crate::io) fn write(task: &WriteTask, finder: &mut FileFinder) -> Result<
         push_line(&mut out, b"mtllib", &encode_text(library, extra.latin1));
     }
     push_vertices(&mut out, content, attributes, &mut notes);
-    let uvs = ValueLines::push(&mut out, b"vt ", find_channel(attributes, Role::Uv), attributes);
-    let normals = ValueLines::push(&mut out, b"vn ", find_channel(attributes, Role::Normal), attributes);
+    let uvs = ValueLines::push(&mut out, b"vt ", attributes.channel(Role::Uv), attributes);
+    let normals = ValueLines::push(&mut out, b"vn ", attributes.channel(Role::Normal), attributes);
     push_faces(&mut out, content, attributes, extra, &[uvs, normals]);
     notes.extend(describe_lost_channels(attributes));
     Ok(WrittenModel { bytes: out, notes, n_vertices: Some(content.n_vertices()), ..WrittenModel::default() })
@@ -74,7 +73,7 @@ fn push_line(out: &mut Vec<u8>, word: &[u8], rest: &[u8]) {
 }
 
 fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, notes: &mut Vec<String>) {
-    let colours = find_channel(attributes, Role::Colour).filter(|channel| channel.width >= 3);
+    let colours = attributes.channel(Role::Colour).filter(|channel| channel.width >= 3);
     let mut wedge_of: Vec<Option<u32>> = vec![None; content.n_vertices()];
     let mut n_lost = 0;
     if let Some(channel) = colours {
@@ -190,7 +189,7 @@ fn push_names(out: &mut Vec<u8>, state: &mut Group, group: Option<&Group>, latin
 }
 
 fn describe_lost_channels(attributes: &Attributes) -> Option<String> {
-    let written = [Role::Uv, Role::Normal, Role::Colour].map(|role| find_channel(attributes, role).map(|c| &c.name));
+    let written = [Role::Uv, Role::Normal, Role::Colour].map(|role| attributes.channel(role).map(|c| &c.name));
     let names: Vec<_> = attributes
         .channels
         .iter()

@@ -42,6 +42,7 @@ pub fn compare(original: &ReferenceMesh, simplified: &TriMesh) -> Vec<Figure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::test_values::run_on_threads;
     use crate::mesh::shapes;
 
     const OPTIONS: CompareOptions = CompareOptions { samples: 3000, seed: 0 };
@@ -117,10 +118,7 @@ mod tests {
     #[test]
     fn figures_do_not_depend_on_the_unit() {
         let [fine, coarse] = [3, 2].map(shapes::icosphere);
-        let scale = |mesh: &TriMesh, by: f32| {
-            let positions = mesh.positions().iter().map(|p| p.map(|x| by * x)).collect();
-            TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
-        };
+        let scale = |mesh: &TriMesh, by: f32| shapes::place(mesh, |p| p.map(|x| by * x));
         let usual = compare_meshes(&fine, &coarse);
         for power in [-100, 90] {
             let by = 2f32.powi(power);
@@ -130,10 +128,7 @@ mod tests {
 
     #[test]
     fn threads_do_not_change_a_bit() {
-        let on = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| compare_meshes(&shapes::bolt(40), &shapes::bolt(24)))
-        };
+        let on = |n| run_on_threads(n, || compare_meshes(&shapes::bolt(40), &shapes::bolt(24)));
         assert_eq!(on(1), on(3));
     }
 }

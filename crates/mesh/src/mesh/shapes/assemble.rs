@@ -1,5 +1,7 @@
 //! Building blocks of shapes.
 
+use std::borrow::Borrow;
+
 use crate::mesh::TriMesh;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -66,15 +68,30 @@ fn lid(n: u32) -> impl Iterator<Item = [u32; 3]> {
     })
 }
 
-pub(super) fn unite(meshes: impl IntoIterator<Item = TriMesh>) -> TriMesh {
+/// Joins meshes, with all vertices and faces in order.
+///
+/// ```
+/// # use neural_mesh_mesh as neural_mesh;
+/// use neural_mesh::mesh::shapes;
+/// let ball = shapes::icosphere(0);
+/// let both = shapes::unite([&ball, &shapes::place(&ball, |[x, y, z]| [x + 3.0, y, z])]);
+/// assert_eq!((both.positions().len(), both.faces()[20]), (24, ball.faces()[0].map(|v| v + 12)));
+/// ```
+pub fn unite(meshes: impl IntoIterator<Item = impl Borrow<TriMesh>>) -> TriMesh {
     let mut positions = Vec::new();
     let mut faces = Vec::new();
     for mesh in meshes {
+        let mesh = mesh.borrow();
         let shift = positions.len() as u32;
         positions.extend_from_slice(mesh.positions());
         faces.extend(mesh.faces().iter().map(|face| face.map(|v| v + shift)));
     }
     TriMesh::new(positions, faces).unwrap_or_default()
+}
+
+/// Moves each vertex of a mesh.
+pub fn place(mesh: &TriMesh, to: impl Fn([f32; 3]) -> [f32; 3]) -> TriMesh {
+    TriMesh::new(mesh.positions().iter().map(|&p| to(p)).collect(), mesh.faces().to_vec()).unwrap_or_default()
 }
 
 pub(super) fn map_points(mesh: &TriMesh, mirrored: bool, to: impl Fn([f64; 3]) -> [f64; 3]) -> TriMesh {

@@ -9,6 +9,7 @@ mod singular;
 mod solid;
 mod united;
 
+pub use assemble::{place, unite};
 pub use cad::{bolt, plate, thin_sheet};
 pub use open::{grid, open_cylinder};
 pub use singular::{klein_bottle, moebius_strip, tetrahedra_sharing_edge, tetrahedra_sharing_vertex};

@@ -7,7 +7,7 @@ use crate::geometry::triangle::area_normal;
 use super::collapse::{Ceiling, Ceilings};
 use super::dropping::vertex_components;
 use super::original::Original;
-use super::request::Requirements;
+use super::request::Task;
 
 /// Largest deformation, over the diagonals of the component and of the whole scene; the smaller counts.
 // Merging away a corner deforms a cube by 0.2 of its diagonal; merging away one of forty vertices, a sphere by 0.02.
@@ -21,9 +21,10 @@ const LEAST_OF_WHOLE: f64 = 0.0025;
 const LEAST_SIZE: f64 = 0.03;
 
 /// Finds the deformation that each component of an asset may have and still look like itself.
-pub fn find_ceilings(original: &Original, requirements: &Requirements) -> Ceilings {
+pub fn find_ceilings(original: &Original, task: &Task) -> Ceilings {
     let surface = &original.surface;
-    if requirements.half.is_some() || !requirements.is_asset() {
+    let Task { input, options, .. } = task;
+    if input.half.is_some() || !task.is_asset() {
         return Ceilings::default();
     }
     let (of_vertex, n) = vertex_components(surface.n_vertices(), &surface.faces);
@@ -37,16 +38,16 @@ pub fn find_ceilings(original: &Original, requirements: &Requirements) -> Ceilin
         sums[of_vertex[face[0] as usize] as usize].add(corners, f);
     }
     // Sizes are those in the scene, where a component may occur several times at several scales.
-    let stretch = |extent: &Extent| {
-        requirements.scene.map_or(1.0, |scene| scene.stretch(requirements.piece_of_face(extent.face)))
-    };
+    let stretch = |extent: &Extent| input.scene.map_or(1.0, |scene| scene.stretch(task.piece_of_face(extent.face)));
     // The diagonal of all that a viewer sees.
-    let whole = match requirements.scene {
+    let whole = match input.scene {
         Some(scene) => scene.diagonal() * f64::from(surface.length(1.0)),
         None => f64::from(surface.length(original.mesh.diagonal() as f32)),
     };
-    let allowed = requirements.allowed_distance * f64::from(surface.length(1.0));
-    let most = requirements.hold_shape.unwrap_or(MOST_DISTANCE[1]);
+    // An infinite limit allows components to be dropped, but deformed only within the usual limits.
+    let within = if options.prune_within.is_finite() { options.prune_within } else { 0.0 };
+    let allowed = within * f64::from(surface.length(1.0));
+    let most = options.hold_shape.unwrap_or(MOST_DISTANCE[1]);
     let ceiling = |extent: &Extent| {
         let (size, stretch) = (extent.size(), stretch(extent).max(f64::MIN_POSITIVE));
         // Components that are too small to see may lose their shape.
@@ -98,19 +99,21 @@ impl Extent {
 mod tests {
     use super::*;
     use crate::mesh::{Attributes, TriMesh, shapes};
+    use crate::simplify::input::Input;
+    use crate::simplify::options::ClosedOptions;
+
+    fn ceilings(mesh: &TriMesh) -> Vec<f32> {
+        let attributes = Attributes { groups: vec![0; mesh.faces().len()], ..Attributes::default() };
+        let (input, options) = (Input { attributes: &attributes, ..Input::bare(mesh) }, ClosedOptions::default());
+        find_ceilings(&Original::bare(mesh), &Task::new(input, &options, None)).left
+    }
 
     #[test]
     fn a_single_surface_and_dust_have_no_ceiling() {
-        let attributes = Attributes { groups: vec![0; 400], ..Attributes::default() };
-        let requirements = Requirements { attributes: Some(&attributes), ..Requirements::default() };
-        assert!(find_ceilings(&Original::bare(&shapes::icosphere(2)), &requirements).left.is_empty());
+        assert!(ceilings(&shapes::icosphere(2)).is_empty());
         let (large, n) = (shapes::icosphere(2), shapes::icosphere(2).positions().len());
         for (side, has_ceiling) in [(0.2, true), (0.01, false)] {
-            let small = shapes::cuboid([side; 3], 1);
-            let positions = large.positions().iter().chain(small.positions()).copied().collect();
-            let faces = small.faces().iter().map(|face| face.map(|v| v + n as u32));
-            let mesh = TriMesh::new(positions, large.faces().iter().copied().chain(faces).collect()).unwrap();
-            let found = find_ceilings(&Original::bare(&mesh), &requirements).left;
+            let found = ceilings(&shapes::unite([&large, &shapes::cuboid([side; 3], 1)]));
             assert!(found[..n].iter().all(|ceiling| ceiling.is_finite()));
             assert!(found[n..].iter().all(|ceiling| ceiling.is_finite() == has_ceiling), "{side}");
         }
@@ -121,15 +124,9 @@ mod tests {
         let beam = shapes::cuboid([0.08, 0.08, 2.0], 1);
         let ball = shapes::icosphere(3);
         let n = beam.positions().len();
-        let far = ball.positions().iter().map(|&[x, y, z]| [x + 3.0, y, z]);
-        let faces = ball.faces().iter().map(|face| face.map(|v| v + n as u32));
-        let positions = beam.positions().iter().copied().chain(far).collect();
-        let mesh = TriMesh::new(positions, beam.faces().iter().copied().chain(faces).collect()).unwrap();
-        let attributes = Attributes { groups: vec![0; mesh.faces().len()], ..Attributes::default() };
-        let requirements = Requirements { attributes: Some(&attributes), ..Requirements::default() };
-        let original = Original::bare(&mesh);
-        let unit = original.surface.length(1.0);
-        let found = find_ceilings(&original, &requirements).left;
+        let mesh = shapes::unite([&beam, &shapes::place(&ball, |[x, y, z]| [x + 3.0, y, z])]);
+        let unit = Original::bare(&mesh).surface.length(1.0);
+        let found = ceilings(&mesh);
         let of_beam = found[0] / unit;
         assert!((0.2 * 0.08..0.3 * 0.08).contains(&of_beam), "{of_beam}");
         let of_ball = f64::from(found[n] / unit) / mesh.diagonal();

@@ -98,7 +98,7 @@ impl Coarsening {
         output: &Output,
         limit: Limit,
     ) -> Option<DroppedFaces> {
-        let (components, within) = (self.components.as_ref()?, request.requirements.drops_within?);
+        let (components, within) = (self.components.as_ref()?, request.task.drops_within()?);
         if components.n < 2 {
             return None;
         }

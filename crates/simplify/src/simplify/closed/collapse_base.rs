@@ -6,7 +6,7 @@ use crate::simplify::options::Report;
 use super::collapse::{Collapse, CollapseEnd};
 use super::original::Original;
 use super::output::Output;
-use super::request::{ClosedRequest, Requirements};
+use super::request::ClosedRequest;
 
 /// Surface under a collapse, and the vertices of the collapse that remain on it.
 pub struct CollapseBase<'a> {
@@ -29,12 +29,11 @@ impl CollapseBase<'_> {
     }
 
     pub fn complete_report(&self, report: &mut Report, request: &ClosedRequest, end: CollapseEnd) {
-        let Requirements { edges, locked, .. } = &request.requirements;
         report.scores = request.scores;
         report.outcome = end.outcome();
         report.split_vertices = self.original.surface.n_split();
-        report.kept_edges = edges.len();
-        report.locked_vertices = locked.iter().filter(|&&locked| locked).count();
+        report.kept_edges = request.edges.len();
+        report.locked_vertices = request.locked.iter().filter(|&&locked| locked).count();
     }
 
     fn unit_of_prices(&self) -> f64 {

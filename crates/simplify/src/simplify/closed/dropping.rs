@@ -573,13 +573,8 @@ mod tests {
 
     fn spheres(transforms: &[f32], r: f32) -> TriMesh {
         let (large, small) = (shapes::icosphere(3), shapes::icosphere(0));
-        let (mut positions, mut faces) = (large.positions().to_vec(), large.faces().to_vec());
-        for x in transforms {
-            let n = positions.len() as u32;
-            positions.extend(small.positions().iter().map(|p| [r * p[0] + x, r * p[1], r * p[2]]));
-            faces.extend(small.faces().iter().map(|face| face.map(|v| v + n)));
-        }
-        TriMesh::new(positions, faces).unwrap()
+        let small = |x: &f32| shapes::place(&small, |p| [r * p[0] + x, r * p[1], r * p[2]]);
+        shapes::unite([large].into_iter().chain(transforms.iter().map(small)))
     }
 
     fn drop_from(

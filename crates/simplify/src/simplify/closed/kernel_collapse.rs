@@ -10,7 +10,6 @@ use neural_mesh_collapse::{
     CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, Heartbeat, collapse_to_sizes,
 };
 
-use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
 use crate::simplify::limits::Limit;
 use crate::simplify::options::{Effort, Optimize, Purpose};
@@ -18,7 +17,7 @@ use crate::simplify::options::{Effort, Optimize, Purpose};
 use super::original::Original;
 use super::output::Output;
 use super::pins::Pins;
-use super::request::{ClosedRequest, Importance, Requirements};
+use super::request::{ClosedRequest, Importance, Task};
 use super::stage_settings::StageSettings;
 
 /// Least number of vertices of a result; below, one merge a pass places corners exactly.
@@ -27,18 +26,19 @@ const LEAST_VERTICES: usize = 64;
 const LOCKED_ONE_IN: usize = 2;
 
 /// Returns whether the kernel knows all that a request asks for.
-pub fn is_kernel_enough(mesh: &TriMesh, request: &ClosedRequest, limit: Limit) -> bool {
-    let Requirements { edges, locked, kept, purpose, attributes, scene, hold_shape, half, .. } = &request.requirements;
-    let is_bare = edges.is_empty() && attributes.is_none() && scene.is_none() && half.is_none() && kept.is_empty();
+pub fn is_kernel_enough(request: &ClosedRequest, limit: Limit) -> bool {
+    let Task { input, options, differentiable, .. } = request.task;
+    let is_free = request.edges.is_empty() && input.half.is_none() && input.kept.is_empty();
+    let is_bare = is_free && !request.task.is_asset();
     // Blocks of large meshes hold their shape; a price is one of this assembly.
-    let is_size = request.price.is_none() && hold_shape.is_none() && !request.differentiable;
+    let is_size = request.price.is_none() && options.hold_shape.is_none() && !differentiable;
     // The kernel has one importance: that of bending, as strong as in `fast`. Other efforts
     // promise that recording changes nothing, and records are of the collapse of this assembly.
     let is_fast = request.settings == StageSettings::new(Optimize::Balanced, Effort::Fast);
-    let is_usual = is_fast && matches!(request.importance, Importance::Bending) && *purpose == Purpose::Shape;
-    let n_locked = locked.iter().filter(|&&is_locked| is_locked).count();
+    let is_usual = is_fast && matches!(request.importance, Importance::Bending) && options.purpose == Purpose::Shape;
+    let n_locked = request.locked.iter().filter(|&&is_locked| is_locked).count();
     let has_room = limit.size() >= LEAST_VERTICES && n_locked * LOCKED_ONE_IN < limit.size();
-    is_bare && is_size && is_usual && has_room && !limit.is_met_by(mesh)
+    is_bare && is_size && is_usual && has_room && !limit.is_met_by(input.mesh)
 }
 
 /// A surface at its size.
@@ -67,8 +67,7 @@ pub fn collapse_by_kernel(
     };
     let beat = |n_merges: usize| pulse.beat(n_merges);
     let sizes: Vec<CollapseSize> = limits.iter().copied().map(to_collapse_size).collect();
-    let Some(&first) = sizes.first() else { return };
-    let mut options = CollapseOptions::new(first);
+    let mut options = CollapseOptions::default();
     (options.moves, options.locked, options.n_threads) = (!pins.is_subset(), &locked, 0);
     // Only one-sided surfaces would have to be cut: all others come as manifolds.
     (options.heartbeat, options.cuts) = (Heartbeat::new(&beat), false);
@@ -77,7 +76,7 @@ pub fn collapse_by_kernel(
         CollapseOutcome::Stopped => ControlFlow::Break(()),
     };
     // What the kernel refuses has no results.
-    _ = collapse_to_sizes(&positions, &surface.faces, &options, &sizes, receive);
+    _ = collapse_to_sizes(&positions, &surface.faces, &sizes, &options, receive);
 }
 
 fn to_collapse_size(limit: Limit) -> CollapseSize {
@@ -107,9 +106,8 @@ impl KernelCollapse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{shapes, topology};
+    use crate::mesh::{TriMesh, shapes, topology};
     use crate::simplify::closed::prepare::prepare_bare;
-    use crate::simplify::closed::request::Task;
     use crate::simplify::input::Input;
     use crate::simplify::options::{ClosedOptions, Options, ScoreSource, Target};
     use crate::simplify::simplify;
@@ -118,8 +116,9 @@ mod tests {
         ClosedOptions { effort: Effort::Fast, ..ClosedOptions::default() }
     }
 
-    fn collapse(mesh: &TriMesh, requirements: &Requirements, limits: &[Limit]) -> Vec<KernelCollapse> {
-        let original = prepare_bare(mesh, requirements, Pulse::NONE);
+    fn collapse<'a>(input: impl Into<Input<'a>>, limits: &[Limit]) -> Vec<KernelCollapse> {
+        let options = fast();
+        let original = prepare_bare(&ClosedRequest::new(Task::new(input.into(), &options, None)), Pulse::NONE);
         let mut levels = Vec::new();
         let receive = |level| {
             levels.push(level);
@@ -135,7 +134,7 @@ mod tests {
         for mesh in closed.into_iter().chain([shapes::open_cylinder(60, 40), shapes::grid(40, 40)]) {
             let n = mesh.positions().len() / 5;
             for limit in [Limit::from_vertices(n), Limit { faces: 2 * n, ..Limit::from_vertices(usize::MAX) }] {
-                let levels = collapse(&mesh, &Requirements::default(), &[limit]);
+                let levels = collapse(&mesh, &[limit]);
                 let [KernelCollapse { output, pass_prices }] = levels.try_into().ok().unwrap();
                 let (n_vertices, n_faces) = (output.positions.len(), output.faces().len());
                 let is_size = n_vertices == limit.vertices || n_faces == limit.faces || n_faces + 1 == limit.faces;
@@ -154,10 +153,10 @@ mod tests {
     #[test]
     fn every_vertex_knows_what_it_became() {
         let mesh = shapes::torus(60, 40, 1.0, 0.4);
-        let levels = collapse(&mesh, &Requirements::default(), &[960, 480].map(Limit::from_vertices));
+        let levels = collapse(&mesh, &[960, 480].map(Limit::from_vertices));
         let output = &levels[1].output;
         assert_eq!(levels[0].output.positions.len(), 960);
-        let original = prepare_bare(&mesh, &Requirements::default(), Pulse::NONE);
+        let original = Original::bare(&mesh);
         let far = original.surface.positions.iter().zip(&output.vertex_of);
         let farthest = far.map(|(p, &v)| p.distance(output.positions[v as usize])).fold(0.0, f32::max);
         assert!(farthest < 0.2, "{farthest}");
@@ -170,18 +169,18 @@ mod tests {
     fn what_is_out_of_its_reach_is_left_to_the_other_collapse() {
         let mesh = shapes::klein_bottle(60, 40);
         let size = [Limit::from_vertices(480)];
-        assert!(collapse(&mesh, &Requirements::default(), &size).is_empty());
+        assert!(collapse(&mesh, &size).is_empty());
         let mesh = shapes::icosphere(3);
-        let all = Requirements { locked: vec![true; mesh.positions().len()], ..Requirements::default() };
-        assert!(collapse(&mesh, &all, &size).is_empty());
+        let locked = vec![true; mesh.positions().len()];
+        assert!(collapse(Input { locked: &locked, ..Input::bare(&mesh) }, &size).is_empty());
     }
 
     #[test]
     fn only_bare_meshes_in_the_usual_way_go_to_the_kernel() {
         let mesh = shapes::wavy_sphere(4, 8.0);
         let is_enough = |options: &ClosedOptions, n_vertices: usize| {
-            let request = ClosedRequest::new(&Input::bare(&mesh), &Task::new(options, None));
-            is_kernel_enough(&mesh, &request, Limit::from_vertices(n_vertices))
+            let request = ClosedRequest::new(Task::new(Input::bare(&mesh), options, None));
+            is_kernel_enough(&request, Limit::from_vertices(n_vertices))
         };
         let others = [
             ClosedOptions::default(),

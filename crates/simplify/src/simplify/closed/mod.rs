@@ -87,16 +87,15 @@ pub(super) struct FinishedLevels<'a> {
     pub saved: Option<SavedCollapse<'a>>,
 }
 
-/// Simplifies `mesh` to each limit in turn with one collapse; only the first level has a derivative.
+/// Simplifies to each limit in turn with one collapse; only the first level has a derivative.
 pub(super) fn simplify_levels<'a>(
-    mesh: &TriMesh,
     request: &ClosedRequest,
     Levels { limits, n_without_dropping, mut size_with_shape, saved }: Levels<'_, 'a>,
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
-    let n_for_kernel = limits.iter().take_while(|limit| is_kernel_enough(mesh, request, **limit)).count();
+    let n_for_kernel = limits.iter().take_while(|limit| is_kernel_enough(request, **limit)).count();
     if saved.is_none() && n_for_kernel > 0 {
-        let mut levels = simplify_by_kernel(mesh, request, &limits[..n_for_kernel], n_without_dropping, progress)?;
+        let mut levels = simplify_by_kernel(request, &limits[..n_for_kernel], n_without_dropping, progress)?;
         let n = levels.results.len();
         if n == limits.len() || levels.dropped.is_some() {
             return Ok(levels);
@@ -105,18 +104,18 @@ pub(super) fn simplify_levels<'a>(
             // Smaller sizes are for the collapse of this assembly.
             let n_without_dropping = n_without_dropping.saturating_sub(n);
             let rest = Levels { limits: &limits[n..], n_without_dropping, size_with_shape, saved: None };
-            let rest = simplify_levels(mesh, request, rest, progress)?;
+            let rest = simplify_levels(request, rest, progress)?;
             levels.results.extend(rest.results);
             return Ok(FinishedLevels { results: levels.results, ..rest });
         }
     }
     let mut levels = FinishedLevels { size_with_shape, ..FinishedLevels::default() };
     let Some(&first) = limits.first() else { return Ok(levels) };
-    let (base, collapse) = start_or_continue(mesh, request, first, saved, progress)?;
+    let (base, collapse) = start_or_continue(request, first, saved, progress)?;
     let deviation_check = deviation_check(request, &collapse, limits);
     // The copy continues after components are dropped.
-    let may_drop = request.requirements.drops_within.is_some();
-    let mut collapse = Some(if may_drop && !request.differentiable { collapse.with_copy() } else { collapse });
+    let may_drop = request.task.drops_within().is_some();
+    let mut collapse = Some(if may_drop && !request.task.differentiable { collapse.with_copy() } else { collapse });
     for &limit in limits {
         // The last level takes the collapse itself, not a copy, to save memory.
         let Some(running) = collapse.take() else { break };
@@ -126,7 +125,7 @@ pub(super) fn simplify_levels<'a>(
         }
         let may_drop_now = levels.results.len() >= n_without_dropping;
         let mut ended = run_and_choose(&base, running, deviation_check.as_ref(), request, limit, may_drop_now);
-        if ended.dropped.is_none() && ended.end != CollapseEnd::Reached && request.requirements.hold_shape.is_none() {
+        if ended.dropped.is_none() && ended.end != CollapseEnd::Reached && request.task.options.hold_shape.is_none() {
             // Shapes of components and curves give way before the size does.
             size_with_shape = size_with_shape.or(Some(ended.collapse.size()));
             ended = coarsen_and_choose(&base, request, ended, limit);
@@ -150,15 +149,15 @@ pub(super) fn simplify_levels<'a>(
 
 /// Simplifies by the kernel; ends before a size out of its reach, or at which components should be dropped.
 fn simplify_by_kernel<'a>(
-    mesh: &TriMesh,
     request: &ClosedRequest,
     limits: &[Limit],
     n_without_dropping: usize,
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
+    let mesh = request.task.input.mesh;
     let (n_vertices, n_faces) = (mesh.positions().len(), mesh.faces().len());
     progress.enter("surface", n_faces)?;
-    let original = prepare_bare(mesh, &request.requirements, progress.pulse);
+    let original = prepare_bare(request, progress.pulse);
     // The kernel weighs vertices as it prices them.
     progress.enter("scores", 0)?;
     let base = CollapseBase { original, collapse_vertices: Vec::new() };
@@ -192,7 +191,7 @@ fn finish_level(
     progress: Progress,
 ) -> Result<(), SimplifyError> {
     let original = &base.original;
-    if let Some(within) = request.requirements.drops_within.filter(|_| may_drop) {
+    if let Some(within) = request.task.drops_within().filter(|_| may_drop) {
         let cost = VertexCost { pass_prices: &pass_prices, limit, must_fit: false };
         levels.dropped = dropping::choose_dropped(original, &output, &cost, within, &request.visual_properties());
         if levels.dropped.is_some() {
@@ -242,7 +241,7 @@ fn coarsen_and_choose<'a>(
     limit: Limit,
 ) -> EndedCollapse<'a> {
     let mut collapse = ended.collapse.with_copy_if_wanted();
-    let may_drop = request.requirements.drops_within.is_some();
+    let may_drop = request.task.drops_within().is_some();
     let coarse = coarsen(base, &mut collapse, ended.end, limit, may_drop);
     let output = base.output(&collapse);
     let dropped = coarse.choose_dropped(base, request, &output, limit);
@@ -255,7 +254,7 @@ fn deviation_check<'a>(
     limits: &[Limit],
 ) -> Option<DeviationCheck<'a>> {
     // Ceilings already bound the distance, and a price or an insisted size overrules the check.
-    let is_needed = request.price.is_none() && !request.forces_size && !collapse.has_ceilings();
+    let is_needed = request.price.is_none() && !request.task.forces_size && !collapse.has_ceilings();
     is_needed.then(|| DeviationCheck::new(collapse, limits)).flatten()
 }
 
@@ -266,7 +265,7 @@ fn choose_dropped(
     output: &Output,
     limit: Limit,
 ) -> Option<DroppedFaces> {
-    let within = request.requirements.drops_within?;
+    let within = request.task.drops_within()?;
     let cost = VertexCost::new(ended, limit, end);
     dropping::choose_dropped(&base.original, output, &cost, within, &request.visual_properties())
 }
@@ -281,18 +280,17 @@ fn keep_for_next(collapse: Collapse, is_last: bool) -> Option<Collapse> {
 }
 
 fn start_or_continue<'a, 'p: 'a>(
-    mesh: &'a TriMesh,
     request: &ClosedRequest<'a>,
     limit: Limit,
     saved: Option<SavedCollapse<'p>>,
     progress: Progress<'p>,
 ) -> Result<(CollapseBase<'a>, Collapse<'p>), SimplifyError> {
     if let Some(saved) = saved
-        && let Some(continued) = saved.attach(mesh, request, limit, progress)?
+        && let Some(continued) = saved.attach(request, limit, progress)?
     {
         return Ok(continued);
     }
-    start(mesh, request, limit, progress)
+    start(request, limit, progress)
 }
 
 /// Runs a collapse to a limit, or to an earlier end where too few vertices are free to keep the shape.
@@ -316,14 +314,13 @@ fn start_trace(history: Option<Vec<collapse::CollapseEvent>>) -> Option<Trace> {
 }
 
 fn start<'a, 'p: 'a>(
-    mesh: &'a TriMesh,
     request: &ClosedRequest<'a>,
     limit: Limit,
     progress: Progress<'p>,
 ) -> Result<(CollapseBase<'a>, Collapse<'p>), SimplifyError> {
-    let (n_faces, requirements) = (mesh.faces().len(), &request.requirements);
+    let (n_faces, task) = (request.task.input.mesh.faces().len(), &request.task);
     progress.enter("surface", n_faces)?;
-    let mut original = prepare(mesh, requirements, progress.pulse);
+    let mut original = prepare(request, progress.pulse);
     progress.enter("scores", n_faces)?;
     // Importance must precede the collapse, which copies the quadrics.
     importance::weigh(&mut original.surface, request.importance, request.settings.strength, &request.visibility);
@@ -333,10 +330,10 @@ fn start<'a, 'p: 'a>(
     let constraints = constrains.then(|| Constraints::new(&original));
     // Everything that adds to prices is set before the first pass.
     let attributes = sum_attribute_quadrics(&original);
-    let poses = Poses::new(&original, requirements);
+    let poses = Poses::new(&original, task);
     let collapse = Collapse::new(progress.pulse, &original.surface);
-    let collapse = collapse.with_ceilings(find_ceilings(&original, requirements));
-    let collapse = collapse.with_constraints(constraints, attributes, poses, request.differentiable.then(Vec::new));
+    let collapse = collapse.with_ceilings(find_ceilings(&original, task));
+    let collapse = collapse.with_constraints(constraints, attributes, poses, task.differentiable.then(Vec::new));
     // Only the collapse reads the quadrics.
     original.surface.quadrics = Vec::new();
     Ok((CollapseBase { original, collapse_vertices: Vec::new() }, collapse))
@@ -351,7 +348,7 @@ fn refine(
     progress: Progress,
 ) -> Result<ClosedResult, SimplifyError> {
     let original = &base.original;
-    let map = request.requirements.map;
+    let map = request.task.options.map;
     let attributes = original.attributes.as_deref().or(map.then_some(Attributes::NONE));
     // Flips and fit share the points: each assignment starts from the faces of the last one.
     let mut points = SamplePoints::new(&original.surface, output.positions.len(), request.settings);
@@ -367,9 +364,8 @@ fn refine(
     // A mesh that lost no vertex is not moved: its vertices already lie on the original.
     if !is_whole && request.runs_fit() {
         fit::fit(original, &mut points, &mut output, &mut trace);
-        let requirements = &request.requirements;
-        let piece_of = requirements.pieces_placed_alike();
-        nested::separate_nested(original, &mut output, piece_of, requirements.is_asset());
+        let task = request.task;
+        nested::separate_nested(original, &mut output, task.pieces_placed_alike(), task.is_asset());
     }
     progress.enter("finish", output.faces().len())?;
     // Foldovers and spikes come after all other moves of vertices, duplicates last: they depend on the rounded positions.
@@ -379,7 +375,7 @@ fn refine(
     let corner_values = attributes.and_then(|attributes| output.take_attributes(original, attributes));
     let (attributes, corner_map) = corner_values.unzip();
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));
-    let mut closed = ClosedResult::new(original, output, positions, request.requirements.kept)?;
+    let mut closed = ClosedResult::new(original, output, positions, request.task.input.kept)?;
     closed.derivative = derivative;
     let map = corner_map.filter(|_| map).map(|corners| closed.build_map(original.mesh, corners));
     let simplified = &mut closed.simplified;
@@ -399,7 +395,7 @@ fn repair_surface(original: &Original, output: &mut Output, request: &ClosedRequ
     let n_flipped = foldovers::repair(original, output, is_coarse);
     // A repair can make spikes, but shortening a spike turns no face.
     let n_spikes =
-        if request.requirements.subset { 0 } else { spikes::shorten(original, output, request.settings.least_spike) };
+        if request.task.options.subset { 0 } else { spikes::shorten(original, output, request.settings.least_spike) };
     [n_flipped, n_spikes]
 }
 
@@ -414,12 +410,15 @@ fn round_positions(
 ) -> (Vec<[f32; 3]>, [usize; 2]) {
     let is_whole = output.positions.len() == original.surface.n_vertices();
     let mut positions = result::local_positions(original, output);
-    let (n_flipped, are_wide) =
-        if is_whole { (0, true) } else { degenerate_faces::flip(pulse, output, &positions, &request.frame) };
+    let (n_flipped, are_wide) = if is_whole {
+        (0, true)
+    } else {
+        degenerate_faces::flip(pulse, output, &positions, &request.task.options.frame)
+    };
     // Moving a vertex off a duplicate may flatten a face, so widening follows.
-    let n_separated = duplicate_positions::separate(pulse, &mut positions, &output.pins, &request.frame);
+    let n_separated = duplicate_positions::separate(pulse, &mut positions, &output.pins, &request.task.options.frame);
     if !are_wide || n_separated > 0 {
-        degenerate_faces::widen(original, output, &mut positions, &request.frame);
+        degenerate_faces::widen(original, output, &mut positions, &request.task.options.frame);
     }
     (positions, [n_flipped, n_separated])
 }

@@ -164,8 +164,7 @@ impl<'a> Original<'a> {
 
     /// Returns the attributes with normals that follow the faces which the surface winds the other way than the mesh.
     pub fn turn_normals<'b>(&self, attributes: &'b Attributes) -> Cow<'b, Attributes> {
-        let has_normals = attributes.channels.iter().any(|channel| channel.role == Role::Normal);
-        if !has_normals || matches!(self.surface.faces, Cow::Borrowed(_)) {
+        if attributes.channel(Role::Normal).is_none() || matches!(self.surface.faces, Cow::Borrowed(_)) {
             return Cow::Borrowed(attributes);
         }
         let orders = (0u32..).zip(self.corner_orders());

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::prepare::surface::PreparedSurface;
-use super::request::Requirements;
+use super::request::{ClosedRequest, Task};
 use crate::simplify::input::Half;
 
 #[derive(Clone, Debug, Default)]
@@ -17,18 +17,12 @@ pub struct Pins {
 }
 
 impl Pins {
-    pub fn new(surface: &PreparedSurface, requirements: &Requirements) -> Self {
-        let is_locked = |v: u32| requirements.locked[v as usize];
-        let locked =
-            if requirements.locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
-        let plane = requirements.half.map(|half| PlaneVertices::from_half(surface, &half));
-        Self {
-            locked,
-            locks_edges: !requirements.kept.is_empty(),
-            subset: requirements.subset,
-            origin: Vec::new(),
-            plane,
-        }
+    pub fn new(surface: &PreparedSurface, request: &ClosedRequest) -> Self {
+        let Task { input, options, .. } = request.task;
+        let is_locked = |v: u32| request.locked[v as usize];
+        let locked = if request.locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
+        let plane = input.half.map(|half| PlaneVertices::from_half(surface, &half));
+        Self { locked, locks_edges: !input.kept.is_empty(), subset: options.subset, origin: Vec::new(), plane }
     }
 
     #[cfg(test)]

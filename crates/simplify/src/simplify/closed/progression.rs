@@ -17,7 +17,7 @@ use super::importance;
 use super::output::Output;
 use super::prepare::surface::{Normalisation, PreparedSurface};
 use super::prepare::{prepare, prepare_surface};
-use super::request::ClosedRequest;
+use super::request::{ClosedRequest, Task};
 use super::result::{ClosedResult, local_positions};
 use super::split_sequence::SplitSequence;
 use super::visible_drops::{DropChoice, order_by_views};
@@ -40,23 +40,19 @@ pub struct RecordedCollapse {
 }
 
 /// Collapses a mesh to its smallest form and records all merges.
-pub fn record_collapse(
-    mesh: &TriMesh,
-    request: &ClosedRequest,
-    progress: Progress,
-) -> Result<RecordedCollapse, SimplifyError> {
-    let (limit, n_faces) = (Limit::from_vertices(1), mesh.faces().len());
-    let (base, collapse) = start(mesh, request, limit, progress)?;
+pub fn record_collapse(request: &ClosedRequest, progress: Progress) -> Result<RecordedCollapse, SimplifyError> {
+    let (limit, mesh) = (Limit::from_vertices(1), request.task.input.mesh);
+    let (base, collapse) = start(request, limit, progress)?;
     let mut collapse = collapse.with_recording();
     let mut end = collapse.run(limit);
-    if end != CollapseEnd::Reached && request.requirements.hold_shape.is_none() {
+    if end != CollapseEnd::Reached && request.task.options.hold_shape.is_none() {
         end = coarsen(&base, &mut collapse, end, limit, false).end;
     }
     let mut merges = collapse.take_recording();
     collapse.free_memory();
     // Merges that depend on each other have rising keys, so a stable sort keeps their order.
     merges.par_sort_by(|x, y| x.key.total_cmp(&y.key));
-    progress.enter("finish", n_faces)?;
+    progress.enter("finish", mesh.faces().len())?;
     let keys = merges.iter().map(|merge| merge.key).collect();
     // The collapse removes no vertex twice.
     let surface = ProgressionSurface::new(mesh, &base.original.surface, &merges).ok_or(SimplifyError::BadInput)?;
@@ -110,8 +106,8 @@ impl ProgressionSurface {
 pub struct LevelChoice<'a> {
     /// Number of vertices of the sequence, those of dropped components included.
     pub n: usize,
-    /// Mesh without the dropped components, and their faces in the whole; `None` for the whole.
-    pub rest: Option<(&'a TriMesh, &'a [u32])>,
+    /// Faces in the whole of a mesh without the dropped components; `None` for the whole.
+    pub rest: Option<&'a [u32]>,
     pub end: CollapseEnd,
 }
 
@@ -146,14 +142,14 @@ impl ProgressionSurface {
         choice: &LevelChoice,
         cost: &VertexCost,
     ) -> Option<DroppedFaces> {
-        let within = request.requirements.drops_within?;
+        let within = request.task.drops_within()?;
         let (base, output) = self.weighed_level(mesh, request, choice);
         dropping::choose_dropped(&base.original, &output, cost, within, &request.visual_properties())
     }
 
     /// Lists a face of each component that goes below the smallest level, those that a viewer misses least first.
     pub fn order_drops(&self, mesh: &TriMesh, request: &ClosedRequest, choice: &LevelChoice) -> Vec<u32> {
-        let Some(within) = request.requirements.drops_within else { return Vec::new() };
+        let Some(within) = request.task.drops_within() else { return Vec::new() };
         let (base, output) = self.weighed_level(mesh, request, choice);
         let (of_vertex, n) = output_components(&output);
         if n < 2 {
@@ -176,9 +172,9 @@ impl ProgressionSurface {
     /// Returns the surface, weighted as its components are judged, with the vertices of a level.
     fn weighed_level<'a>(
         &self,
-        mesh: &'a TriMesh,
+        mesh: &TriMesh,
         request: &ClosedRequest<'a>,
-        choice: &LevelChoice<'a>,
+        choice: &LevelChoice,
     ) -> (CollapseBase<'a>, Output) {
         let mut base = self.base(mesh, request, choice.rest);
         if request.visual_properties().is_weighed {
@@ -188,20 +184,15 @@ impl ProgressionSurface {
         (base, output)
     }
 
-    fn base<'a>(
-        &self,
-        mesh: &'a TriMesh,
-        request: &ClosedRequest<'a>,
-        rest: Option<(&'a TriMesh, &'a [u32])>,
-    ) -> CollapseBase<'a> {
-        let requirements = &request.requirements;
-        let Some((rest, faces)) = rest else {
-            let original = prepare(mesh, requirements, Pulse::NONE);
+    fn base<'a>(&self, mesh: &TriMesh, request: &ClosedRequest<'a>, rest: Option<&[u32]>) -> CollapseBase<'a> {
+        let Some(faces) = rest else {
+            let original = prepare(request, Pulse::NONE);
             return CollapseBase { original, collapse_vertices: Vec::new() };
         };
+        let rest = request.task.input.mesh;
         let (manifold, collapse_vertices) = self.rest(mesh, rest, faces);
         let surface = PreparedSurface::of_manifold(rest, manifold, self.scale, Pulse::NONE);
-        CollapseBase { original: prepare_surface(rest, surface, requirements), collapse_vertices }
+        CollapseBase { original: prepare_surface(surface, request), collapse_vertices }
     }
 
     /// Returns the surface of some faces, with the vertex of the whole surface at each of its own.
@@ -316,14 +307,14 @@ fn finish_unrefined(
     end: CollapseEnd,
 ) -> Result<ClosedResult, SimplifyError> {
     let original = &base.original;
-    let requirements = &request.requirements;
-    let attributes = original.attributes.as_deref().or(requirements.map.then_some(crate::mesh::Attributes::NONE));
+    let Task { input, options, .. } = request.task;
+    let attributes = original.attributes.as_deref().or(options.map.then_some(crate::mesh::Attributes::NONE));
     attributes.into_iter().for_each(|attributes| output.record_attributes(original, attributes));
     let positions = local_positions(original, &output);
     let corner_values = attributes.and_then(|attributes| output.take_attributes(original, attributes));
     let (attributes, corner_map) = corner_values.unzip();
-    let mut closed = ClosedResult::new(original, output, positions, requirements.kept)?;
-    let map = corner_map.filter(|_| requirements.map).map(|corners| closed.build_map(original.mesh, corners));
+    let mut closed = ClosedResult::new(original, output, positions, input.kept)?;
+    let map = corner_map.filter(|_| options.map).map(|corners| closed.build_map(original.mesh, corners));
     (closed.simplified.attributes, closed.simplified.map) = (attributes.unwrap_or_default(), map);
     base.complete_report(&mut closed.simplified.report, request, end);
     Ok(closed)

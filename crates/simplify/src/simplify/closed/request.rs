@@ -1,9 +1,9 @@
 //! Requests to the closed assembly.
 
-use crate::mesh::{Attributes, FeatureEdge, Frame, Role, UnitedMesh};
+use crate::mesh::{Attributes, FeatureEdge, Role, UnitedMesh};
 use crate::model::Weights;
 use crate::simplify::hidden::visible_shares;
-use crate::simplify::input::{Half, Input, kept_edges, locked_vertices};
+use crate::simplify::input::{Input, kept_edges, locked_vertices};
 use crate::simplify::options::{ClosedOptions, Purpose, ScoreSource};
 
 use super::stage_settings::StageSettings;
@@ -15,9 +15,10 @@ const LEAST_SHARE: f32 = 0.05;
 // and distances 6 % larger on both; with 1, FLIP errors of the bare meshes are 1 % larger.
 const SHARE_EXPONENT: f32 = 1.5;
 
-/// Options and weights of a run, and settings that callers outside of the crate cannot make.
+/// A mesh to simplify and how, with settings that callers outside of the crate cannot make.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
+    pub input: Input<'a>,
     pub options: &'a ClosedOptions,
     pub weights: Option<&'a Weights>,
     pub differentiable: bool,
@@ -26,8 +27,8 @@ pub struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    pub fn new(options: &'a ClosedOptions, weights: Option<&'a Weights>) -> Self {
-        Self { options, weights, differentiable: false, forces_size: false }
+    pub fn new(input: Input<'a>, options: &'a ClosedOptions, weights: Option<&'a Weights>) -> Self {
+        Self { input, options, weights, differentiable: false, forces_size: false }
     }
 
     /// Chooses the source of vertex scores: none if without effect, the network if the caller gives weights.
@@ -41,18 +42,52 @@ impl<'a> Task<'a> {
             scores => scores,
         }
     }
+
+    /// Returns the attributes; `None` if there are none.
+    pub fn attributes(&self) -> Option<&'a Attributes> {
+        Some(self.input.attributes).filter(|attributes| !attributes.is_empty())
+    }
+
+    pub fn is_asset(&self) -> bool {
+        self.input.scene.is_some() || !self.input.attributes.is_empty()
+    }
+
+    /// Returns the largest distance from the rest at which components may be dropped; `None` if all must stay.
+    pub fn drops_within(&self) -> Option<f64> {
+        let (options, input) = (self.options, &self.input);
+        // Constraints of the caller name vertices or faces that must remain.
+        let is_constrained =
+            options.subset || options.lock_boundaries || !input.locked.is_empty() || input.half.is_some();
+        (options.prune && !is_constrained).then_some(options.prune_within)
+    }
+
+    pub fn piece_of_face(&self, face: u32) -> usize {
+        self.input.scene.map_or(0, |scene| scene.piece_of_group(self.input.attributes.group(face)))
+    }
+
+    /// Returns the scene piece of a face, or the first piece with the same instances.
+    pub fn pieces_placed_alike(&self) -> impl Fn(u32) -> usize {
+        let alike = self.input.scene.map_or_else(|| vec![0], UnitedMesh::pieces_placed_alike);
+        move |face| alike[self.piece_of_face(face)]
+    }
+
+    pub fn pose_attributes(&self) -> Option<&'a Attributes> {
+        let has_targets = self.input.attributes.channel(Role::MorphPosition).is_some();
+        (has_targets && self.options.purpose == Purpose::Poses).then_some(self.input.attributes)
+    }
 }
 
+/// What the stages of a run read: its task and what follows from it.
 pub struct ClosedRequest<'a> {
+    pub task: Task<'a>,
     pub importance: Importance<'a>,
     pub scores: ScoreSource,
     /// Factor on the importance of each vertex by how much of it is visible; empty for none.
     pub visibility: Vec<f32>,
     pub settings: StageSettings,
-    pub frame: Frame,
-    pub differentiable: bool,
-    pub requirements: Requirements<'a>,
-    pub forces_size: bool,
+    pub edges: Vec<FeatureEdge>,
+    /// Marks locked vertices; empty for none.
+    pub locked: Vec<bool>,
     /// Largest price of a merge, in mesh units to the fourth power; replaces the size limit.
     pub price: Option<f64>,
 }
@@ -69,14 +104,14 @@ pub struct VisualProperties<'a> {
 
 impl<'a> ClosedRequest<'a> {
     /// Plans a run: options, constraints and weights become one request.
-    pub fn new(input: &Input<'a>, task: &Task<'a>) -> Self {
-        let request = Self::without_visibility(input, task);
-        Self { visibility: visibility(input, &request.settings), ..request }
+    pub fn new(task: Task<'a>) -> Self {
+        let request = Self::without_visibility(task);
+        Self { visibility: visibility(&task.input, &request.settings), ..request }
     }
 
     /// Plans a run in which nothing is collapsed, so that vertices need no importance.
-    pub fn without_visibility(input: &Input<'a>, task: &Task<'a>) -> Self {
-        let Task { options, weights, differentiable, forces_size } = *task;
+    pub fn without_visibility(task: Task<'a>) -> Self {
+        let Task { input, options, weights, .. } = task;
         let settings = StageSettings::new(options.optimize, options.effort);
         let scores = task.score_source(&settings);
         let importance = match scores {
@@ -86,22 +121,13 @@ impl<'a> ClosedRequest<'a> {
             ScoreSource::Bending => Importance::Bending,
             ScoreSource::Geometry => Importance::Even,
         };
-        Self {
-            importance,
-            scores,
-            visibility: Vec::new(),
-            settings,
-            frame: options.frame,
-            differentiable,
-            requirements: Requirements::new(input, options),
-            forces_size,
-            price: None,
-        }
+        let (edges, locked) = (kept_edges(&input, options), locked_vertices(&input, options));
+        Self { task, importance, scores, visibility: Vec::new(), settings, edges, locked, price: None }
     }
 
     /// Returns whether components go by what viewers see of them where a size is out of reach.
     pub fn drops_by_views(&self) -> bool {
-        self.requirements.hold_shape.is_none() && self.visual_properties().is_guarded
+        self.task.options.hold_shape.is_none() && self.visual_properties().is_guarded
     }
 
     pub fn runs_flips(&self) -> bool {
@@ -109,15 +135,14 @@ impl<'a> ClosedRequest<'a> {
     }
 
     pub fn runs_fit(&self) -> bool {
-        self.settings.steps > 0 && !self.requirements.subset
+        self.settings.steps > 0 && !self.task.options.subset
     }
 
     pub fn visual_properties(&self) -> VisualProperties<'a> {
         // Scores of a formula or network are not the caller's judgement of what matters.
         let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.visibility.is_empty();
-        let is_guarded = self.requirements.is_asset() || self.settings.by_looks;
-        let Requirements { attributes, scene, .. } = self.requirements;
-        VisualProperties { attributes, scene, is_weighed, is_guarded }
+        let is_guarded = self.task.is_asset() || self.settings.by_looks;
+        VisualProperties { attributes: self.task.attributes(), scene: self.task.input.scene, is_weighed, is_guarded }
     }
 }
 
@@ -126,73 +151,6 @@ fn visibility(input: &Input, settings: &StageSettings) -> Vec<f32> {
         return Vec::new();
     }
     visible_shares(input).into_iter().map(|share| (share + LEAST_SHARE).powf(SHARE_EXPONENT)).collect()
-}
-
-#[derive(Debug, Default)]
-pub struct Requirements<'a> {
-    pub edges: Vec<FeatureEdge>,
-    pub locked: Vec<bool>,
-    pub kept: &'a [bool],
-    pub subset: bool,
-    pub purpose: Purpose,
-    pub attributes: Option<&'a Attributes>,
-    pub map: bool,
-    pub scene: Option<&'a UnitedMesh>,
-    pub allowed_distance: f64,
-    /// Deformation of a component, over the scene's diagonal, that no size may exceed; `None` for no such limit.
-    pub hold_shape: Option<f64>,
-    /// Largest distance from the rest at which components may be dropped; `None` if all must stay.
-    pub drops_within: Option<f64>,
-    pub half: Option<Half<'a>>,
-}
-
-impl<'a> Requirements<'a> {
-    fn new(input: &Input<'a>, options: &ClosedOptions) -> Self {
-        let ClosedOptions { subset, purpose, map, prune_within, hold_shape, .. } = *options;
-        // Constraints of the caller name vertices or faces that must remain.
-        let is_constrained = subset || options.lock_boundaries || !input.locked.is_empty() || input.half.is_some();
-        Self {
-            edges: kept_edges(input.mesh, input.attributes, options),
-            locked: locked_vertices(input, options),
-            kept: input.kept,
-            subset,
-            purpose,
-            attributes: Some(input.attributes).filter(|attributes| !attributes.is_empty()),
-            map,
-            scene: input.scene,
-            // An infinite limit allows components to be dropped, but deformed only within the usual limits.
-            allowed_distance: if prune_within.is_finite() { prune_within } else { 0.0 },
-            hold_shape,
-            drops_within: (options.prune && !is_constrained).then_some(prune_within),
-            half: input.half,
-        }
-    }
-
-    pub fn is_asset(&self) -> bool {
-        self.scene.is_some() || self.attributes.is_some()
-    }
-
-    pub fn has_normals(&self) -> bool {
-        let channels = self.attributes.iter().flat_map(|attributes| &attributes.channels);
-        channels.into_iter().any(|channel| channel.role == Role::Normal && channel.width == 3)
-    }
-
-    pub fn piece_of_face(&self, face: u32) -> usize {
-        let find_piece =
-            |scene: &UnitedMesh| scene.piece_of_group(self.attributes.unwrap_or(Attributes::NONE).group(face));
-        self.scene.map_or(0, find_piece)
-    }
-
-    /// Returns the scene piece of a face, or the first piece with the same instances.
-    pub fn pieces_placed_alike(&self) -> impl Fn(u32) -> usize {
-        let alike = self.scene.map_or_else(|| vec![0], UnitedMesh::pieces_placed_alike);
-        move |face| alike[self.piece_of_face(face)]
-    }
-
-    pub fn pose_attributes(&self) -> Option<&'a Attributes> {
-        let has_targets = |of: &&Attributes| of.channels.iter().any(|channel| channel.role == Role::MorphPosition);
-        self.attributes.filter(|_| self.purpose == Purpose::Poses).filter(has_targets)
-    }
 }
 
 /// Source of vertex importance, a factor on each vertex's area.

@@ -1,6 +1,5 @@
 //! Saved collapse, which continues after components are dropped.
 
-use crate::mesh::TriMesh;
 use crate::simplify::limits::Limit;
 use crate::simplify::options::SimplifyError;
 use crate::simplify::progress::Progress;
@@ -49,13 +48,12 @@ impl<'a> SavedCollapse<'a> {
     /// Attaches the collapse to the remaining mesh; `None` if its non-manifold vertices are split differently.
     pub(super) fn attach<'b>(
         self,
-        mesh: &'b TriMesh,
         request: &ClosedRequest<'b>,
         limit: Limit,
         progress: Progress<'b>,
     ) -> Result<Option<(CollapseBase<'b>, Collapse<'a>)>, SimplifyError> {
-        progress.enter("surface", mesh.faces().len())?;
-        let mut original = prepare_at_scale(mesh, self.scale, &request.requirements, progress.pulse);
+        progress.enter("surface", request.task.input.mesh.faces().len())?;
+        let mut original = prepare_at_scale(self.scale, request, progress.pulse);
         // Only a new collapse reads the quadrics.
         original.surface.quadrics = Vec::new();
         let Some(collapse_vertices) = self.vertices(&original) else { return Ok(None) };

@@ -177,6 +177,7 @@ fn gather(points: &[[f32; 3]], samples: &[u32]) -> Vec<[f32; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::test_values::run_on_threads;
     use crate::simplify::Event;
     use rustc_hash::FxHashMap;
     use std::f32::consts::TAU;
@@ -278,10 +279,8 @@ mod tests {
     #[test]
     fn the_same_seed_gives_the_same_result_on_any_number_of_threads() {
         let (mesh, weights) = (torus(30, 20), small_weights(3));
-        let on_threads = |n| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-            pool.install(|| paper_stages(&mesh, 150, &weights, &paper_options(9), &mut go_on)).unwrap()
-        };
+        let on_threads =
+            |n| run_on_threads(n, || paper_stages(&mesh, 150, &weights, &paper_options(9), &mut go_on)).unwrap();
         let one = on_threads(1);
         assert_eq!(one, on_threads(2));
         assert_eq!(one, on_threads(8));

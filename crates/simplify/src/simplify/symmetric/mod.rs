@@ -24,13 +24,13 @@ use joined_halves::SimplifiedHalf;
 use mirror_pairs::MirrorPairs;
 
 pub(super) fn simplify_symmetric(
-    input: &Input,
     task: &Task,
     symmetry: Symmetry,
     targets: &[Target],
     progress: Progress,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    check(input, task)?;
+    let input = &task.input;
+    check(task)?;
     progress.enter("symmetry", input.mesh.faces().len())?;
     let used = SubMesh::without_unused_vertices(progress.pulse, input)?;
     let Input { mesh, attributes, importance, .. } = used.input();
@@ -48,7 +48,7 @@ pub(super) fn simplify_symmetric(
         ..Input::bare(&half.mesh)
     };
     // Sizes are those of the whole mesh: the collapse counts both halves.
-    let halves = simplify_closed(&of_half, task, Levels::new(&limits), progress)?;
+    let halves = simplify_closed(&Task { input: of_half, ..*task }, Levels::new(&limits), progress)?;
     halves.into_iter().map(|half| join_halves(half, &plane, &groups, task.options)).collect()
 }
 
@@ -68,8 +68,8 @@ fn find_mirror_plane(
     Err(refused.unwrap_or(SimplifyError::Empty))
 }
 
-fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
-    let options = task.options;
+fn check(task: &Task) -> Result<(), SimplifyError> {
+    let Task { input, options, .. } = *task;
     let refused = [
         ("locked boundaries", options.lock_boundaries),
         ("a subset of the vertices", options.subset),

@@ -147,7 +147,7 @@ impl ResultCorners {
         };
         let mut channels: Vec<Channel> = attributes.channels.iter().map(channel).collect();
         drop(fit);
-        if !pins.is_subset() && attributes.channels.iter().any(|channel| channel.role == Role::Normal) {
+        if !pins.is_subset() && attributes.channel(Role::Normal).is_some() {
             // The search for normals crosses texture seams and stops at hard edges.
             let sides = sides.with_seams(original.features.hard_edges());
             self.fit_normals(&mut channels, attributes, &sides, positions, pins);

@@ -120,7 +120,6 @@ struct CountedChannels<'a> {
 impl<'a> CountedChannels<'a> {
     fn new(original: &Original, attributes: &'a Attributes) -> Self {
         // At seams and hard edges each side would need its own values, so vertices there get no quadrics.
-        let channel = |role: Role| attributes.channels.iter().find(|channel| channel.role == role);
         let ends_of = |edges: &mut dyn Iterator<Item = [u32; 2]>| {
             let mut touched = vec![false; original.surface.n_vertices()];
             edges.flatten().for_each(|v| touched[v as usize] = true);
@@ -130,7 +129,7 @@ impl<'a> CountedChannels<'a> {
         let is_prop = !original.surface.area_weights.is_plain();
         Self {
             normal_length: if is_prop { NORMAL_LENGTH_OF_PROPS } else { NORMAL_LENGTH },
-            channels: [channel(Role::Colour), channel(Role::Normal).filter(|channel| channel.width == 3)],
+            channels: [attributes.channel(Role::Colour), attributes.normals()],
             // Colours stop at every feature edge, normals at hard edges alone.
             at_seam: [ends_of(&mut features.edges.iter().copied()), ends_of(&mut features.hard_edges())],
         }

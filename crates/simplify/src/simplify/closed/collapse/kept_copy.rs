@@ -112,11 +112,8 @@ mod tests {
 
     fn sphere_and_cylinder() -> (TriMesh, usize) {
         let (sphere, cylinder) = (shapes::wavy_sphere(4, 5.0), shapes::open_cylinder(30, 12));
-        let n = sphere.positions().len() as u32;
-        let far = cylinder.positions().iter().map(|p| [p[0] + 5.0, p[1], p[2]]);
-        let positions = sphere.positions().iter().copied().chain(far).collect();
-        let faces = cylinder.faces().iter().map(|face| face.map(|v| v + n));
-        (TriMesh::new(positions, sphere.faces().iter().copied().chain(faces).collect()).unwrap(), n as usize)
+        let far = shapes::place(&cylinder, |[x, y, z]| [x + 5.0, y, z]);
+        (shapes::unite([&sphere, &far]), sphere.positions().len())
     }
 
     #[test]

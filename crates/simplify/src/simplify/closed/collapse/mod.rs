@@ -43,8 +43,10 @@ mod tests {
     use crate::simplify::closed::prepare::area_weights::build_rounded_cube;
     use crate::simplify::closed::prepare::prepare;
     use crate::simplify::closed::prepare::surface::PreparedSurface;
-    use crate::simplify::closed::request::Requirements;
+    use crate::simplify::closed::request::{ClosedRequest, Task};
+    use crate::simplify::input::Input;
     use crate::simplify::limits::Limit;
+    use crate::simplify::options::ClosedOptions;
     use attribute_quadrics::AttributeQuadrics;
     use glam::Vec3;
 
@@ -210,7 +212,9 @@ mod tests {
     #[test]
     fn known_prices_are_those_of_merges_at_charts() {
         let (mesh, edges) = charted_torus();
-        let original = prepare(&mesh, &Requirements { edges, ..Requirements::default() }, Pulse::NONE);
+        let options = ClosedOptions::default();
+        let request = ClosedRequest::new(Task::new(Input::bare(&mesh), &options, None));
+        let original = prepare(&ClosedRequest { edges, ..request }, Pulse::NONE);
         for vertices in [400, 150, 60] {
             let collapse = Collapse::new(Pulse::NONE, &original.surface);
             let constraints = Some(Constraints::new(&original));

@@ -6,7 +6,7 @@ use glam::{DMat3, DQuat, DVec3, Mat3, Quat, Vec3};
 use crate::geometry::Quadric;
 use crate::mesh::{Attributes, Channel, Role};
 use crate::simplify::closed::original::Original;
-use crate::simplify::closed::request::Requirements;
+use crate::simplify::closed::request::Task;
 use crate::simplify::options::Purpose;
 
 /// Pull to a vertex's position for unknown poses, per share of the surface's weight.
@@ -61,10 +61,10 @@ fn poses_of_targets(original: &Original, attributes: &Attributes) -> Poses {
 }
 
 impl Poses {
-    pub fn new(original: &Original, requirements: &Requirements) -> Self {
-        match requirements.pose_attributes() {
+    pub fn new(original: &Original, task: &Task) -> Self {
+        match task.pose_attributes() {
             Some(attributes) => poses_of_targets(original, attributes),
-            None if requirements.purpose == Purpose::Poses => {
+            None if task.options.purpose == Purpose::Poses => {
                 let surface = &original.surface;
                 // For unknown poses vertices are pulled to their positions, more strongly where areas are large. The
                 // pull is relative to the total weight, so that it depends on the share of the surface.

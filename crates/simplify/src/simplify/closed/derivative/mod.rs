@@ -136,9 +136,9 @@ mod tests {
         let limit = Limit::from_vertices(vertices);
         let factors: Vec<f32> = (0..mesh.positions().len()).map(|v| 1.0 + (v % 3) as f32).collect();
         let options = ClosedOptions { purpose, prune: false, ..ClosedOptions::default() };
-        let task = Task { differentiable: true, ..Task::new(&options, None) };
-        let request = ClosedRequest::new(&Input { importance: &factors, ..Input::bare(mesh) }, &task);
-        let levels = simplify_levels(mesh, &request, Levels::new(&[limit]), Progress::SILENT).unwrap().results;
+        let input = Input { importance: &factors, ..Input::bare(mesh) };
+        let request = ClosedRequest::new(Task { differentiable: true, ..Task::new(input, &options, None) });
+        let levels = simplify_levels(&request, Levels::new(&[limit]), Progress::SILENT).unwrap().results;
         let mut closed = levels.into_iter().next().unwrap();
         let derivative = closed.derivative.take().unwrap();
         (closed, derivative)
