@@ -8,6 +8,9 @@ use crate::simplify::{Assembly, ClosedOptions, Options, Target};
 use super::choices::{Engine, Ignored};
 use super::size::{Bound, Goal};
 
+// That of Blender's extension, in degrees.
+const FIELD_OF_VIEW: f64 = 60.0;
+
 /// Request to simplify a document: how to read, repair, simplify, pack and write it.
 ///
 /// ```
@@ -30,6 +33,8 @@ pub struct Job {
     pub goal: Goal,
     /// Engine whose convention levels of detail follow.
     pub engine: Option<Engine>,
+    /// Vertical field of view for switch distances, in degrees.
+    pub field_of_view: f64,
     /// Format of the results.
     pub format: Format,
     /// Names of the result files.
@@ -80,6 +85,7 @@ impl Job {
             seed,
             goal,
             engine: None,
+            field_of_view: FIELD_OF_VIEW,
             format,
             names: Names::default(),
             exact: false,
@@ -120,6 +126,12 @@ impl Job {
     /// Returns whether levels of detail of a scene are nodes under one, and not of `MSFT_lod`.
     pub(super) fn has_sibling_levels(&self) -> bool {
         matches!(self.engine, Some(Engine::Unity | Engine::Godot)) && self.goal.n_levels().is_some()
+    }
+
+    /// Returns whether each level of detail gets its own file; levels of a scene share one, except for Unreal.
+    pub fn has_file_per_level(&self, is_scene: bool) -> bool {
+        let is_one = is_scene && self.takes_scenes() && self.engine != Some(Engine::Unreal);
+        self.goal.n_levels().is_some() && !is_one
     }
 
     /// Returns whether some vertices are locked: at boundaries or at kept faces.
