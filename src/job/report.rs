@@ -70,8 +70,9 @@ pub struct Level {
     pub outcome: String,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<DistanceFigures>,
-    /// Share of the screen's height at which the largest error, proved or else sampled, is one pixel of 1080 lines, at
-    /// most 1; `null` if no error is known.
+    /// Share of the screen's height at which the largest error is one pixel of 1080 lines, at most 1.
+    ///
+    /// The error is the proved one, or else the sampled one; `null` without either.
     pub screen_coverage: Option<f64>,
     /// Distance to the viewer from which this error is at most a pixel, in the unit of the mesh.
     pub switch_distance: Option<f64>,

@@ -7,7 +7,7 @@ use crate::job::choices::Engine;
 use crate::job::files::Meshes;
 use crate::job::request::Job;
 
-// Words of the script that stand for the digits of the largest level, and for the distances of all.
+// Words of the script that are replaced by the digits of the largest level, and by the distances of all.
 const N_DIGITS: &str = "N_DIGITS";
 const RANGES: &str = "RANGES_OF_LEVELS";
 
