@@ -250,9 +250,9 @@ fn run_job(options: &NamedOptions, source: MeshSource, mut watcher: Watcher) -> 
     Ok(NmResult { outcome, report, files, read, origin: has_companions.then_some((document, job)) })
 }
 
-/// Names the result's files: one per level of detail, or one for all levels of a scene.
+/// Names the result's files: one, or one per level of detail.
 fn name_files(job: &mut Job, document: &Document) {
-    let n_levels = job.goal.n_levels().filter(|_| !document.is_scene());
+    let n_levels = job.goal.n_levels().filter(|_| job.has_file_per_level(document.is_scene()));
     let ending = job.format.name();
     let level = |number: usize| format!("mesh-{number}.{ending}");
     job.names.files = n_levels.map_or_else(|| vec![format!("mesh.{ending}")], |n| (0..n).map(level).collect());

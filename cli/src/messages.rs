@@ -240,14 +240,15 @@ pub fn level_line(number: usize, input: &MeshSize, level: &Level) -> String {
     if let Some(n) = level.output.vertices_written.filter(|n| *n != size.vertices) {
         line += &format!(", {} vertices written", group_digits(n));
     }
-    if let (Some(distance), Some(coverage)) = (&level.distance, level.screen_coverage) {
+    if let Some(distance) = &level.distance {
         let (mean, max) = (distance.mean_percent, distance.max_percent);
-        line += &format!(
-            ", distance mean {mean:.3} %, max {max:.3} % of the diagonal, fits up to {coverage:.2} of the screen height"
-        );
+        line += &format!(", distance mean {mean:.3} %, max {max:.3} % of the diagonal");
     }
     if let Some(certified) = &level.certified {
         line += &format!(", largest distance proved at most {:.4} % of the diagonal", certified.upper_percent);
+    }
+    if let (Some(coverage), Some(distance)) = (level.screen_coverage, level.switch_distance) {
+        line += &format!(", fits up to {coverage:.2} of the screen height, from a distance of {distance:.3}");
     }
     if stop_reason(&level.outcome).is_some() {
         line += &format!(", {}", level.outcome);

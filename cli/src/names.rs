@@ -79,9 +79,13 @@ pub fn stem_without_level(path: &Path) -> Option<String> {
 
 pub fn level_paths(path: &Path, n_levels: usize) -> Vec<PathBuf> {
     let has_levels = n_levels > 0 && has_level_placeholder(path);
-    let Some(name) = path.file_name().filter(|_| has_levels) else { return vec![path.into()] };
-    let name = name.to_string_lossy();
-    (0..n_levels).map(|level| path.with_file_name(name.replace(LEVEL_PLACEHOLDER, &level.to_string()))).collect()
+    if has_levels { (0..n_levels).filter_map(|level| level_path(path, level)).collect() } else { vec![path.into()] }
+}
+
+/// Returns the path of one level, or `None` without a name.
+pub fn level_path(path: &Path, level: usize) -> Option<PathBuf> {
+    let name = path.file_name()?.to_string_lossy();
+    Some(path.with_file_name(name.replace(LEVEL_PLACEHOLDER, &level.to_string())))
 }
 
 pub fn check_stdin<'a>(inputs: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {

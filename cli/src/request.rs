@@ -12,7 +12,8 @@ use crate::files;
 use crate::memory;
 use crate::names::{
     Destination, LEVEL_PLACEHOLDER, MeshPaths, check_stdout, format_from_path, has_level_placeholder, is_stream,
-    level_paths, list_readable_formats, parse_format, resolve_destination, stem_without_level, with_level_placeholder,
+    level_path, level_paths, list_readable_formats, parse_format, resolve_destination, stem_without_level,
+    with_level_placeholder,
 };
 
 #[derive(Debug)]
@@ -77,11 +78,25 @@ impl Request {
 
     /// Returns the output files, one per level; levels of a scene share a file without the placeholder.
     pub fn outputs(&self) -> Vec<PathBuf> {
-        let Some(path) = &self.output else { return Vec::new() };
-        let Some(n_levels) = self.job.goal.n_levels() else { return vec![path.clone()] };
-        let is_one_file = self.source.is_scene(self.job.format) && self.job.arguments.engine != Some(Engine::Unreal);
-        let mark = mark_levels(self.job.arguments.engine);
-        level_paths(&if is_one_file { path.clone() } else { with_level_placeholder(path, mark) }, n_levels)
+        let Some(path) = self.path_of_levels() else { return Vec::new() };
+        let n_levels = self.job.goal.n_levels();
+        n_levels.map_or_else(|| vec![path.clone()], |n_levels| level_paths(&path, n_levels))
+    }
+
+    /// Returns the output file, with the placeholder if each level has its own.
+    fn path_of_levels(&self) -> Option<PathBuf> {
+        let path = self.output.as_ref()?;
+        let is_scene = self.source.is_scene(self.job.format);
+        let is_split = self.job.has_file_per_level(is_scene);
+        Some(if is_split { with_level_placeholder(path, mark_levels(self.job.arguments.engine)) } else { path.clone() })
+    }
+
+    /// Lists files of further levels than the run writes, as a run with more levels leaves them.
+    pub fn older_levels(&self, n_levels: usize) -> Vec<PathBuf> {
+        let path =
+            self.path_of_levels().filter(|path| self.job.goal.n_levels().is_some() && has_level_placeholder(path));
+        let further = path.into_iter().flat_map(|path| (n_levels..).filter_map(move |level| level_path(&path, level)));
+        further.take_while(|path| path.symlink_metadata().is_ok()).collect()
     }
 
     fn shared_name(&self) -> Option<String> {

@@ -105,6 +105,7 @@ pub fn simplify_document(
     let pictured = prepare_picture(request, document, &mut outcome)?;
     files.pending.extend(draw_picture(request, pictured.as_ref(), &outcome.report)?);
     let JobOutcome { mut report, results, .. } = outcome;
+    report.notes.extend(note_older_levels(&request.older_levels(results.len())));
     // The report comes last, since it has the seconds of all steps.
     report.seconds = progress.seconds();
     report.baked.iter_mut().for_each(|baked| baked.seconds = report.seconds.bake.unwrap_or_default());
@@ -148,6 +149,12 @@ fn prepare_meshes(written: Vec<Files>, request: &Request, report: &mut JobReport
         extra_files.extend(new_files.collect::<Vec<_>>());
     }
     Ok(prepared)
+}
+
+/// Names files of further levels, which stay: they may be of an earlier run, or the user's.
+fn note_older_levels(older: &[PathBuf]) -> Option<String> {
+    let names: Vec<String> = older.iter().map(|path| display_path(path)).collect();
+    (!names.is_empty()).then(|| format!("not of these levels, and left as they are: {}", names.join(", ")))
 }
 
 fn prepare_map(request: &Request, document: &Document, result: &Simplified) -> Result<Option<PendingFile>, Failure> {

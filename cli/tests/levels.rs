@@ -111,10 +111,14 @@ fn a_single_level_of_the_paper_is_its_result_at_that_ratio() {
 
 /// Writes the levels of a skinned avatar for an engine and returns the folder.
 fn avatar_levels(engine: &str, output: &str) -> tempfile::TempDir {
+    avatar_levels_with(engine, output, &["--no-check"])
+}
+
+fn avatar_levels_with(engine: &str, output: &str, more: &[&str]) -> tempfile::TempDir {
     let folder = folder();
     std::fs::write(folder.path().join("scene.glb"), crate::common::avatar::Avatar::new(8).glb()).unwrap();
-    let words = ["simplify", "scene.glb", "-o", output, "--lods", "60%,30%", "--engine", engine, "--no-check"];
-    succeed(folder.path(), &words);
+    let words = ["simplify", "scene.glb", "-o", output, "--lods", "60%,30%", "--engine", engine];
+    succeed(folder.path(), &[&words, more].concat());
     folder
 }
 
@@ -161,6 +165,7 @@ fn engines_find_levels_as_named_siblings_with_one_skin() {
 fn each_engine_has_its_files() {
     for (engine, names) in [
         ("unity", &["out.glb"][..]),
+        // Without measured errors there are no distances for a script.
         ("godot", &["out.glb"]),
         ("gltf", &["out.glb"]),
         ("unreal", &["out_LOD0.glb", "out_LOD1.glb"]),
@@ -183,4 +188,84 @@ fn each_engine_has_its_files() {
     assert!(error_line(&alone).contains("--engine: give --lods, too"));
     let other = levels(folder.path(), &["--lods", "50%,20%", "--engine", "gltf"]);
     assert!(error_line(&other).contains("--engine gltf: ply is not glTF"));
+}
+
+#[test]
+fn separate_levels_of_a_scene_share_their_buffer() {
+    let (apart, embedded) = (avatar_levels("unreal", "out.gltf"), avatar_levels("unreal", "out.glb"));
+    let mut names: Vec<_> = std::fs::read_dir(apart.path()).unwrap().map(|file| file.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["out.bin", "out_0.png", "out_LOD0.gltf", "out_LOD1.gltf", "scene.glb"]);
+    let buffer = std::fs::read(apart.path().join("out.bin")).unwrap();
+    let mut n_bytes = 0;
+    for level in [0, 1] {
+        let document = gltf_json(&apart.path().join(format!("out_LOD{level}.gltf")));
+        assert_eq!(document["buffers"], serde_json::json!([{"byteLength": buffer.len(), "uri": "out.bin"}]));
+        let [one, other] =
+            [apart.path().join(format!("out_LOD{level}.gltf")), embedded.path().join(format!("out_LOD{level}.glb"))]
+                .map(|path| Asset::read_path(&path).unwrap());
+        assert!(one.parts().iter().map(|part| &part.mesh).eq(other.parts().iter().map(|part| &part.mesh)));
+        n_bytes += document["bufferViews"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|view| view["byteLength"].as_u64().unwrap())
+            .sum::<u64>();
+    }
+    // The bones, the animations and the keys' rows of zeros are there once.
+    assert!((buffer.len() as u64) < n_bytes, "{} {n_bytes}", buffer.len());
+}
+
+#[test]
+fn distances_of_levels_are_those_of_the_field_of_view() {
+    let view = |more: &[&str]| {
+        let folder = avatar_levels_with("godot", "out.glb", &[more, &["--report", "a.json"]].concat());
+        let level = json(&folder.path().join("a.json"))["levels"][1].clone();
+        let script = std::fs::read_to_string(folder.path().join("out_LODs.gd")).unwrap();
+        let distance = level["switch_distance"].as_f64().unwrap();
+        let end = format!("{:?}", distance as f32);
+        assert!(script.contains(&format!("const RANGES = [[0.0, {end}], [{end}, 0.0]]")), "{script}");
+        (distance, level["screen_coverage"].as_f64().unwrap())
+    };
+    let ((narrow, coverage), (wide, same_coverage)) = (view(&[]), view(&["--field-of-view", "90"]));
+    let tangent = 30f64.to_radians().tan();
+    assert!((narrow / wide * tangent - 1.0).abs() < 1e-9 && coverage == same_coverage, "{narrow} {wide}");
+    // At that distance the diagonal of two spheres, three units apart, takes this share of the screen.
+    let diagonal = 2.0 * narrow * tangent * coverage;
+    assert!((5.0..7.0).contains(&diagonal), "{diagonal}");
+    let folder = folder();
+    let refused = levels(folder.path(), &["--lods", "50%", "--field-of-view", "180"]);
+    assert!(error_line(&refused).contains("give degrees above 0 and below 180"), "{}", refused.stderr);
+    let alone = levels(folder.path(), &["--ratio", "50%", "--field-of-view", "40"]);
+    assert!(error_line(&alone).contains("--field-of-view: give --lods, too"), "{}", alone.stderr);
+}
+
+#[test]
+fn proved_distances_decide_from_where_levels_are_drawn() {
+    let folder = folder();
+    let run = levels(folder.path(), &["--lods", "1%,3%", "--lods-by", "error"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    for level in json(&folder.path().join("a.json"))["levels"].as_array().unwrap() {
+        let proved = level["certified"]["upper_percent"].as_f64().unwrap();
+        let coverage = level["screen_coverage"].as_f64().unwrap();
+        assert!((coverage * 1080.0 * proved - 100.0).abs() < 1e-6, "{level}");
+        let distance = level["certified"]["upper"].as_f64().unwrap() * 540.0 / 30f64.to_radians().tan();
+        assert!((level["switch_distance"].as_f64().unwrap() / distance - 1.0).abs() < 1e-6, "{level}");
+    }
+}
+
+#[test]
+fn older_levels_stay_and_are_named() {
+    let folder = folder();
+    let path = |level: usize| folder.path().join(format!("a-lod{level}.ply"));
+    let first = levels(folder.path(), &["--lods", "60%,40%,20%,10%", "--no-check"]);
+    assert!(!String::from_utf8_lossy(&first.stdout).contains("left as they are"));
+    let theirs = std::fs::read(path(3)).unwrap();
+    // A file after a gap is not of a set.
+    std::fs::write(path(7), "theirs").unwrap();
+    let second = levels(folder.path(), &["--lods", "50%,25%", "--no-check", "--force"]);
+    assert_eq!(second.code, Some(0), "{}", second.stderr);
+    let said = String::from_utf8(second.stdout).unwrap();
+    assert!(said.contains("left as they are: a-lod2.ply, a-lod3.ply\n"), "{said}");
+    assert!(std::fs::read(path(3)).unwrap() == theirs && std::fs::read(path(7)).unwrap() == b"theirs");
 }

@@ -85,11 +85,8 @@ fn levels_share_their_textures_in_every_format() {
     write_textured_plate(folder.path());
     simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
     for (output, beside) in [
-        (
-            "tree-{level}.gltf",
-            vec!["tree-0.bin", "tree-0.gltf", "tree-1.bin", "tree-1.gltf", "tree_0.png", "tree_1.png"],
-        ),
-        ("{level}.gltf", vec!["0.bin", "0.gltf", "1.bin", "1.gltf", "levels_0.png", "levels_1.png"]),
+        ("tree-{level}.gltf", vec!["tree-0.gltf", "tree-1.gltf", "tree.bin", "tree_0.png", "tree_1.png"]),
+        ("{level}.gltf", vec!["0.gltf", "1.gltf", "levels.bin", "levels_0.png", "levels_1.png"]),
         ("{level}.obj", vec!["0.obj", "1.obj", "levels.mtl", "levels_0.png", "levels_1.png"]),
         ("tree-{level}.obj", vec!["tree-0.obj", "tree-1.obj", "tree.mtl", "tree_0.png", "tree_1.png"]),
     ] {

@@ -33,6 +33,7 @@ class JobOptions(TypedDict, total=False):
     """Options of the simplifier."""
 
     engine: Literal["unity", "unreal", "godot", "gltf"] | None
+    field_of_view: Number | None
     for_: Literal["shape", "poses"] | None
     keep_features: bool
     crease_angle: Number | None

@@ -120,6 +120,7 @@ class _Optional(TypedDict, total=False):
     certified: Certified
     mirror: str
     screen_coverage: Union[float, None]
+    switch_distance: Union[float, None]
     notes: list[str]
     free: list[str]
     estimated_error: float

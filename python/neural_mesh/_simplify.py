@@ -253,7 +253,7 @@ def _level_report(report: dict[str, Any], level: int) -> Report:
     if not report.get("levels"):
         return report  # type: ignore[return-value]
     own = dict(report["levels"][level])
-    level_fields = {name: own.pop(name) for name in ("outcome", "distance", "screen_coverage", "certified") if name in own}
+    level_fields = {name: own.pop(name) for name in ("outcome", "distance", "screen_coverage", "switch_distance", "certified") if name in own}
     shared = {name: value for name, value in report.items() if name != "levels"}
     return {**shared, "output": own, **level_fields}  # type: ignore[typeddict-item]
 

@@ -99,6 +99,12 @@ pub struct Arguments {
     /// MSFT_lod (gltf)
     #[cfg_attr(feature = "clap", arg(long, value_enum, value_name = "ENGINE", hide_short_help = true))]
     pub engine: Option<Engine>,
+    /// Vertical field of view for the distances from which levels of --lods are drawn, above 0 and below 180 degrees
+    /// [default: 60]
+    #[serde(deserialize_with = "option_json::field_of_view")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES", value_parser = parse::field_of_view,
+        allow_negative_numbers = true, hide_short_help = true))]
+    pub field_of_view: Option<f64>,
     /// Format of the result if the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
     #[cfg_attr(
         feature = "clap",

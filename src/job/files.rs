@@ -10,8 +10,10 @@ use super::baked_material::BakedMaterial;
 pub struct Meshes<'a> {
     /// One result, or the levels of detail of a scene.
     pub results: Vec<&'a Simplified>,
-    /// Share of the screen's area down to which each level is drawn.
+    /// Share of the screen's area down to which each level is drawn; empty if unknown.
     pub coverage: Vec<f64>,
+    /// Distance from which each level is drawn, rising from 0; empty if unknown.
+    pub distances: Vec<f64>,
     /// Baked material.
     pub baked: Option<&'a BakedMaterial>,
     /// Packing of a glTF.

@@ -28,6 +28,7 @@ values! {
     bound: parse::bound => Bound;
     n_bytes: parse::n_bytes => usize;
     degrees: parse::degrees => f64;
+    field_of_view: parse::field_of_view => f64;
     seam_texels: parse::seam_texels => f64;
     texture_side: parse::texture_side => usize;
 }

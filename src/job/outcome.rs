@@ -42,17 +42,17 @@ impl JobOutcome {
     /// # Errors
     /// As [`write`](Self::write).
     pub fn make_files(&self, document: &Document, job: &Job) -> Result<Vec<Files>, JobError> {
-        let is_one = !job.names.are_several();
-        let coverage = if self.results.len() > 1 && is_one { coverage(&self.report.levels) } else { Vec::new() };
-        let n_each = if is_one { self.results.len().max(1) } else { 1 };
-        let mut files = Vec::new();
-        for (number, results) in self.results.chunks(n_each).enumerate() {
-            let (baked, packing) = (self.baked.as_ref(), self.packing.as_ref());
-            let meshes = Meshes { results: results.iter().collect(), coverage: coverage.clone(), baked, packing };
-            let written = document.to_files(&meshes, job, job.names.file(number));
-            files.push(written.map_err(|error| JobError::Output(error.to_string()))?);
-        }
-        Ok(files)
+        let (baked, packing) = (self.baked.as_ref(), self.packing.as_ref());
+        let mut meshes = Meshes { results: self.results.iter().collect(), baked, packing, ..Meshes::default() };
+        let written = if job.names.are_several() {
+            document.to_files_apart(&meshes, job)
+        } else {
+            if self.results.len() > 1 {
+                (meshes.coverage, meshes.distances) = (coverage(&self.report.levels), distances(&self.report.levels));
+            }
+            document.to_files(&meshes, job, job.names.file(0)).map(|files| vec![files])
+        };
+        written.map_err(|error| JobError::Output(error.to_string()))
     }
 
     fn complete_report(&mut self, files: &[Files]) {
@@ -67,7 +67,18 @@ impl JobOutcome {
     }
 }
 
-/// Returns the share of the screen's area down to which each level is drawn; empty without measured distances.
+/// Returns the distance from which each level is drawn, which rises from 0; empty without known errors.
+fn distances(levels: &[Level]) -> Vec<f64> {
+    let coarser = levels.iter().skip(1).map(|level| level.switch_distance);
+    let coarser: Option<Vec<f64>> = coarser.collect();
+    let rising = |last: &mut f64, distance| {
+        *last = last.max(distance);
+        Some(*last)
+    };
+    coarser.map(|them| [0.0].into_iter().chain(them).scan(0.0, rising).collect()).unwrap_or_default()
+}
+
+/// Returns the share of the screen's area down to which each level is drawn; empty without known errors.
 fn coverage(levels: &[Level]) -> Vec<f64> {
     let area = |level: &Level| level.screen_coverage.map(|height| height * height * SCREEN);
     let next: Option<Vec<f64>> = levels.iter().skip(1).map(area).collect();

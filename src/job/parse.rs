@@ -108,6 +108,11 @@ pub fn degrees(text: &str) -> Result<f64, String> {
     number_parser("degrees from 0 to 180", |x| (0.0..=180.0).contains(&x))(text)
 }
 
+/// Parses a field of view in degrees, above 0 and below 180.
+pub fn field_of_view(text: &str) -> Result<f64, String> {
+    number_parser("degrees above 0 and below 180", |x| 0.0 < x && x < 180.0)(text)
+}
+
 /// Parses a distance in texels.
 pub fn seam_texels(text: &str) -> Result<f64, String> {
     number_parser("texels, 0 or more", |x| x >= 0.0)(text)

@@ -70,11 +70,12 @@ pub struct Level {
     pub outcome: String,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<DistanceFigures>,
-    /// Share of the screen's height at which the largest error is one pixel of 1080 lines, at most 1; `null` with
-    /// `--no-check`.
+    /// Share of the screen's height at which the largest error is one pixel of 1080 lines, at most 1.
     ///
-    /// At a vertical field of view `f`, an object of diagonal `d` has this share `s` at the distance `d / (2 s tan(f / 2))`.
+    /// The error is the proved one, or else the sampled one; `null` without either.
     pub screen_coverage: Option<f64>,
+    /// Distance to the viewer from which this error is at most a pixel, in the unit of the mesh.
+    pub switch_distance: Option<f64>,
     /// Proved bounds of the largest distance, for levels by distance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<Certified>,
@@ -87,10 +88,20 @@ const STOPPED: &str = "stopped: ";
 const SCREEN_LINES: f64 = 1080.0;
 
 impl Level {
-    /// Makes a level; the screen coverage follows from the distance.
+    /// Makes a level whose errors on a screen are unknown.
     pub fn new(output: OutputFigures, outcome: String, distance: Option<DistanceFigures>) -> Self {
-        let coverage = |distance: DistanceFigures| (100.0 / distance.max_percent / SCREEN_LINES).min(1.0);
-        Self { output, outcome, distance, screen_coverage: distance.map(coverage), certified: None }
+        Self { output, outcome, distance, screen_coverage: None, switch_distance: None, certified: None }
+    }
+
+    /// Sets from where the level may be drawn, for a mesh with this diagonal and a field of view in degrees.
+    pub(super) fn set_view(&mut self, diagonal: f64, field_of_view: f64) {
+        let proved = self.certified.map(|certified| certified.upper_percent);
+        let Some(percent) = proved.or(self.distance.map(|distance| distance.max_percent)) else { return };
+        let error = percent / 100.0;
+        // A unit at the distance 1 covers this many lines of the screen.
+        let lines = SCREEN_LINES / (2.0 * (0.5 * field_of_view.to_radians()).tan());
+        (self.screen_coverage, self.switch_distance) =
+            (Some((1.0 / (error * SCREEN_LINES)).min(1.0)), Some(error * diagonal * lines));
     }
 }
 

@@ -9,6 +9,9 @@ use super::arguments::Arguments;
 use super::choices::Engine;
 use super::size::{Bound, Goal};
 
+// That of Blender's extension, in degrees.
+const FIELD_OF_VIEW: f64 = 60.0;
+
 /// Request to simplify a document: how to read, repair, simplify, pack and write it.
 ///
 /// ```
@@ -85,6 +88,17 @@ impl Job {
     /// Returns whether levels of detail of a scene are nodes under one, and not of `MSFT_lod`.
     pub(super) fn has_sibling_levels(&self) -> bool {
         matches!(self.arguments.engine, Some(Engine::Unity | Engine::Godot)) && self.goal.n_levels().is_some()
+    }
+
+    /// Returns the vertical field of view for switch distances, in degrees.
+    pub fn field_of_view(&self) -> f64 {
+        self.arguments.field_of_view.unwrap_or(FIELD_OF_VIEW)
+    }
+
+    /// Returns whether each level of detail gets its own file; levels of a scene share one, except for Unreal.
+    pub fn has_file_per_level(&self, is_scene: bool) -> bool {
+        let is_one = is_scene && self.takes_scenes() && self.arguments.engine != Some(Engine::Unreal);
+        self.goal.n_levels().is_some() && !is_one
     }
 
     /// Returns whether some vertices are locked: at boundaries or at kept faces.

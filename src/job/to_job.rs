@@ -200,6 +200,9 @@ impl Arguments {
             (Some(one), Some(other)) => Err(conflict_error(one, other)),
             _ if self.lods_by.is_some() && self.lods.is_empty() => Err(options_error("--lods-by: give --lods, too")),
             _ if self.engine.is_some() && self.lods.is_empty() => Err(options_error("--engine: give --lods, too")),
+            _ if self.field_of_view.is_some() && self.lods.is_empty() => {
+                Err(options_error("--field-of-view: give --lods, too"))
+            }
             _ => Ok(()),
         }
     }
@@ -273,6 +276,8 @@ mod tests {
                 "--ignore smell: choose from uv, normals, colors, materials",
             ),
             (r#"{"ratio": 0.1, "crease_angle": 200}"#, "--crease-angle 200: give degrees from 0 to 180"),
+            (r#"{"lods": ["10%"], "field_of_view": 0}"#, "--field-of-view 0: give degrees above 0 and below 180"),
+            (r#"{"ratio": 0.1, "field_of_view": 40}"#, "--field-of-view: give --lods, too"),
             (r#"{"error": true}"#, "--error true: give a number or a text"),
             (r#"{"rato": 0.1}"#, "no such option: rato"),
         ] {

@@ -2,6 +2,7 @@
 
 mod far_parts;
 mod flat_level;
+mod godot;
 mod images;
 mod least;
 mod named_groups;

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use crate::io::{
-    self, Asset, Extra, FilesRead, Folder, ImageConverter, Model, OutputFolder, PackOptions, Packing, SceneOptions,
-    SimplifiedPart, WriteError, WriteOptions,
+    self, Asset, Extra, FilesRead, Folder, ImageConverter, Model, OutputFile, OutputFolder, PackOptions, Packing,
+    SceneOptions, SimplifiedPart, WriteError, WriteOptions,
 };
 use crate::mesh::cleanup::Cleaned;
 use crate::mesh::{Attributes, Frame, PositionGrid, PositionKey, TriMesh, UnitedMesh, longest_side, position_key};
@@ -18,6 +18,7 @@ use crate::job::request::Job;
 use crate::job::textures::Textures;
 
 use super::flat_level::flat_files;
+use super::godot::godot_script;
 use super::{Document, Kind, PartPiece};
 
 impl Document {
@@ -74,12 +75,8 @@ impl Document {
     }
 
     /// Writes results in the job's format; `file_name` is the name of the mesh file.
-    pub fn to_files(
-        &self,
-        Meshes { results, coverage, baked, packing }: &Meshes,
-        job: &Job,
-        file_name: &str,
-    ) -> Result<Files, WriteError> {
+    pub fn to_files(&self, meshes: &Meshes, job: &Job, file_name: &str) -> Result<Files, WriteError> {
+        let Meshes { results, baked, packing, .. } = meshes;
         match &self.kind {
             Kind::Mesh { cleaned, exact, extra } => {
                 let Some(result) = results.first() else { return Ok(Files::default()) };
@@ -101,16 +98,63 @@ impl Document {
                     return flat_files(asset, (split_parts(result), result), job, file_name);
                 }
                 let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(split_parts).collect();
-                let mut options = SceneOptions::new(job.format, file_name);
-                (options.coverage, options.packing, options.images) = (coverage, *packing, self.textures());
-                options.has_sibling_levels = job.has_sibling_levels();
-                options.shared_images = job.names.shared.as_deref().filter(|_| job.names.are_several());
                 let folder = self.output_folder(job);
-                options.folder = folder.as_ref();
-                let files = scene_files(asset, &levels, &options)?;
-                Ok(Files { notes: self.textures.iter().filter_map(Textures::note).collect(), ..files })
+                let options = self.scene_options(meshes, job, (file_name, folder.as_ref()));
+                let mut files = scene_files(asset, &levels, &options)?;
+                files.notes.extend(self.textures.iter().filter_map(Textures::note));
+                files.companion_files.extend(godot_script(meshes, job, (file_name, folder.as_ref())));
+                Ok(files)
             }
         }
+    }
+
+    /// Writes results as one file each, named by the job; scenes share a separate buffer.
+    pub fn to_files_apart(&self, meshes: &Meshes, job: &Job) -> Result<Vec<Files>, WriteError> {
+        let Kind::Scene { asset, united, pieces } = &self.kind else { return self.to_single_files(meshes, job) };
+        if !job.takes_scenes() {
+            return self.to_single_files(meshes, job);
+        }
+        let split_parts =
+            |result: &&Simplified| simplified_parts(asset, united, pieces, &result.mesh, &result.attributes);
+        let levels: Vec<Vec<SimplifiedPart>> = meshes.results.iter().map(split_parts).collect();
+        let parts: Vec<&[SimplifiedPart]> = levels.iter().map(Vec::as_slice).collect();
+        let names: Vec<&str> = (0..levels.len()).map(|number| job.names.file(number)).collect();
+        let folder = self.output_folder(job);
+        let options = self.scene_options(meshes, job, ("", folder.as_ref()));
+        let written = asset.write_apart(&parts, &names, &options)?.into_iter().zip(&levels);
+        let notes: Vec<String> = self.textures.iter().filter_map(Textures::note).collect();
+        Ok(written
+            .map(|(files, level)| Files {
+                notes: notes.clone(),
+                ..to_files_of_scene(files, std::slice::from_ref(level), options.packing)
+            })
+            .collect())
+    }
+
+    fn to_single_files(&self, meshes: &Meshes, job: &Job) -> Result<Vec<Files>, WriteError> {
+        let alone = |(number, result): (usize, &&Simplified)| {
+            let (baked, packing) = (meshes.baked, meshes.packing);
+            self.to_files(
+                &Meshes { results: vec![result], baked, packing, ..Meshes::default() },
+                job,
+                job.names.file(number),
+            )
+        };
+        meshes.results.iter().enumerate().map(alone).collect()
+    }
+
+    fn scene_options<'a>(
+        &'a self,
+        meshes: &'a Meshes,
+        job: &'a Job,
+        (name, folder): (&'a str, Option<&'a OutputFolder>),
+    ) -> SceneOptions<'a> {
+        let mut options = SceneOptions::new(job.format, name);
+        (options.coverage, options.packing, options.images) = (&meshes.coverage, meshes.packing, self.textures());
+        options.has_sibling_levels = job.has_sibling_levels();
+        options.shared = job.names.shared.as_deref().filter(|_| job.names.are_several());
+        options.folder = folder;
+        options
     }
 
     fn mesh_files(
@@ -205,14 +249,17 @@ pub(super) fn scene_files(
     options: &SceneOptions,
 ) -> Result<Files, WriteError> {
     let parts: Vec<&[SimplifiedPart]> = levels.iter().map(Vec::as_slice).collect();
-    let mut files = asset.write_scene(&parts, options)?;
+    Ok(to_files_of_scene(asset.write_scene(&parts, options)?, levels, options.packing))
+}
+
+fn to_files_of_scene(mut files: Vec<OutputFile>, levels: &[Vec<SimplifiedPart>], packing: Option<&Packing>) -> Files {
     let companion_files = files.split_off(1.min(files.len()));
     let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
-    let is_merged = options.packing.is_some_and(Packing::is_compressed);
+    let is_merged = packing.is_some_and(Packing::is_compressed);
     let n_of = if is_merged { SimplifiedPart::n_merged_vertices } else { SimplifiedPart::n_written_vertices };
     let n_written = |parts: &Vec<SimplifiedPart>| parts.iter().map(n_of).sum();
     let n_vertices = levels.iter().map(|parts| Some(n_written(parts))).collect();
-    Ok(Files { bytes, companion_files, notes: Vec::new(), n_vertices })
+    Files { bytes, companion_files, notes: Vec::new(), n_vertices }
 }
 
 /// Splits a version of the united mesh into the parts of the asset.

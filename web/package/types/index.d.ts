@@ -85,6 +85,8 @@ export interface SimplifyOptions {
   lods_by?: 'vertices' | 'faces' | 'error';
   /** Convention for names and files of lods: NAME_LOD0 nodes in one glTF (unity, godot), a file per level (unreal), or MSFT_lod (gltf). */
   engine?: 'unity' | 'unreal' | 'godot' | 'gltf';
+  /** Vertical field of view for the distances from which levels of lods are drawn, above 0 and below 180 degrees [default: 60]. */
+  field_of_view?: number;
   /** Format of the result if the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb. */
   format?: string;
   /** Property that the result must preserve best [default: shape]. */

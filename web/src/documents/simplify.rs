@@ -98,10 +98,10 @@ impl SimplifyRequest {
         }
     }
 
-    /// Names the files of the results; levels of a scene share a file.
+    /// Names the files of the results: one, or one per level of detail.
     fn name_files(&self, job: &mut Job, document: &Document) {
         let Some(name) = &self.out else { return };
-        let n_levels = job.goal.n_levels().filter(|_| !document.is_scene());
+        let n_levels = job.goal.n_levels().filter(|_| job.has_file_per_level(document.is_scene()));
         let path = Format::without_gz(Path::new(name)).into_owned();
         let [stem, ending] = [path.file_stem(), path.extension()].map(|it| it.unwrap_or_default().to_string_lossy());
         let rest = &name[path.as_os_str().len().min(name.len())..];

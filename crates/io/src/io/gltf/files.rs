@@ -15,11 +15,13 @@ pub(super) enum BufferPlace {
 }
 
 /// Makes an asset's files; the first is the glTF itself, called `name`.
+///
+/// The file of a separate buffer is named after `shared`, if other documents have it, too, else after `name`.
 pub(super) fn files(
     mut document: Value,
-    buffer: Vec<u8>,
+    buffer: &[u8],
     layout: BufferPlace,
-    (name, folder): (&str, Option<&OutputFolder>),
+    (name, shared, folder): (&str, Option<&str>, Option<&OutputFolder>),
     images: &[OutputFile],
 ) -> Result<Vec<OutputFile>, WriteError> {
     let path = Path::new(name);
@@ -29,18 +31,20 @@ pub(super) fn files(
     }
     let mut beside = Vec::new();
     // An empty buffer needs no file.
-    if layout == BufferPlace::Beside && !buffer.is_empty() {
+    if layout == BufferPlace::Beside && document.get("buffers").is_some() {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let mut name = PathBuf::from(free_name(&stem, images));
+        let mut name = PathBuf::from(free_name(shared.unwrap_or(&stem), images));
         if let Some(folder) = folder {
-            name = folder.free_path(&name, &buffer, None, images);
+            name = folder.free_path(&name, buffer, None, images);
         }
-        document["buffers"][0]["uri"] = encode_percent(&name.to_string_lossy()).into();
-        beside.push(OutputFile { path: name, bytes: buffer.clone() });
+        let described = &mut document["buffers"][0];
+        (described["uri"], described["byteLength"]) =
+            (encode_percent(&name.to_string_lossy()).into(), buffer.len().into());
+        beside.push(OutputFile { path: name, bytes: buffer.to_vec() });
     }
     let bytes = match layout {
-        BufferPlace::Glb => write_glb(&document, &buffer)?,
-        BufferPlace::Embedded => write_embedded(document, &buffer)?,
+        BufferPlace::Glb => write_glb(&document, buffer)?,
+        BufferPlace::Embedded => write_embedded(document, buffer)?,
         BufferPlace::Beside => write_json(&document)?,
     };
     Ok(std::iter::once(OutputFile { path: path.into(), bytes }).chain(beside).chain(images.iter().cloned()).collect())
@@ -120,12 +124,12 @@ mod tests {
     fn names_are_no_paths_and_do_not_clash() {
         let images = [OutputFile { path: "A b.BIN".into(), bytes: vec![] }];
         let document = json!({"buffers": [{"byteLength": 1}]});
-        let written = files(document.clone(), vec![7], BufferPlace::Beside, ("a b.gltf", None), &images).unwrap();
+        let written = files(document.clone(), &[7], BufferPlace::Beside, ("a b.gltf", None, None), &images).unwrap();
         let names: Vec<&Path> = written.iter().map(|file| file.path.as_path()).collect();
         assert_eq!(names, [Path::new("a b.gltf"), Path::new("_a b.bin"), Path::new("A b.BIN")]);
         assert!(String::from_utf8_lossy(&written[0].bytes).contains("_a%20b.bin"));
         for name in ["", "..", "a/b.glb", "/b.glb"] {
-            assert!(files(document.clone(), vec![7], BufferPlace::Glb, (name, None), &images).is_err(), "{name}");
+            assert!(files(document.clone(), &[7], BufferPlace::Glb, (name, None, None), &images).is_err(), "{name}");
         }
     }
 }

@@ -38,7 +38,7 @@ impl Asset {
         }
         // Views are shared after conversion, which may make different images equal.
         share_views(draft);
-        if let Some(name) = options.shared_images.filter(|_| options.format != Format::Glb) {
+        if let Some(name) = options.shared.filter(|_| options.format != Format::Glb) {
             files.extend(move_to_files(draft, name, &files));
         }
         let suffix = options.images.and_then(ImageConverter::suffix);
@@ -230,7 +230,7 @@ mod tests {
         let fetch = |_: &str| Ok(b"file".to_vec());
         let asset = Asset::from_bytes(TEXT.as_bytes(), &fetch).unwrap();
         let mut options = SceneOptions::new(Format::Gltf, "a-lod0.gltf");
-        options.shared_images = Some("a b");
+        options.shared = Some("a b");
         let files = asset.write_scene(&[&[]], &options).unwrap();
         let document: Value = serde_json::from_slice(&files[0].bytes).unwrap();
         let uris = |at: usize| document["images"][at]["uri"].as_str().unwrap();

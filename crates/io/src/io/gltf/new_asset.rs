@@ -12,7 +12,7 @@ use super::images::move_to_files;
 use super::materials::MaterialWriter;
 use super::packed::{PrimitivePacking, QUANTIZATION, UvGrids, pack_as};
 use super::primitive::{AttributeStorage, PrimitiveVertices, PrimitiveWriter};
-use super::repack::drop_unused;
+use super::repack::{PackedBuffer, drop_unused};
 use super::scene_writer::faces_by_group;
 use super::simplified_part::SimplifiedPart;
 use crate::io::attributed_writer::{WriteTask, WrittenModel};
@@ -131,8 +131,9 @@ fn write_with_looks(
     }
     notes.append(&mut objects.materials.notes);
     let images = move_images(&mut draft, options);
-    let buffer = pack_as(&mut draft, usize::MAX, packing)?;
-    let bytes = one_file(draft.document, &buffer, format)?;
+    let mut buffer = PackedBuffer::default();
+    pack_as(&mut draft, &mut buffer, usize::MAX, packing)?;
+    let bytes = one_file(draft.document, &buffer.bytes, format)?;
     Ok(WrittenModel { bytes, companion_files: images, notes, n_vertices: Some(objects.n_vertices) })
 }
 

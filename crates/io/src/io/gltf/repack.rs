@@ -1,8 +1,9 @@
-//! Removal of unreferenced accessors and views.
+//! Removal of unreferenced accessors and views, and the buffer that the others go into.
 
 use std::borrow::Cow;
+use std::hash::Hasher;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHasher};
 use serde_json::{Map, Value};
 
 use super::accessor::element_size;
@@ -31,32 +32,49 @@ pub(super) fn drop_unused(draft: &mut Draft) {
     draft.views.retain(|_| used.next().unwrap_or(false));
 }
 
-/// Moves all buffer views into one buffer and returns it.
-pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
-    let mut buffer = Vec::new();
-    // Views of equal bytes in memory keep sharing them.
-    let mut known = FxHashMap::default();
+/// Buffer of a document, or of several that share it.
+#[derive(Default)]
+pub(super) struct PackedBuffer {
+    pub bytes: Vec<u8>,
+    // First byte of views by the hash of their bytes.
+    known: FxHashMap<u64, usize>,
+}
+
+impl PackedBuffer {
+    /// Returns the first byte of a view in the buffer; views of equal bytes share them.
+    pub fn place(&mut self, bytes: &[u8]) -> usize {
+        let mut hasher = FxHasher::default();
+        hasher.write(bytes);
+        let known = self.known.get(&hasher.finish()).copied();
+        let is_there = |at: &usize| self.bytes.get(*at..*at + bytes.len()) == Some(bytes);
+        known.filter(is_there).unwrap_or_else(|| {
+            self.bytes.resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
+            let offset = self.bytes.len();
+            self.bytes.extend_from_slice(bytes);
+            self.known.entry(hasher.finish()).or_insert(offset);
+            offset
+        })
+    }
+}
+
+/// Moves all buffer views into the buffer.
+pub(super) fn pack(draft: &mut Draft, buffer: &mut PackedBuffer, limit: usize) -> Result<(), WriteError> {
     let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (at, (view, bytes)) in views.into_iter().flatten().zip(&draft.views).enumerate() {
         let bytes = bytes.as_deref().ok_or_else(|| WriteError {
             what: format!("buffer view {at} ends beyond its buffer: export the asset again"),
         })?;
-        let offset = *known.entry((bytes.as_ptr(), bytes.len())).or_insert_with(|| {
-            buffer.resize(buffer.len().next_multiple_of(ALIGNMENT), 0);
-            let offset = buffer.len();
-            buffer.extend_from_slice(bytes);
-            offset
-        });
+        let offset = buffer.place(bytes);
         // Views may overlap in the file and repeat its bytes many times.
-        if buffer.len() > limit {
+        if buffer.bytes.len() > limit {
             return Err(WriteError { what: "the result is too large for glTF: simplify further".into() });
         }
         if let Value::Object(view) = view {
             place_view(view, offset, bytes.len());
         }
     }
-    name_buffer(&mut draft.document, buffer.len());
-    Ok(buffer)
+    name_buffer(&mut draft.document, buffer.bytes.len());
+    Ok(())
 }
 
 fn place_view(view: &mut Map<String, Value>, offset: usize, length: usize) {
@@ -200,8 +218,9 @@ mod tests {
     fn what_is_not_named_goes_with_its_bytes() {
         let mut draft = draft();
         drop_unused(&mut draft);
-        let buffer = pack(&mut draft, 1000).unwrap();
-        assert_eq!(buffer, [0, 1, 2, 0, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
+        let mut buffer = PackedBuffer::default();
+        pack(&mut draft, &mut buffer, 1000).unwrap();
+        assert_eq!(buffer.bytes, [0, 1, 2, 0, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
         let document = &draft.document;
         assert_eq!(document["animations"][0]["samplers"][0], json!({"input": 0, "output": 1}));
         assert_eq!(document["accessors"].as_array().unwrap().len(), 2);
@@ -217,14 +236,25 @@ mod tests {
         let before = draft.document.clone();
         drop_unused(&mut draft);
         assert_eq!(draft.document, before);
-        assert_eq!(pack(&mut draft, 1000).unwrap().len(), 20);
+        let mut buffer = PackedBuffer::default();
+        pack(&mut draft, &mut buffer, 1000).unwrap();
+        assert_eq!(buffer.bytes.len(), 20);
+        // A second document with the same bytes needs no more.
+        let mut other = self::draft();
+        pack(&mut other, &mut buffer, 1000).unwrap();
+        assert_eq!((buffer.bytes.len(), &other.document["bufferViews"]), (20, &draft.document["bufferViews"]));
     }
 
     #[test]
     fn views_without_bytes_and_extreme_sizes_are_refused() {
-        assert!(pack(&mut draft(), 10).is_err());
+        assert!(pack(&mut draft(), &mut PackedBuffer::default(), 10).is_err());
         let mut broken = draft();
         broken.views[1] = None;
-        assert!(pack(&mut broken, 1000).unwrap_err().what.starts_with("buffer view 1 ends beyond"));
+        assert!(
+            pack(&mut broken, &mut PackedBuffer::default(), 1000)
+                .unwrap_err()
+                .what
+                .starts_with("buffer view 1 ends beyond")
+        );
     }
 }

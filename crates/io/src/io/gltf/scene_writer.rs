@@ -15,7 +15,7 @@ use super::levels;
 use super::packed::{PrimitivePacking, QUANTIZATION, UvGrids, pack_as, undo_position_grids};
 use super::primitive::{AttributeStorage, PrimitiveVertices, PrimitiveWriter};
 use super::references::index;
-use super::repack::drop_unused;
+use super::repack::{PackedBuffer, drop_unused};
 use super::schema::{GltfMesh, Primitive, Root};
 use super::semantics::{role, target_role};
 use super::simplified_part::SimplifiedPart;
@@ -41,8 +41,9 @@ pub struct SceneOptions<'a> {
     pub packing: Option<&'a Packing>,
     /// Converter of images.
     pub images: Option<&'a dyn ImageConverter>,
-    /// Prefix of files for the embedded images of a `.gltf` (`NAME_0.png`).
-    pub shared_images: Option<&'a str>,
+    /// Name of what several `.gltf` share: prefix of files for embedded images (`NAME_0.png`), and for levels by
+    /// [`Asset::write_apart`] the buffer (`NAME.bin`).
+    pub shared: Option<&'a str>,
     /// Folder of the results, if they are written to disk.
     pub folder: Option<&'a OutputFolder>,
 }
@@ -57,7 +58,7 @@ impl<'a> SceneOptions<'a> {
             has_sibling_levels: false,
             packing: None,
             images: None,
-            shared_images: None,
+            shared: None,
             folder: None,
         }
     }
@@ -138,8 +139,66 @@ impl Asset {
         levels: &[&[SimplifiedPart]],
         options: &SceneOptions,
     ) -> Result<Vec<OutputFile>, WriteError> {
-        // All checks come before the first change of the draft.
         let layout = self.layout(options.format)?;
+        let mut buffer = PackedBuffer::default();
+        let (document, images) = self.write_document(levels, options, &mut buffer)?;
+        files(document, &buffer.bytes, layout, (options.name, None, options.folder), &images)
+    }
+
+    /// Writes levels as separate scenes, each with its files as from [`write_scene`](Self::write_scene).
+    ///
+    /// With a `shared` name, JSON files with a buffer in a separate file have one buffer, in which equal bytes are once.
+    ///
+    /// # Errors
+    /// As [`write_scene`](Self::write_scene), and with another number of names.
+    ///
+    /// ```
+    /// # use neural_mesh_io as neural_mesh;
+    /// use neural_mesh::io::{Asset, Format, SceneOptions, SimplifiedPart};
+    /// let asset = Asset::read_path("../../tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
+    /// let fine: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
+    /// let mut options = SceneOptions::new(Format::Gltf, "");
+    /// options.shared = Some("a");
+    /// let written = asset.write_apart(&[&fine, &fine], &["a-0.gltf", "a-1.gltf"], &options).unwrap();
+    /// assert_eq!(written[0][1], written[1][1]);
+    /// assert_eq!(written[0][1].path.to_str(), Some("a.bin"));
+    /// ```
+    pub fn write_apart(
+        &self,
+        levels: &[&[SimplifiedPart]],
+        names: &[&str],
+        options: &SceneOptions,
+    ) -> Result<Vec<Vec<OutputFile>>, WriteError> {
+        if levels.len() != names.len() {
+            let what = format!("{} names for {} levels: give one for each", names.len(), levels.len());
+            return Err(WriteError { what });
+        }
+        let layout = self.layout(options.format)?;
+        let Some(shared) = options.shared.filter(|_| layout == BufferPlace::Beside) else {
+            let alone = |(level, name): (&&[SimplifiedPart], &&str)| {
+                self.write_scene(&[*level], &SceneOptions { name, ..*options })
+            };
+            return levels.iter().zip(names).map(alone).collect();
+        };
+        let mut buffer = PackedBuffer::default();
+        let documents = levels.iter().map(|level| self.write_document(&[*level], options, &mut buffer));
+        // The buffer is complete only when all documents are.
+        let documents: Vec<(Value, Vec<OutputFile>)> = documents.collect::<Result<_, _>>()?;
+        let named = documents.into_iter().zip(names);
+        let with_files = |((document, images), name): ((Value, Vec<OutputFile>), &&str)| {
+            files(document, &buffer.bytes, layout, (name, Some(shared), options.folder), &images)
+        };
+        named.map(with_files).collect()
+    }
+
+    /// Makes the document of the levels and its images; adds what it needs to the buffer.
+    fn write_document(
+        &self,
+        levels: &[&[SimplifiedPart]],
+        options: &SceneOptions,
+        buffer: &mut PackedBuffer,
+    ) -> Result<(Value, Vec<OutputFile>), WriteError> {
+        // All checks come before the first change of the draft.
         check_levels(levels, options.coverage)?;
         levels.iter().try_for_each(|simplified| self.check(simplified))?;
         let mut draft = self.draft();
@@ -176,9 +235,9 @@ impl Asset {
         // Accessors are dropped last, when no more are added.
         drop_unused(&mut draft);
         drop_unused_names(&mut draft.document);
-        let limit = levels.iter().map(|simplified| self.limit(simplified)).sum();
-        let buffer = pack_as(&mut draft, limit, options.packing)?;
-        files(draft.document, buffer, layout, (options.name, options.folder), &images)
+        let limit = buffer.bytes.len() + levels.iter().map(|simplified| self.limit(simplified)).sum::<usize>();
+        pack_as(&mut draft, buffer, limit, options.packing)?;
+        Ok((draft.document, images))
     }
 
     fn emptied_meshes(&self, simplified: &[SimplifiedPart]) -> Vec<usize> {

@@ -10,7 +10,7 @@ use crate::io::gltf::accessor::element_size;
 use crate::io::gltf::draft::{Draft, VERTICES};
 use crate::io::gltf::extensions::{may_name_indices, name_extension};
 use crate::io::gltf::references::{OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenced, index};
-use crate::io::gltf::repack::drop_unused;
+use crate::io::gltf::repack::{PackedBuffer, drop_unused};
 
 pub(in crate::io::gltf) const COMPRESSION: &str = "EXT_meshopt_compression";
 pub(in crate::io::gltf) const OCTAHEDRAL: &str = "OCTAHEDRAL";
@@ -24,15 +24,19 @@ struct Stream {
     says: [u64; 2],
 }
 
-/// Compresses the buffer views and returns them packed into one buffer.
-pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
+/// Compresses the buffer views and packs them into the buffer.
+pub(in crate::io::gltf) fn pack_compressed(
+    draft: &mut Draft,
+    buffer: &mut PackedBuffer,
+    limit: usize,
+) -> Result<(), WriteError> {
     // Merging renumbers views, which unknown extensions may refer to.
     if !may_name_indices(&draft.document) {
         merge_views(draft);
         drop_unused(draft);
     }
     let streams = streams(draft);
-    let (mut buffer, mut n_unpacked) = (Vec::new(), 0usize);
+    let mut n_unpacked = 0usize;
     let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (at, ((view, bytes), stream)) in views.into_iter().flatten().zip(&draft.views).zip(&streams).enumerate() {
         let bytes = bytes.as_deref().ok_or_else(|| WriteError {
@@ -43,25 +47,21 @@ pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> R
             .and_then(|stream| Some((compress_view(bytes, stream.is_triangles, stream.stride)?, stream)));
         // Compression that gains nothing is left out, unless a filter needs it.
         let packed = packed.filter(|(packed, stream)| packed.len() < bytes.len() || stream.filter.is_some());
-        buffer.resize(buffer.len().next_multiple_of(4), 0);
         match packed {
             Some((packed, stream)) => {
                 place_view(view, 1, n_unpacked, bytes.len());
-                view["extensions"][COMPRESSION] = describe_stream(stream, buffer.len(), packed.len(), bytes.len());
+                view["extensions"][COMPRESSION] =
+                    describe_stream(stream, buffer.place(&packed), packed.len(), bytes.len());
                 n_unpacked = (n_unpacked + bytes.len()).next_multiple_of(4);
-                buffer.extend(packed);
             }
-            None => {
-                place_view(view, 0, buffer.len(), bytes.len());
-                buffer.extend(bytes);
-            }
+            None => place_view(view, 0, buffer.place(bytes), bytes.len()),
         }
-        if buffer.len().max(n_unpacked) > limit {
+        if buffer.bytes.len().max(n_unpacked) > limit {
             return Err(WriteError { what: "the result is too large for glTF: simplify further".into() });
         }
     }
-    name_buffers(&mut draft.document, buffer.len(), n_unpacked);
-    Ok(buffer)
+    name_buffers(&mut draft.document, buffer.bytes.len(), n_unpacked);
+    Ok(())
 }
 
 fn place_view(view: &mut Value, buffer: usize, offset: usize, length: usize) {

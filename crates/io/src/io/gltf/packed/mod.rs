@@ -17,21 +17,26 @@ pub(super) use undo_position_grids::undo_position_grids;
 pub(super) use uv_grids::{TRANSFORM, UvGrids, UvTransform, coordinates, for_each_texture_use};
 
 use super::draft::Draft;
-use super::repack::pack;
+use super::repack::{PackedBuffer, pack};
 use crate::io::{Packing, WriteError};
 
 pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
 
-/// Packs all views into one buffer, compressed if the packing says so.
+/// Packs all views into the buffer, compressed if the packing says so.
 ///
 /// # Errors
 /// [`WriteError`] if a view has no bytes, the buffer exceeds `limit`, or this build cannot compress.
-pub(super) fn pack_as(draft: &mut Draft, limit: usize, packing: Option<&Packing>) -> Result<Vec<u8>, WriteError> {
+pub(super) fn pack_as(
+    draft: &mut Draft,
+    buffer: &mut PackedBuffer,
+    limit: usize,
+    packing: Option<&Packing>,
+) -> Result<(), WriteError> {
     match packing {
         Some(packing) if packing.is_compressed() && !compress::CAN_COMPRESS => {
             Err(WriteError { what: "this build does not compress glTF: build with `--features meshopt`".into() })
         }
-        Some(packing) if packing.is_compressed() => compressed_views::pack_compressed(draft, limit),
-        _ => pack(draft, limit),
+        Some(packing) if packing.is_compressed() => compressed_views::pack_compressed(draft, buffer, limit),
+        _ => pack(draft, buffer, limit),
     }
 }

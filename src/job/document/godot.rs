@@ -1,0 +1,56 @@
+//! Script for Godot's import of a scene that gives levels of detail their distances.
+
+use std::path::Path;
+
+use crate::io::{OutputFile, OutputFolder};
+use crate::job::choices::Engine;
+use crate::job::files::Meshes;
+use crate::job::request::Job;
+
+// Words of the script that are replaced by the digits of the largest level, and by the distances of all.
+const N_DIGITS: &str = "N_DIGITS";
+const RANGES: &str = "RANGES_OF_LEVELS";
+
+const SCRIPT: &str = r#"@tool
+extends EditorScenePostImport
+
+# First and last distance of each level, in units of the scene; a last distance of 0 has no end.
+const RANGES = [RANGES_OF_LEVELS]
+
+
+func _post_import(scene):
+	set_ranges(scene)
+	return scene
+
+
+func set_ranges(node):
+	var title = String(node.name)
+	# Digits after these are Godot's, for nodes that share a name.
+	var level = title.substr(title.rfind("_LOD") + 4, N_DIGITS)
+	if node is GeometryInstance3D and "_LOD" in title and level.is_valid_int() and int(level) < RANGES.size():
+		node.visibility_range_begin = RANGES[int(level)][0]
+		node.visibility_range_end = RANGES[int(level)][1]
+	for child in node.get_children():
+		set_ranges(child)
+"#;
+
+/// Makes `NAME_LODs.gd`, if the job's levels are for Godot and their distances are known.
+pub(super) fn godot_script(
+    meshes: &Meshes,
+    job: &Job,
+    (name, folder): (&str, Option<&OutputFolder>),
+) -> Option<OutputFile> {
+    let distances = &meshes.distances;
+    if job.arguments.engine != Some(Engine::Godot) || distances.is_empty() {
+        return None;
+    }
+    let ends = distances.iter().skip(1).chain([&0.0]);
+    let ranges: Vec<String> =
+        distances.iter().zip(ends).map(|(begin, end)| format!("[{:?}, {:?}]", *begin as f32, *end as f32)).collect();
+    let n_digits = (distances.len() - 1).to_string().len().to_string();
+    let bytes = SCRIPT.replace(RANGES, &ranges.join(", ")).replace(N_DIGITS, &n_digits).into_bytes();
+    let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let path = Path::new(&format!("{stem}_LODs.gd")).to_path_buf();
+    let path = folder.map_or(path.clone(), |folder| folder.free_path(&path, &bytes, None, &[]));
+    Some(OutputFile { path, bytes })
+}
