@@ -32,7 +32,9 @@ pub(super) fn remove_meshes(document: &mut Value, meshes: &[usize]) {
 /// Extensions of a whole file that name no mesh by its number.
 const WITHOUT_MESHES: [&str; 3] = ["KHR_lights_punctual", "KHR_materials_variants", "KHR_xmp_json_ld"];
 
-/// Drops those of these meshes that no node has, and numbers the others anew; keeps all where something else may name one.
+/// Drops those of these meshes that no node has, and renumbers the others.
+///
+/// Keeps all where something else may name one, or where none would be left.
 pub(super) fn drop_meshes(document: &mut Value, meshes: &[usize]) {
     let mut used = document.get("extensionsUsed").and_then(Value::as_array).into_iter().flatten();
     let points = used.any(|name| name == "KHR_animation_pointer");
@@ -40,10 +42,14 @@ pub(super) fn drop_meshes(document: &mut Value, meshes: &[usize]) {
     if points || of_file.any(|name| !WITHOUT_MESHES.contains(&name.as_str())) {
         return;
     }
+    let n_meshes = document.get("meshes").and_then(Value::as_array).map_or(0, Vec::len);
     let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten();
     let mut nodes: Vec<&mut Value> = nodes.filter_map(|node| node.get_mut("mesh")).collect();
     let used: BTreeSet<usize> = nodes.iter().filter_map(|mesh| index(mesh)).collect();
     let gone: BTreeSet<usize> = meshes.iter().copied().filter(|mesh| !used.contains(mesh)).collect();
+    if gone.len() >= n_meshes {
+        return;
+    }
     for mesh in &mut nodes {
         if let Some(number) = index(mesh) {
             **mesh = (number - gone.range(..number).count()).into();
@@ -52,9 +58,6 @@ pub(super) fn drop_meshes(document: &mut Value, meshes: &[usize]) {
     let mut number = 0..;
     let Some(all) = document.get_mut("meshes").and_then(Value::as_array_mut) else { return };
     all.retain(|_| number.next().is_none_or(|mesh| !gone.contains(&mesh)));
-    if all.is_empty() {
-        document.as_object_mut().into_iter().for_each(|members| drop(members.shift_remove("meshes")));
-    }
 }
 
 fn drop_weight_channels(document: &mut Value, nodes: &BTreeSet<usize>) {
@@ -99,7 +102,7 @@ mod tests {
         assert_eq!(avatar, whole);
         let mut all = json!({"nodes": [{}], "meshes": [named("gone")]});
         drop_meshes(&mut all, &[0]);
-        assert_eq!(all, json!({"nodes": [{}]}));
+        assert_eq!(all["meshes"], json!([named("gone")]));
     }
 
     #[test]

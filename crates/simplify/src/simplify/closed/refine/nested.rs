@@ -236,7 +236,7 @@ impl NestedComponents<'_> {
         let reach = here[0].distance(here[1]).max(here[1].distance(here[2])).max(here[2].distance(here[0]));
         // Side and gap are measured along the other component's normal at the closest point.
         let along = crossing.is_shell.then(|| area_normal(here));
-        // The sides of a shell are told apart by where they look.
+        // The sides of a shell look against each other.
         let accept = |f: u32| along.is_none_or(|along| area_normal(output.triangle(f)).dot(along) < 0.0);
         let triangle = |f: u32| output.coordinates(f);
         let hit = self.now.nearest(crossing.component, (place, f64::from(reach)), &triangle, &accept)?;
