@@ -94,14 +94,14 @@ impl Level {
     }
 
     /// Sets from where the level may be drawn, for a mesh with this diagonal and a field of view in degrees.
-    pub(super) fn set_view(&mut self, diagonal: f64, field_of_view: f64) {
+    pub(super) fn set_view(&mut self, diagonal: impl Fn() -> f64, field_of_view: f64) {
         let proved = self.certified.map(|certified| certified.upper_percent);
         let Some(percent) = proved.or(self.distance.map(|distance| distance.max_percent)) else { return };
         let error = percent / 100.0;
         // A unit at the distance 1 covers this many lines of the screen.
         let lines = SCREEN_LINES / (2.0 * (0.5 * field_of_view.to_radians()).tan());
         (self.screen_coverage, self.switch_distance) =
-            (Some((1.0 / (error * SCREEN_LINES)).min(1.0)), Some(error * diagonal * lines));
+            (Some((1.0 / (error * SCREEN_LINES)).min(1.0)), Some(error * diagonal() * lines));
     }
 }
 

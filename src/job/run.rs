@@ -68,7 +68,7 @@ pub fn run(
     for (level, distance) in levels.iter_mut().zip(&certified) {
         level.certified = Some(Certified::new(distance, document.diagonal()));
     }
-    levels.iter_mut().for_each(|level| level.set_view(document.diagonal(), job.field_of_view()));
+    levels.iter_mut().for_each(|level| level.set_view(|| document.diagonal(), job.field_of_view()));
     let of_baked = baked.as_ref().map_or(Vec::new(), |baked| baked.notes.clone());
     let mut notes = [document.notes.clone(), of_baked, unpacked].concat();
     let n_first_notes = notes.len();
