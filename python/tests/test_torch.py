@@ -26,7 +26,7 @@ def mesh(dtype: Any = None, n: int = 12, m: int = 10) -> tuple[Any, Any]:
 
 def test_tensors_in_tensors_out() -> None:
     vertices, faces = mesh(torch.float32)
-    light = nm.simplify((vertices, faces), ratio=0.5)
+    light = nm.simplify((vertices, faces), ratio=0.5, effort="standard")
     v, f = light
     assert isinstance(v, torch.Tensor) and v.dtype == torch.float32 and isinstance(f, torch.Tensor)
     record = nm.record(vertices, faces, ratio=0.5)
