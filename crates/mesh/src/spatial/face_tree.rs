@@ -373,10 +373,7 @@ impl<'a> FaceTree<'a> {
         visited.into_iter().for_each(|child| distances[child - first] = f32::INFINITY);
         let Queue { waiting, n_waiting } = queue;
         let start = *n_waiting;
-        let mut near = mark_within(&distances, limit) & ((1 << n_children) - 1);
-        while near != 0 {
-            let child = near.trailing_zeros() as usize;
-            near &= near - 1;
+        for child in find_within(&distances, n_children, limit) {
             waiting[*n_waiting] =
                 PendingNode { distance: distances[child], above: level as u32, node: (first + child) as u32 };
             *n_waiting += 1;
@@ -397,10 +394,8 @@ impl<'a> FaceTree<'a> {
         best: &mut BestFace,
     ) -> bool {
         let faces = self.faces_of_leaf(first);
-        let mut near = mark_within(distances, best.limit) & ((1 << faces.len()) - 1);
-        while near != 0 {
-            let face = faces[near.trailing_zeros() as usize];
-            near &= near - 1;
+        for child in find_within(distances, faces.len(), best.limit) {
+            let face = faces[child];
             if accept(face) {
                 best.cost.triangles += 1;
                 let distance2 = height_above(p, self.corners(face));
@@ -455,15 +450,20 @@ impl<'a> FaceTree<'a> {
     }
 }
 
-/// Returns a bit for each finite distance of at most `limit`.
+/// Lists the first `n` children with a finite distance of at most `limit`.
 #[inline(always)]
-fn mark_within(distances: &[f32; WIDTH], limit: f32) -> u32 {
+fn find_within(distances: &[f32; WIDTH], n: usize, limit: f32) -> impl Iterator<Item = usize> {
     let limit = if limit < f32::MAX { limit } else { f32::MAX };
-    let mut marks = 0;
+    let mut marks = 0u32;
     for (child, &distance) in distances.iter().enumerate() {
         marks |= u32::from(distance <= limit) << child;
     }
-    marks
+    marks &= (1 << n) - 1;
+    std::iter::from_fn(move || {
+        let child = marks.trailing_zeros() as usize;
+        marks &= marks.wrapping_sub(1);
+        (child < WIDTH).then_some(child)
+    })
 }
 
 /// Returns the squared height of a point over a triangle, infinite if it does not fall on the inside.

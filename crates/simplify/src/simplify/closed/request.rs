@@ -77,7 +77,7 @@ impl<'a> Task<'a> {
     }
 }
 
-/// What the stages of a run read: its task and what follows from it.
+/// Input of the stages of a run: the task, and all that follows from it.
 pub struct ClosedRequest<'a> {
     pub task: Task<'a>,
     pub importance: Importance<'a>,

@@ -244,7 +244,7 @@ impl NestedComponents<'_> {
         let normal = unit_normal(output.triangle(hit.triangle));
         let height = (place - foot).dot(normal);
         // The correct side comes from the original, the present side from the output.
-        let (side, gap) = self.side(crossing, place, along)?;
+        let (side, gap) = self.find_side(crossing, place, along)?;
         // The side is right if it is that of the original.
         if height * side > 0.0 {
             return None;
@@ -279,7 +279,7 @@ impl NestedComponents<'_> {
 
     /// Returns the other component's side, 1 or -1, on which the original has a point, and their distance; `None` if
     /// unclear.
-    fn side(&self, crossing: &Crossing, place: Vec3, along: Option<Vec3>) -> Option<(f32, f32)> {
+    fn find_side(&self, crossing: &Crossing, place: Vec3, along: Option<Vec3>) -> Option<(f32, f32)> {
         // From the point to its own component of the original, and from there to the other component.
         let here = self.before.nearest(place, self.output.face(crossing.face)[0], along)?;
         let there = self.before.nearest(here.point, self.output.face(crossing.other)[0], along.map(|along| -along))?;
