@@ -96,6 +96,7 @@ impl SceneInfo {
             false => shorten_name(name).into_owned(),
         });
         let mut lines = vec![format!("scene       {}", self.counts())];
+        lines.extend(self.describe_stored());
         lines.extend(entry_lines("mesh", meshes.into_iter().map(MeshInfo::to_words)));
         lines.extend(names_line("materials", self.materials.iter().map(|name| shorten_name(name).into_owned())));
         lines.extend(entry_lines("image", images.into_iter().map(ImageInfo::to_words)));
@@ -103,6 +104,14 @@ impl SceneInfo {
         lines.extend(names_line("animations", animations));
         lines.extend(names_line("extensions", extensions));
         lines
+    }
+
+    /// Describes what sizes count if some mesh is at several nodes: each mesh once.
+    fn describe_stored(&self) -> Option<String> {
+        let sum = |of: fn(&MeshInfo) -> usize| group_digits(self.meshes.iter().map(of).sum());
+        let [vertices, faces] = [sum(|mesh| mesh.vertices), sum(|mesh| mesh.faces)];
+        let is_repeated = self.meshes.iter().any(|mesh| mesh.nodes.len() > 1);
+        is_repeated.then(|| format!("stored      {vertices} vertices, {faces} faces: sizes count each mesh once"))
     }
 
     /// Formats the counts that are not 0, such as `3 nodes, 2 meshes, 1 skin`.

@@ -98,6 +98,13 @@ fn a_scene_is_listed() {
         assert_eq!(scene["animations"], serde_json::json!([{"name": "nod", "seconds": 1.5}]));
     }
     assert!(info(folder.path(), "a.vrm").get("scene").is_some());
+    assert!(!said.contains("stored"));
+    let mut repeated = Avatar::new(8);
+    repeated.document["nodes"][3]["mesh"] = 0.into();
+    fs::write(folder.path().join("twice.glb"), repeated.glb()).unwrap();
+    let said = String::from_utf8(run(folder.path(), &["info", "twice.glb"]).stdout).unwrap();
+    assert!(said.starts_with("twice.glb: 1,926 vertices, 5,760 edges, 3,840 faces\n"), "{said}");
+    assert!(said.contains("\nstored      1,284 vertices, 2,560 faces: sizes count each mesh once\n"), "{said}");
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
     assert!(info(folder.path(), "a.obj").get("scene").is_none());
 }

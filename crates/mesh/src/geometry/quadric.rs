@@ -62,12 +62,14 @@ impl Quadric {
     /// let ground = Quadric::with_minimum([0.0, 0.0, 0.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0].into());
     /// assert_eq!(ground.with_origin([7.0, 0.0, 3.0].into()).value([5.0, 5.0, 1.0].into()), 2.0 * 3.0 * 3.0);
     /// ```
+    #[inline]
     pub fn with_origin(&self, origin: DVec3) -> Self {
         let there = times(&self.a, origin);
         Self { a: self.a, b: self.b - there, c: self.c + (there - self.b * 2.0).dot(origin) }
     }
 
     /// Returns A's trace: the total weight of the planes.
+    #[inline]
     pub fn trace(&self) -> f64 {
         self.a[0] + self.a[3] + self.a[5]
     }
@@ -119,6 +121,7 @@ impl Quadric {
     }
 }
 
+#[inline]
 fn times(a: &[f64; 6], x: DVec3) -> DVec3 {
     DVec3::new(
         a[0] * x.x + a[1] * x.y + a[2] * x.z,
@@ -129,6 +132,7 @@ fn times(a: &[f64; 6], x: DVec3) -> DVec3 {
 
 impl Add for Quadric {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self { a: std::array::from_fn(|i| self.a[i] + other.a[i]), b: self.b + other.b, c: self.c + other.c }
     }
@@ -136,6 +140,7 @@ impl Add for Quadric {
 
 impl Sub for Quadric {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         Self { a: std::array::from_fn(|i| self.a[i] - other.a[i]), b: self.b - other.b, c: self.c - other.c }
     }
@@ -143,18 +148,21 @@ impl Sub for Quadric {
 
 impl Mul<f64> for Quadric {
     type Output = Self;
+    #[inline]
     fn mul(self, factor: f64) -> Self {
         Self { a: self.a.map(|entry| entry * factor), b: self.b * factor, c: self.c * factor }
     }
 }
 
 impl AddAssign for Quadric {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
 impl SubAssign for Quadric {
+    #[inline]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }

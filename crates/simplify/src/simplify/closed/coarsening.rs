@@ -68,8 +68,10 @@ pub fn coarsen(
     for relaxation in list_relaxations(collapse.has_ceilings()) {
         match relaxation {
             Relaxation::Ceiling(share) => {
-                collapse.raise_ceilings(share);
                 ceiling = share;
+                if !collapse.raise_ceilings(share) {
+                    continue;
+                }
             }
             Relaxation::Curves if !collapse.soften_curves() => continue,
             Relaxation::Curves => has_free_curves = true,

@@ -9,7 +9,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::{area_normal, nearest_point};
-use crate::mesh::{Attributes, Role, TriMesh};
+use crate::mesh::{Attributes, Role, TriMesh, sides};
 
 use super::faces_around::FacesAround;
 use super::pins::Pins;
@@ -24,6 +24,9 @@ const SEARCH_SLACK: f32 = 1.5;
 /// Largest number of faces whose neighbours the search visits.
 // Each step scans all visited faces.
 const MOST_STEPS: usize = 256;
+/// Faces that a search usually visits.
+const FEW_FACES: usize = 32;
+const NO_FACE: u32 = u32::MAX;
 
 pub struct Original<'a> {
     pub mesh: &'a TriMesh,
@@ -154,12 +157,13 @@ impl<'a> Original<'a> {
     }
 
     pub fn seam_bounded_search(&self) -> SeamBoundedSearch<'_> {
-        SeamBoundedSearch {
-            surface: &self.surface,
-            orders: self.corner_orders(),
-            seams: self.features.edges.iter().copied().collect(),
-            around: FacesAround::new(self.surface.pulse, self.surface.n_vertices(), &self.surface.faces),
-        }
+        let surface = &self.surface;
+        let around = FacesAround::new(surface.pulse, surface.n_vertices(), &surface.faces);
+        let face_along = |[u, v]: [u32; 2]| around.face_along(u, v).unwrap_or(NO_FACE);
+        let faces_across = |&[a, b, c]: &[u32; 3]| [[b, a], [c, b], [a, c]].map(face_along);
+        let across = surface.pulse.counting_if(false).map(&surface.faces, faces_across);
+        let search = SeamBoundedSearch { surface, orders: self.corner_orders(), across, seams: Vec::new() };
+        search.with_seams(self.features.edges.iter().copied())
     }
 
     /// Returns the attributes with normals that follow the faces which the surface winds the other way than the mesh.
@@ -278,20 +282,26 @@ pub struct SurfacePoint {
 pub struct SeamBoundedSearch<'a> {
     surface: &'a PreparedSurface<'a>,
     orders: Vec<[u8; 3]>,
-    seams: FxHashSet<[u32; 2]>,
-    around: FacesAround,
+    /// Face across each side of each face, or [`NO_FACE`]: a search visits a face many times.
+    across: Vec<[u32; 3]>,
+    /// Marks the sides of each face that are seams.
+    seams: Vec<[bool; 3]>,
 }
 
 impl SeamBoundedSearch<'_> {
+    /// Bounds the search by other edges, given by their vertices in rising order.
     pub fn with_seams(self, seams: impl Iterator<Item = [u32; 2]>) -> Self {
-        Self { seams: seams.collect(), ..self }
+        let edges: FxHashSet<[u32; 2]> = seams.collect();
+        let are_seams = |&face: &[u32; 3]| sides(face).map(|side| edges.contains(&side));
+        let seams = self.surface.pulse.counting_if(false).map(&self.surface.faces, are_seams);
+        Self { seams, ..self }
     }
 
     /// Finds the closest point by a best-first search from the faces `starts`.
     pub fn closest_point(&self, p: Vec3, starts: &[u32]) -> SurfacePoint {
         // Few faces are visited, so a list is faster than a set.
-        let mut visited: Vec<u32> = Vec::new();
-        let mut open: Vec<(f32, SurfacePoint)> = Vec::new();
+        let mut visited: Vec<u32> = Vec::with_capacity(FEW_FACES);
+        let mut open: Vec<(f32, SurfacePoint)> = Vec::with_capacity(FEW_FACES);
         let mut best =
             (f32::INFINITY, SurfacePoint { face: starts.first().copied().unwrap_or(0), weights: [1.0 / 3.0; 3] });
         let mut visit = |face: u32, open: &mut Vec<(f32, SurfacePoint)>, best: &mut (f32, SurfacePoint)| {
@@ -331,9 +341,8 @@ impl SeamBoundedSearch<'_> {
     }
 
     fn adjacent_faces(&self, face: u32) -> impl Iterator<Item = u32> {
-        let [a, b, c] = self.surface.faces[face as usize];
-        let open = |(a, b): &(u32, u32)| !self.seams.contains(&[*a.min(b), *a.max(b)]);
-        [(a, b), (b, c), (c, a)].into_iter().filter(open).filter_map(|(a, b)| self.around.face_along(b, a))
+        let sides = self.across[face as usize].into_iter().zip(self.seams[face as usize]);
+        sides.filter(|(next, is_seam)| !is_seam && *next != NO_FACE).map(|(next, _)| next)
     }
 }
 

@@ -64,12 +64,20 @@ impl AttributeQuadric {
         Self { values, squares: self.squares.with_origin(origin), ..*self }
     }
 
-    /// Returns the cost of each position with the best values there, as a quadric.
-    pub fn cost(&self) -> Quadric {
+    /// Returns the cost of each position with the best values there, as a quadric, for two vertices' quadrics together.
+    ///
+    /// It is about the first vertex; `other` is the second one's offset.
+    fn cost_with(&self, second: &Self, other: DVec3) -> Quadric {
         // The remaining cost is the variance: the sum of squares less the square of the mean, per value.
-        let mut cost = self.squares;
-        for (kind, weight) in KINDS.into_iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
-            cost = kind.fold(cost, |rest, k| rest - square(self.gradients[k], self.values[k], 1.0 / weight));
+        let mut cost = self.squares + second.squares.with_origin(-other);
+        for (kind, values) in KINDS.into_iter().enumerate() {
+            let weight = self.weights[kind] + second.weights[kind];
+            // A mesh without colours, or with a seam here, has no values of that kind to sum up.
+            for k in values.filter(|_| weight > 0.0) {
+                let gradient = self.gradients[k] + second.gradients[k];
+                let value = self.values[k] + (second.values[k] + second.gradients[k].dot(-other));
+                cost = cost - square(gradient, value, 1.0 / weight);
+            }
         }
         // Rounding may leave a tiny negative constant.
         cost.c = cost.c.max(0.0);
@@ -163,7 +171,7 @@ impl AttributeQuadrics {
 
     /// Returns the cost of a merge as a quadric about the first vertex; `other` is the second one's offset.
     pub(super) fn price(&self, [u, v]: [u32; 2], other: DVec3) -> Quadric {
-        self.0[u as usize].sum_with(&self.0[v as usize], other).cost()
+        self.0[u as usize].cost_with(&self.0[v as usize], other)
     }
 
     pub(super) fn merge(&mut self, [u, v]: [u32; 2], other: DVec3, step: DVec3) {
@@ -229,13 +237,17 @@ mod tests {
     fn a_quadric_is_what_the_best_number_costs() {
         let [first, second] = [DVec3::new(0.5, 1.0, -1.0), DVec3::new(2.0, 0.0, 1.0)];
         let (of_first, of_second) = FUNCTIONS.split_at(2);
-        let both = quadric(of_first, first).sum_with(&quadric(of_second, second), second - first);
+        let [of_first, of_second] = [quadric(of_first, first), quadric(of_second, second)];
+        let cost = of_first.cost_with(&of_second, second - first);
+        let none = AttributeQuadric::default();
+        let both = of_first.sum_with(&of_second, second - first);
         let step = DVec3::new(-0.5, 0.25, 1.0);
         for x in [DVec3::ZERO, DVec3::ONE, DVec3::new(3.0, -2.0, 0.5)] {
-            assert!((both.cost().value(x - first) - naive(x)).abs() < 1e-9);
-            assert!((both.shift_origin(step).cost().value(x - first - step) - naive(x)).abs() < 1e-9);
+            assert!((cost.value(x - first) - naive(x)).abs() < 1e-9);
+            let moved = both.shift_origin(step).cost_with(&none, DVec3::ZERO);
+            assert!((moved.value(x - first - step) - naive(x)).abs() < 1e-9);
         }
-        assert_eq!(AttributeQuadric::default().cost(), Quadric::default());
+        assert_eq!(none.cost_with(&none, DVec3::ONE), Quadric::default());
     }
 
     #[test]

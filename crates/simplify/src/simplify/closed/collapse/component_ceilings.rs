@@ -5,7 +5,7 @@
 pub struct Ceilings {
     /// Deformation still allowed at each surface vertex; empty for no limits.
     pub left: Vec<f32>,
-    component_of_vertex: Vec<u32>,
+    pub component_of_vertex: Vec<u32>,
     components: Vec<Ceiling>,
     /// Diagonal of all that a viewer sees.
     whole: f64,
@@ -25,8 +25,8 @@ impl Ceilings {
         Self { left, component_of_vertex, components, whole }
     }
 
-    /// Raises all lower ceilings to a share of the scene's diagonal.
-    pub fn raise_to(&mut self, share: f64) {
+    /// Raises all lower ceilings to a share of the scene's diagonal; returns by how much, for each component.
+    pub fn raise_to(&mut self, share: f64) -> Vec<f32> {
         let raise = |ceiling: &mut Ceiling| {
             let before = ceiling.allowed;
             ceiling.allowed = before.max(share * self.whole / ceiling.stretch);
@@ -35,5 +35,6 @@ impl Ceilings {
         };
         let by: Vec<f32> = self.components.iter_mut().map(raise).collect();
         self.left.iter_mut().zip(&self.component_of_vertex).for_each(|(left, &c)| *left += by[c as usize]);
+        by
     }
 }

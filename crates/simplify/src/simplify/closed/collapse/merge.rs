@@ -84,12 +84,12 @@ impl Collapse<'_> {
         if self.would_turn_face([u, v], end_rings, x)
             || self.would_turn_face_in_poses([u, v], end_rings, &pair, merged.offset)
         {
-            self.was_turn_forbidden = true;
+            self.note_failure(u, None);
             return false;
         }
         let ceiling = self.ceiling_after([u, v], end_rings, x);
         if ceiling < 0.0 {
-            self.was_ceiling_met = true;
+            self.note_failure(u, Some(-ceiling));
             return false;
         }
         if self.recording.is_some() {

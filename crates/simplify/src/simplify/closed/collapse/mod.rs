@@ -11,6 +11,7 @@ mod constraints;
 mod corner_table;
 mod deformation;
 mod end_ring;
+mod failed_merges;
 mod history;
 mod kept_copy;
 mod memoryless;

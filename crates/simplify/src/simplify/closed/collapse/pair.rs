@@ -58,6 +58,10 @@ impl LastChange {
     pub fn is_in(self, pass: u32) -> bool {
         self.0 / 2 == pass
     }
+
+    pub fn is_before(self, pass: u32) -> bool {
+        self.0 / 2 < pass
+    }
 }
 
 impl CollapseVertex {

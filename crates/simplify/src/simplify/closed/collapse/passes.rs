@@ -185,7 +185,8 @@ impl Collapse<'_> {
             } else if n_idle_passes >= MOST_IDLE_PASSES {
                 return self.end_reason(limit);
             } else {
-                n_idle_passes += 1;
+                // With nothing left to visit, further passes would be idle, too.
+                n_idle_passes = if candidates.is_empty() { MOST_IDLE_PASSES } else { n_idle_passes + 1 };
             }
         }
         CollapseEnd::Reached
@@ -216,11 +217,6 @@ impl Collapse<'_> {
         let stale = self.renew_quadrics();
         self.pass += 1;
         self.price(&stale);
-    }
-
-    pub(super) fn reset_failed_merges(&mut self) {
-        self.nodes.iter_mut().for_each(|node| node.wait = 0.0);
-        (self.was_turn_forbidden, self.was_ceiling_met) = (false, false);
     }
 
     fn candidates(&self, limit: Limit, n_idle_passes: i32, is_last: bool) -> (Vec<Candidate>, f32) {
@@ -303,6 +299,9 @@ impl Collapse<'_> {
             return;
         }
         let is_first = self.nodes[vertex as usize].wait == 0.0;
+        if is_first {
+            self.begin_failures(vertex);
+        }
         let is_taken = || self.corners.edge(edge).into_iter().any(|v| self.was_merged(v));
         // If an end was merged in this pass, the price is stale: the vertex waits for the next pass.
         if is_first && (is_taken() || self.try_merge(vertex, edge)) {
@@ -335,6 +334,9 @@ impl Collapse<'_> {
         // A change nearby may have made the failed edges possible.
         let node = &mut self.nodes[v as usize];
         node.wait = if node.changed.is_in(self.pass) { 0.0 } else { next };
+        if node.wait == f32::INFINITY {
+            self.end_failures(v);
+        }
     }
 
     pub(super) fn edges_at(&self, v: u32) -> Vec<(f32, u32)> {

@@ -19,6 +19,7 @@ use super::component_ceilings::Ceilings;
 use super::constraints::Constraints;
 use super::corner_table::{CornerTable, NONE, renumber_corner};
 use super::end_ring::EndRing;
+use super::failed_merges::FailedMerges;
 use super::history::CollapseEvent;
 use super::pair::{CollapseVertex, add_pull};
 use super::poses::Poses;
@@ -52,6 +53,8 @@ pub struct Collapse<'a> {
     pub(super) n_link_tests: u32,
     pub(super) end_rings: [EndRing; 2],
     pub(super) ceilings: Ceilings,
+    /// Failed merges of each surface vertex; empty without ceilings.
+    pub(super) failed: Vec<FailedMerges>,
     pub(super) was_ceiling_met: bool,
     pub(super) was_turn_forbidden: bool,
     /// Least cosine between a face's normals before and after a merge.
@@ -174,6 +177,7 @@ impl<'a> Collapse<'a> {
             n_link_tests: 0,
             end_rings: Default::default(),
             ceilings: Ceilings::default(),
+            failed: Vec::new(),
             was_ceiling_met: false,
             was_turn_forbidden: false,
             least_cosine: LEAST_COSINE,
@@ -191,7 +195,7 @@ impl<'a> Collapse<'a> {
     }
 
     pub fn with_ceilings(self, ceilings: Ceilings) -> Self {
-        Self { ceilings, ..self }
+        Self { failed: vec![FailedMerges::NONE; ceilings.left.len()], ceilings, ..self }
     }
 
     pub fn with_constraints(
