@@ -66,16 +66,27 @@ def test_stars_are_those_of_empty_circles() -> None:
     assert all(tuple(sorted(t)) == tuple(t) for t in triangles.tolist())
 
 
-def test_normals_of_neighbours_agree_whatever_their_signs() -> None:
-    points = sphere(300).double()
-    signs = torch.from_numpy(np.random.default_rng(1).choice([-1.0, 1.0], 300))
-    both = torch.cat([points * signs[:, None], points * signs[:, None]])
-    nearest = nmt.nearest_neighbours(torch.cat([points, points + 9]), 8)
-    turned, component = _clouds._turn_alike(both, nearest)
-    assert component.unique().shape == (2,) and component[:300].unique().shape == (1,)
-    for half, place in ((turned[:300], points), (turned[300:], points)):
-        along = (half * place).sum(1)
-        assert bool((along > 0.99).all()) or bool((along < -0.99).all())
+def test_pairs_agree_along_the_surest_ones() -> None:
+    """Of two rings of nodes with random signs, each is one component, in which wrong pairs that come last change nothing."""
+    random = np.random.default_rng(1)
+    signs = torch.from_numpy(random.choice([-1.0, 1.0], 600))
+    own = torch.arange(600)
+    ends = torch.stack([own, own - own % 300 + (own + 1) % 300])[:, torch.from_numpy(random.permutation(600))]
+    turns = signs[ends[0]] * signs[ends[1]]
+    wrong = torch.stack([own[:50], own[100:150]])
+    found, component = _clouds._turn_alike(torch.cat([ends, wrong], 1), torch.cat([turns, -signs[wrong[0]] * signs[wrong[1]]]), 600)
+    assert [len(half.unique()) for half in (component[:300], component[300:])] == [1, 1] and component[0] != component[300]
+    assert all(len((half * signs[at]).unique()) == 1 for half, at in ((found[:300], own[:300]), (found[300:], own[300:])))
+
+
+def test_faces_of_a_thin_slab_look_outward() -> None:
+    """Near both sides and the rim, planes through neighbours tell no normal; faces with a common edge do."""
+    grid = torch.stack(torch.meshgrid(torch.arange(21), torch.arange(21), torch.arange(3), indexing="ij"), 3).reshape(-1, 3)
+    top = torch.tensor([20, 20, 2])
+    points = grid[((grid == 0) | (grid == top)).any(1)].double()
+    a, b, c = points[nmt._clouds.cloud_faces(points)].unbind(1)
+    is_outward = (torch.linalg.cross(b - a, c - a) * ((a + b + c) / 3 - top / 2)).sum(1) > 0
+    assert len(a) > 1800 and float(is_outward.double().mean()) > 0.97
 
 
 @pytest.mark.parametrize("sign", [None, 1, -1])
