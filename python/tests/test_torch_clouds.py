@@ -1,4 +1,4 @@
-"""The layer of PyTorch on clouds of points: stars, winding, results, batches, gradients, tiny clouds."""
+"""The layer of PyTorch on clouds of points: stars, winding, noise, holes, places, results, batches, gradients, tiny clouds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ torch = pytest.importorskip("torch")
 import neural_mesh as nm  # noqa: E402
 import neural_mesh.torch as nmt  # noqa: E402
 from conftest import MESHES, torus  # noqa: E402
-from neural_mesh.torch import _clouds, losses  # noqa: E402
+from neural_mesh.torch import _closing, _clouds, _placing, losses  # noqa: E402
 from neural_mesh.torch._regions import choose_manifold  # noqa: E402
 
 
@@ -66,16 +66,27 @@ def test_stars_are_those_of_empty_circles() -> None:
     assert all(tuple(sorted(t)) == tuple(t) for t in triangles.tolist())
 
 
-def test_normals_of_neighbours_agree_whatever_their_signs() -> None:
-    points = sphere(300).double()
-    signs = torch.from_numpy(np.random.default_rng(1).choice([-1.0, 1.0], 300))
-    both = torch.cat([points * signs[:, None], points * signs[:, None]])
-    nearest = nmt.nearest_neighbours(torch.cat([points, points + 9]), 8)
-    turned, component = _clouds._turn_alike(both, nearest)
-    assert component.unique().shape == (2,) and component[:300].unique().shape == (1,)
-    for half, place in ((turned[:300], points), (turned[300:], points)):
-        along = (half * place).sum(1)
-        assert bool((along > 0.99).all()) or bool((along < -0.99).all())
+def test_pairs_agree_along_the_surest_ones() -> None:
+    """Of two rings of nodes with random signs, each is one component, in which wrong pairs that come last change nothing."""
+    random = np.random.default_rng(1)
+    signs = torch.from_numpy(random.choice([-1.0, 1.0], 600))
+    own = torch.arange(600)
+    ends = torch.stack([own, own - own % 300 + (own + 1) % 300])[:, torch.from_numpy(random.permutation(600))]
+    turns = signs[ends[0]] * signs[ends[1]]
+    wrong = torch.stack([own[:50], own[100:150]])
+    found, component = _clouds._turn_alike(torch.cat([ends, wrong], 1), torch.cat([turns, -signs[wrong[0]] * signs[wrong[1]]]), 600)
+    assert [len(half.unique()) for half in (component[:300], component[300:])] == [1, 1] and component[0] != component[300]
+    assert all(len((half * signs[at]).unique()) == 1 for half, at in ((found[:300], own[:300]), (found[300:], own[300:])))
+
+
+def test_faces_of_a_thin_slab_look_outward() -> None:
+    """Near both sides and the rim, planes through neighbours tell no normal; faces with a common edge do."""
+    grid = torch.stack(torch.meshgrid(torch.arange(21), torch.arange(21), torch.arange(3), indexing="ij"), 3).reshape(-1, 3)
+    top = torch.tensor([20, 20, 2])
+    points = grid[((grid == 0) | (grid == top)).any(1)].double()
+    a, b, c = points[nmt._clouds.cloud_faces(points)].unbind(1)
+    is_outward = (torch.linalg.cross(b - a, c - a) * ((a + b + c) / 3 - top / 2)).sum(1) > 0
+    assert len(a) > 1800 and float(is_outward.double().mean()) > 0.93
 
 
 @pytest.mark.parametrize("sign", [None, 1, -1])
@@ -111,16 +122,124 @@ def test_chosen_faces_are_those_of_one_choice_after_the_other() -> None:
         assert sum((b, a) in others for a, b in half_edges(faces[at : at + 1])) > 1
 
 
+def noisy(points: Any, noise: float, seed: int = 1) -> Any:
+    return points + noise * torch.randn(points.shape, generator=torch.Generator().manual_seed(seed), dtype=points.dtype)
+
+
+def off_sphere(points: Any) -> float:
+    return float((points.detach().norm(dim=1) - 1).square().mean().sqrt())
+
+
+def off_torus(points: Any) -> float:
+    x, y, z = points.detach().unbind(1)
+    return float((((x * x + y * y).sqrt() - 1).square() + z * z).sqrt().sub(0.3).square().mean().sqrt())
+
+
+def even_torus(n: int) -> Any:
+    """Returns points of a torus of radii 1 and 0.3, drawn by area."""
+    random = np.random.default_rng(1)
+    u, v = random.random((2, 4 * n)) * 2 * np.pi
+    v = v[random.random(4 * n) < (1 + 0.3 * np.cos(v)) / 1.3][:n]
+    u, r = u[:n], 1 + 0.3 * np.cos(v)
+    return torch.from_numpy(np.stack([r * np.cos(u), r * np.sin(u), 0.3 * np.sin(v)], 1).astype(np.float32))
+
+
+def test_noise_is_found_and_smoothed() -> None:
+    points, rough, other = sphere(3000), noisy(sphere(3000), 0.05), noisy(even_torus(1500), 0.05)
+    assert nmt.smooth_points(points) is points
+    smooth = nmt.smooth_points(rough)
+    assert off_sphere(smooth) < 0.3 * off_sphere(rough)
+    packed = nmt.smooth_points(torch.cat([rough, points, other]), torch.arange(3).repeat_interleave(torch.tensor([3000, 3000, 1500])))
+    assert torch.equal(packed[3000:6000], points)
+    assert torch.allclose(packed, torch.cat([smooth, points, nmt.smooth_points(other)]), atol=1e-5)
+
+
+def test_points_of_a_quadric_stay_and_few_points_do_not_break() -> None:
+    x, y = torch.meshgrid(torch.arange(20) / 20.0, torch.arange(20) / 20.0, indexing="ij")
+    points = torch.stack([x, y, 0.1 * x * x + 0.2 * x * y], 2).reshape(-1, 3)
+    assert float((nmt.smooth_points(points, neighbours=24) - points).abs().max()) < 2e-4
+    line = torch.arange(9)[:, None] * torch.tensor([[1.0, 2.0, 0.5]])
+    for few in (line, torch.zeros((5, 3)), points[:4], points[:1]):
+        assert torch.allclose(nmt.smooth_points(few, neighbours=24), few, atol=1e-5)
+
+
+def test_gradients_of_smoothing_are_exact() -> None:
+    points = noisy(sphere(40).double(), 0.02)[:14].requires_grad_()
+    assert torch.autograd.gradcheck(lambda x: nmt.smooth_points(x, neighbours=12), points)
+    assert torch.autograd.gradgradcheck(lambda x: nmt.smooth_points(x, neighbours=12), points, fast_mode=True)
+    # Two equal eigenvalues, at which decompositions have no derivative.
+    ring = torch.tensor([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 0]], dtype=torch.float64).requires_grad_()
+    nmt.smooth_points(ring, neighbours=4).square().sum().backward()
+    assert ring.grad is not None and bool(ring.grad.isfinite().all())
+
+
+def test_holes_are_closed_and_large_ones_stay() -> None:
+    points = sphere(2000).double()
+    faces = torch.from_numpy(np.asarray(nm.mesh_points(points.numpy()).faces).astype(np.int64))
+    assert open_share(faces) == 0 and volume(points, faces) > 0
+    scaled = nmt.in_edge_lengths(points, nmt.mesh_graph(faces, 2000))
+    random = np.random.default_rng(2)
+    kept = faces[torch.from_numpy(random.random(len(faces)) > 0.15)]
+    closed, own = _closing.close_surface(kept, scaled, points)
+    assert open_share(kept) > 0.1 and open_share(closed) == 0
+    assert torch.equal(closed[own >= 0], kept[own[own >= 0]]) and int((own >= 0).sum()) > 0.9 * len(kept)
+    assert volume(points, closed) == pytest.approx(volume(points, faces), rel=0.01)
+    cap = faces[(points[faces].mean(1)[:, 2] < 0.8)]
+    opened, own = _closing.close_surface(cap, scaled, points)
+    assert torch.equal(opened, cap) and open_share(cap) > 0
+
+
+def test_samples_are_placed_at_corners() -> None:
+    """Regions at the corners of a cube have three planes; the sample near a corner goes there, with a gradient."""
+    n = 8
+    x, y = torch.meshgrid(torch.arange(n + 1.0), torch.arange(n + 1.0), indexing="ij")
+    zero = torch.zeros_like(x)
+    sides = [torch.stack(side, 2).reshape(-1, 3) for side in ([x, y, zero], [y, zero, x], [zero, x, y])]
+    square = torch.from_numpy(nm_grid(n))
+    points = torch.cat(sides).double().requires_grad_()
+    faces = torch.cat([square + at * (n + 1) ** 2 for at in range(3)])
+    samples, regions = torch.tensor([n + 2]), torch.zeros(len(points), dtype=torch.int64)
+    quadrics = _placing.region_quadrics(points, faces, regions, samples)
+    assert float(quadrics.steps[0].detach().add(points[n + 2].detach()).abs().max()) < 0.01
+    placed = _placing.place_samples(quadrics, torch.empty((0, 3), dtype=torch.int64))
+    placed.sum().backward()
+    assert points.grad is not None and bool(points.grad.isfinite().all()) and float(points.grad.abs().max()) > 0.01
+
+
+def nm_grid(n: int) -> Any:
+    """Returns the faces of a square of n x n cells."""
+    i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+    a, b, c, d = ((i + di) * (n + 1) + j + dj for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    return np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
+
+
 @pytest.mark.parametrize("ratio", [1.0, 0.3])
 def test_a_cloud_becomes_a_surface(layer: Any, ratio: float) -> None:
     light = nm.simplify(MESHES / "spot.ply", ratio=1.0, weld=True)
     whole = volume(torch.from_numpy(np.asarray(light.vertices)), torch.from_numpy(np.asarray(light.faces, np.int64)))
     points = torch.from_numpy(np.asarray(light.vertices, np.float32))
-    result = layer(points, ratio=ratio, seed=1)
-    assert torch.equal(result.vertices, points[result.samples]) and len(result.samples) == int(ratio * len(points))
-    assert open_share(result.faces) < 0.01
-    assert volume(result.vertices, result.faces) == pytest.approx(whole, rel=0.05)
-    assert result.pool.shape == (len(result.samples), len(points))
+    for keep_points in (True, False):
+        result = layer(points, ratio=ratio, seed=1, keep_points=keep_points)
+        assert torch.equal(result.vertices, points[result.samples]) == (keep_points or ratio == 1)
+        assert len(result.samples) == int(ratio * len(points)) and len(result.probabilities) == len(result.faces)
+        assert open_share(result.faces) == 0 and result.points is points
+        assert volume(result.vertices, result.faces) == pytest.approx(whole, rel=0.05)
+        assert result.pool.shape == (len(result.samples), len(points))
+        is_candidate = result.chosen >= 0
+        assert torch.equal(result.candidates.faces[result.chosen[is_candidate]], result.faces[is_candidate].sort(1).values)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.2])
+def test_noisy_clouds_become_surfaces(layer: Any, ratio: float) -> None:
+    for shape, error, inside in ((sphere(4000), off_sphere, 4 / 3 * np.pi), (even_torus(4000), off_torus, 2 * np.pi**2 * 0.09)):
+        points = noisy(shape, 0.03).requires_grad_()
+        result = layer(points, ratio=ratio, seed=1)
+        assert open_share(result.faces) < 0.02
+        assert volume(result.vertices, result.faces) == pytest.approx(inside, rel=0.05)
+        used = result.vertices[result.faces.unique()]
+        assert error(used) < 0.5 * error(points)
+        used.square().sum().backward()
+        assert points.grad is not None and bool(points.grad.isfinite().all()) and int((points.grad != 0).any(1).sum()) > 0.9 * len(points)
 
 
 def test_losses_reach_all_stages(layer: Any) -> None:
@@ -140,7 +259,7 @@ def test_packed_clouds_are_those_alone(layer: Any) -> None:
     batch = torch.arange(3).repeat_interleave(torch.tensor([len(points) for points in clouds]))
     for packed in (layer(clouds, ratio=0.5, seed=4), layer(torch.cat(clouds), None, 0.5, batch, seed=4)):
         for one, (vertices, faces) in zip(alone, packed.unpack(), strict=True):
-            assert torch.equal(one.vertices, vertices) and torch.equal(one.faces, faces)
+            assert torch.allclose(one.vertices, vertices, atol=1e-6) and torch.equal(one.faces, faces)
     pair = layer(torch.stack([sphere(100), sphere(100, 2.0)]), ratio=0.5, seed=1)
     assert [len(vertices) for vertices, _ in pair.unpack()] == [50, 50]
 

@@ -14,6 +14,7 @@ from ._records import pool, positions
 from ._regions import Quotient, assign_to_samples, quotient
 from ._sampling import inclusion
 from ._simplifier import Candidates, Simplified, Simplifier
+from ._smoothing import smooth_points
 
 __all__ = [
     "CandidateFaces",
@@ -44,6 +45,7 @@ __all__ = [
     "pool",
     "positions",
     "quotient",
+    "smooth_points",
     "triangle_graph",
     "triangle_positions",
     "vertex_normals",

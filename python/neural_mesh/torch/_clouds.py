@@ -35,17 +35,16 @@ def cloud_faces(points: Any, batch: Any = None, normals: Any = None) -> Any:
     a, b, c = (positions[faces[:, corner]] for corner in range(3))
     across = torch.linalg.cross(b - a, c - a)
     if normals is None:
-        guides, component = _turn_alike(_plane_normals(positions, nearest), nearest)
+        sign, component = _turn_alike(*_face_pairs(faces, across, nearest), len(faces))
         # The volume that a component encloses is negative if its faces look inward.
-        center = sum_by(positions, component, len(points)) / torch.bincount(component, minlength=len(points)).clamp(min=1)[:, None]
-        along = (across * guides[faces].sum(1)).sum(1).sign()
-        volume = sum_by(along * (across * (a - center[component[faces[:, 0]]])).sum(1), component[faces[:, 0]], len(points))
-        guides = torch.where((volume < 0)[component, None], -guides, guides)
+        center = sum_by((a + b + c) / 3, component, len(faces)) / torch.bincount(component, minlength=len(faces)).clamp(min=1)[:, None]
+        volume = sum_by(sign * (across * (a - center[component])).sum(1), component, len(faces))
+        is_against = torch.where(volume[component] < 0, sign > 0, sign < 0)
     else:
         guides = wide(torch.as_tensor(normals, device=points.device).detach())
         if guides.shape != points.shape:
             raise NeuralMeshError(f"normals: a tensor of shape {tuple(guides.shape)}: give {len(points)} x 3")
-    is_against = (across * guides[faces].sum(1)).sum(1) < 0
+        is_against = (across * guides[faces].sum(1)).sum(1) < 0
     return torch.where(is_against[:, None], faces[:, [0, 2, 1]], faces)
 
 
@@ -121,27 +120,51 @@ def _has_empty_circle(flat: Any, is_there: Any, pairs: Any) -> Any:
     return is_empty & is_corner & (twice.square() > 1e-18 * a2 * b2)
 
 
-def _turn_alike(normals: Any, nearest: Any) -> tuple[Any, Any]:
-    """Turns normals so that neighbours agree, along the tree of the most parallel ones (Hoppe et al. 1992); returns components, too.
+def _face_pairs(faces: Any, across: Any, nearest: Any) -> tuple[Any, Any]:
+    """Returns pairs of faces (ascending corners), 2 x n_pairs, and 1 or -1 where both are wound alike or not, the surest first.
 
-    The tree grows by rounds: each component takes its best edge to another (Boruvka 1926)."""
-    n = len(normals)
-    own = torch.arange(n, device=normals.device)
-    ends = torch.stack([own[:, None].expand_as(nearest)[nearest >= 0], nearest[nearest >= 0]]).sort(0).values
-    keys = torch.unique(ends[0] * n + ends[1])
-    ends = torch.stack([torch.div(keys, max(n, 1), rounding_mode="floor"), keys % max(n, 1)])
-    dots = (normals[ends[0]] * normals[ends[1]]).sum(1)
-    order = dots.abs().argsort(descending=True, stable=True)
-    # Both directions of each edge have its rank.
-    rows, cols = (torch.cat([ends[end][order], ends[1 - end][order]]) for end in (0, 1))
-    rank, turns = torch.arange(len(order), device=own.device).repeat(2), torch.where(dots[order] < 0, -1.0, 1.0).to(dots.dtype).repeat(2)
-    component, sign = own, torch.ones_like(normals[:, 0])
+    First come faces with a common edge, the flattest first; then faces at neighbouring points, the most parallel first, which join
+    components."""
+    n, own = len(nearest), torch.arange(len(faces), device=faces.device)
+    unit = torch.nn.functional.normalize(across, dim=1)
+    sides = torch.cat([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [0, 2]]])
+    edge, order = (sides[:, 0] * n + sides[:, 1]).sort(stable=True)
+    _, counts = torch.unique_consecutive(edge, return_counts=True)
+    first = (counts.cumsum(0) - counts)[counts == 2]
+    at = torch.stack([order[first], order[first + 1]])
+    # Ascending corners go along the first two sides and against the third.
+    m = max(len(faces), 1)
+    turns = torch.where((at[0] >= 2 * m) == (at[1] >= 2 * m), -1.0, 1.0).to(unit.dtype)
+    ends = at % m
+    by_flatness = (turns * (unit[ends[0]] * unit[ends[1]]).sum(1)).argsort(descending=True, stable=True)
+    some = torch.full((n,), -1, device=faces.device)
+    for corner in range(3):
+        some[faces[:, corner]] = own
+    near = torch.stack([some[:, None].expand_as(nearest)[nearest >= 0], some[nearest[nearest >= 0]]])
+    near = near[:, (near >= 0).all(0)]
+    dots = (unit[near[0]] * unit[near[1]]).sum(1)
+    by_angle = dots.abs().argsort(descending=True, stable=True)
+    near_turns = torch.where(dots < 0, -1.0, 1.0).to(unit.dtype)
+    return torch.cat([ends[:, by_flatness], near[:, by_angle]], 1), torch.cat([turns[by_flatness], near_turns[by_angle]])
+
+
+def _turn_alike(ends: Any, turns: Any, n: int) -> tuple[Any, Any]:
+    """Returns 1 or -1 for each of n nodes, so that pairs agree along the tree of the first ones (Hoppe et al. 1992), and components.
+
+    - `ends`: 2 x n_pairs, the surest pair first; `turns`: n_pairs, 1 or -1 where both ends are alike or not
+
+    The tree grows by rounds: each component takes its best pair with another (Boruvka 1926)."""
+    own = torch.arange(n, device=ends.device)
+    # Both directions of each pair have its rank.
+    rows, cols = torch.cat([ends[0], ends[1]]), torch.cat([ends[1], ends[0]])
+    rank, turns = torch.arange(ends.shape[1], device=own.device).repeat(2), turns.repeat(2)
+    component, sign = own, torch.ones(n, dtype=turns.dtype, device=own.device)
     while True:
         is_outer = component[rows] != component[cols]
         rows, cols, rank, turns = rows[is_outer], cols[is_outer], rank[is_outer], turns[is_outer]
         if len(rows) == 0:
-            return normals * sign[:, None], component
-        best = torch.full_like(own, len(order)).scatter_reduce(0, component[rows], rank, "amin")
+            return sign, component
+        best = torch.full_like(own, ends.shape[1]).scatter_reduce(0, component[rows], rank, "amin")
         chosen = best[component[rows]] == rank
         one, other = component[rows[chosen]], component[cols[chosen]]
         parent, turn = own.index_copy(0, one, other), torch.ones_like(sign)

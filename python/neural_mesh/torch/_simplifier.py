@@ -12,12 +12,15 @@ import torch
 
 from .. import _native
 from .._native import NeuralMeshError
+from ._closing import close_surface
 from ._clouds import cloud_faces, star_triangles
 from ._graphs import candidate_faces, in_edge_lengths, is_among, mesh_graph, unite_triangles, vertex_normals
 from ._network import EdgePredictor, Edges, FaceClassifier, PointSampler
 from ._packed import Packed, pack_meshes
+from ._placing import place_samples, region_quadrics, score_gains
 from ._regions import Quotient, assign_to_samples, choose_faces, choose_manifold, orient_faces, pooling_matrices, quotient
 from ._sampling import inclusion, log_probability, multinomial_samples, sample_counts, scattered_samples
+from ._smoothing import smooth_points
 
 Draw = Literal["scattered", "multinomial"]
 Gradient = Literal["straight-through", "none"]
@@ -54,17 +57,17 @@ class Simplified:
     """A simplified mesh, or a packed batch of them."""
 
     vertices: Any
-    """Positions of the samples, n_samples x 3; differentiable by the input. Some may be on no face."""
+    """Positions of the samples, n_samples x 3; of clouds, smoothed and placed. Differentiable by the input. Some may be on no face."""
     faces: Any
     """Faces over these vertices, n_faces x 3, wound like the input."""
     probabilities: Any
-    """Probability of each face, n_faces; differentiable by the network."""
+    """Probability of each face, n_faces; differentiable by the network. 1 for faces that close holes."""
     samples: Any
     """Vertices of the input that were sampled, ascending: n_samples."""
     batch: Any
     """Mesh of each sample, n_samples."""
     scores: Any
-    """Score of each input vertex, n."""
+    """Score of each input vertex by which the samples were drawn, n."""
     counts: Any
     """Number of samples of each mesh, n_meshes."""
     mesh: Any
@@ -74,9 +77,11 @@ class Simplified:
     candidates: Candidates
     """All candidate faces."""
     chosen: Any
-    """The candidates that are faces, ascending: n_faces."""
+    """The candidate that is each face, n_faces; -1 for faces that close holes of clouds."""
     surface: Any
     """Faces of the input, m x 3; of a cloud, the triangles on which its points agree."""
+    points: Any
+    """Positions of the input, n x 3; of a cloud, smoothed."""
 
     @cached_property
     def inclusion(self) -> Any:
@@ -180,6 +185,7 @@ class Simplifier(torch.nn.Module):
         scores: Any = None,
         seed: int | Any = None,
         normals: Any = None,
+        keep_points: bool = False,
     ) -> Simplified:
         """Simplifies meshes to a share of their vertices, or clouds of points to surfaces over a share of them.
 
@@ -192,6 +198,7 @@ class Simplifier(torch.nn.Module):
         scores: score of each vertex, n, instead of the Point Sampler's; from `fine_tune_scores`, say
         seed: whole number, or one for each mesh; mesh i of a batch draws as alone with `seed + i`. From torch's generator by default
         normals: those towards which the faces of clouds look, n x 3 for all points; outward by default
+        keep_points: leaves vertices at the points of clouds; otherwise noise is smoothed, and fewer vertices than points are placed
         """
         packed = pack_meshes(vertices, faces, batch)
         vertices, _, batch, n_meshes = packed
@@ -200,7 +207,8 @@ class Simplifier(torch.nn.Module):
         if normals is not None and not is_cloud:
             raise NeuralMeshError("normals: only clouds need them: leave out normals or faces")
         if is_cloud:
-            packed = packed._replace(faces=cloud_faces(vertices, several, normals))
+            vertices = vertices if keep_points else smooth_points(vertices, several)
+            packed = packed._replace(vertices=vertices, faces=cloud_faces(vertices, several, normals))
         surface = packed.faces
         if sum(given is not None for given in (ratio, n_samples, samples)) != 1:
             raise NeuralMeshError("give exactly one of ratio, n_samples and samples")
@@ -213,13 +221,22 @@ class Simplifier(torch.nn.Module):
         else:
             scores = _check_scores(scores, points)
         if samples is None:
-            counts = sample_counts(batch, n_meshes, ratio, n_samples)
-            samples = self._draw_samples(points, graph, scores, counts, batch, _seeds(seed, n_meshes, vertices.device))
+            counts, seeds = sample_counts(batch, n_meshes, ratio, n_samples), _seeds(seed, n_meshes, vertices.device)
+            samples = self._draw_samples(points, graph, scores, counts, batch, seeds)
         else:
-            samples = _check_samples(samples, len(vertices), vertices.device)
+            samples, seeds = _check_samples(samples, len(vertices), vertices.device), None
             counts = torch.bincount(batch[samples], minlength=n_meshes)
-        sample_batch = batch[samples]
         regions = assign_to_samples(points, graph, samples)
+        is_part = counts < torch.bincount(batch)
+        places = is_cloud and not keep_points and bool(is_part.any())
+        if places and seeds is not None:
+            # Placed vertices leave other errors than samples, which a second draw makes equal.
+            with torch.no_grad():
+                gains = score_gains(region_quadrics(vertices, surface, regions, samples), regions, batch[samples], n_meshes)
+            scores = scores + torch.where(is_part[batch], gains, 0).to(scores.dtype)
+            samples = self._draw_samples(points, graph, scores, counts, batch, seeds)
+            regions = assign_to_samples(points, graph, samples)
+        sample_batch = batch[samples]
         between = quotient(vertices, surface, graph, regions, len(samples))
         chances = None
         if self.gradient == "straight-through" and scores.requires_grad:
@@ -227,13 +244,14 @@ class Simplifier(torch.nn.Module):
         gates = None if chances is None else chances[samples]
         candidates = self._classify(points[samples], between, sample_batch, n_meshes, gates, is_cloud)
         positions = vertices[samples]
-        if is_cloud:
-            chosen = choose_manifold(orient_faces(candidates.faces, positions, between), candidates.probabilities, len(samples))
-        else:
-            chosen = choose_faces(candidates.entries, candidates.probabilities, candidates.graph.shape[1])
-        faces = orient_faces(candidates.faces[chosen], positions, between)
-        judged = candidates.probabilities[chosen]
-        result = Simplified(positions, faces, judged, samples, sample_batch, scores, counts, batch, regions, candidates, chosen, surface)
+        chosen, faces = _assemble(candidates, positions, is_cloud)
+        if places:
+            placed = place_samples(region_quadrics(vertices, surface, regions, samples), faces).to(vertices.dtype)
+            positions = torch.where(is_part[sample_batch, None], placed, positions)
+        judged = torch.where(chosen >= 0, candidates.probabilities[chosen], 1)
+        result = Simplified(
+            positions, faces, judged, samples, sample_batch, scores, counts, batch, regions, candidates, chosen, surface, vertices
+        )
         if chances is not None:
             result.__dict__["inclusion"] = chances
         return result
@@ -268,6 +286,18 @@ class Simplifier(torch.nn.Module):
             probabilities = probabilities * gates[faces].prod(1)
         is_surface = is_among(faces, between.triangles, len(points))
         return Candidates(points, graph, edges, faces, entries, prior, probabilities, is_surface, neighbours, between)
+
+
+def _assemble(candidates: Candidates, positions: Any, is_cloud: bool) -> tuple[Any, Any]:
+    """Returns the candidate that is each face, -1 for none, and the wound faces."""
+    probabilities, between = candidates.probabilities, candidates.between
+    if not is_cloud:
+        chosen = choose_faces(candidates.entries, probabilities, candidates.graph.shape[1])
+        return chosen, orient_faces(candidates.faces[chosen], positions, between)
+    wound = orient_faces(candidates.faces, positions, between)
+    chosen = choose_manifold(wound, probabilities, len(positions))
+    faces, own = close_surface(wound[chosen], candidates.points, between.normals)
+    return torch.where(own >= 0, chosen[own], -1), faces
 
 
 def _seeds(seed: Any, n_meshes: int, device: Any) -> Any:
