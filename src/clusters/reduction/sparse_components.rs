@@ -28,8 +28,8 @@ pub fn count_leaf_faces(mesh: &TriMesh, locked: &FxHashSet<PositionKey>) -> usiz
     let boundary = edges(mesh).into_iter().filter(|edge| edge.n_faces() == 1);
     boundary.flat_map(|edge| edge.ends).for_each(|v| is_at_boundary[v as usize] = true);
     let is_open = |component: &&LooseComponent| {
-        let corners = component.faces.iter().flat_map(|&face| mesh.faces()[face as usize]);
-        corners.into_iter().any(|v| is_at_boundary[v as usize])
+        let mut corners = component.faces.iter().flat_map(|&face| mesh.faces()[face as usize]);
+        corners.any(|v| is_at_boundary[v as usize])
     };
     let components = find_components(mesh, locked);
     components.iter().filter(|it| is_leaf(it)).filter(is_open).map(|it| it.faces.len()).sum()
