@@ -64,7 +64,7 @@ def write_files(context, group, tasks, paths, options):
         add_levels_extension(document, names, screen_coverages(tasks))
         write_glb(paths[0], document, binary)
     if options.engine == "GODOT":
-        script = godot_script(names, switch_distances(tasks, options.field_of_view))
+        script = godot_script(switch_distances(tasks, options.field_of_view))
         paths[1].write_text(script, encoding="utf-8")
     group[FILES] = "\n".join(map(str, paths))
 
@@ -172,29 +172,8 @@ def write_glb(path, document, binary):
     os.replace(unfinished, path)
 
 
-def godot_script(names, distances):
-    """Returns a script for Godot's import (Import Script) that gives each level its range of distances."""
-    # Godot replaces these characters in names of nodes.
-    names = [name.translate(str.maketrans('.:@/"%', "______")) for name in names]
-    ends = [*distances[1:], 0.0]
-    ranges = "".join(f'\t"{name}": [{begin:.4g}, {end:.4g}],\n' for name, begin, end in zip(names, distances, ends))
-    return f"""@tool
-extends EditorScenePostImport
-
-# First and last distance of each level, in units of the scene; a last distance of 0 has no end.
-const RANGES = {{
-{ranges}}}
-
-
-func _post_import(scene):
-\tset_ranges(scene)
-\treturn scene
-
-
-func set_ranges(node):
-\tif node is GeometryInstance3D and RANGES.has(String(node.name)):
-\t\tnode.visibility_range_begin = RANGES[String(node.name)][0]
-\t\tnode.visibility_range_end = RANGES[String(node.name)][1]
-\tfor child in node.get_children():
-\t\tset_ranges(child)
-"""
+def godot_script(distances):
+    """Returns the program's script for Godot's import (Import Script), which gives each level its range of distances."""
+    ranges = ", ".join(f"[{begin:.4g}, {end:.4g}]" for begin, end in zip(distances, [*distances[1:], 0.0]))
+    script = Path(__file__).with_name("levels.gd").read_text(encoding="utf-8")
+    return script.replace("RANGES_OF_LEVELS", ranges).replace("N_DIGITS", str(len(str(len(distances) - 1))))

@@ -367,10 +367,10 @@ def test_godot_has_a_glb_and_visibility_ranges(tmp_path):
     children = [document["nodes"][index]["name"] for index in names["Ball.001_LODs"]["children"]]
     assert children == [f"Ball.001_LOD{k}" for k in range(3)]
     script = (tmp_path / "Ball_001_LODs.gd").read_text()
-    rows = re.findall(r'"(\w+)": \[([\d.e+]+), ([\d.e+]+)\]', script)
-    # Godot writes `_` for the dot; each range begins where the one before ends.
-    assert [name for name, _, _ in rows] == [f"Ball_001_LOD{k}" for k in range(3)]
-    begins, ends = [float(row[1]) for row in rows], [float(row[2]) for row in rows]
+    rows = re.findall(r"\[([\d.e+]+), ([\d.e+]+)\]", script)
+    # Each range begins where the one before ends; the script finds the level of a node by one digit.
+    begins, ends = [[float(row[k]) for row in rows] for k in (0, 1)]
+    assert len(rows) == 3 and '"_LOD") + 4, 1)' in script
     assert begins[0] == 0 and begins[1:] == ends[:-1] and ends[-1] == 0 and begins == sorted(begins)
     # The error of a level is a pixel of 1080 lines at its distance, at 60 degrees.
     error = bpy.data.objects["Ball.001_LOD2"][lods.ERROR]

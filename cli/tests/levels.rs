@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::common::{Run, error_line, folder, json, run, succeed, test_mesh_path};
 use neural_mesh::io::{self, Asset};
+use neural_mesh::mesh::shapes;
 
 fn levels(folder: &Path, more: &[&str]) -> Run {
     let spot = test_mesh_path("spot.ply");
@@ -188,6 +189,55 @@ fn each_engine_has_its_files() {
     assert!(error_line(&alone).contains("--engine: give --lods, too"));
     let other = levels(folder.path(), &["--lods", "50%,20%", "--engine", "gltf"]);
     assert!(error_line(&other).contains("--engine gltf: ply is not glTF"));
+}
+
+/// Two spheres as objects of an OBJ, the second of two materials, one of which the first has, too.
+fn two_objects() -> String {
+    let sphere = shapes::icosphere(3);
+    let n = sphere.positions().len() as u32;
+    let mut text = String::new();
+    for (number, name) in (0..).zip(["left", "right"]) {
+        text += &format!("o {name}\nusemtl red\n");
+        sphere
+            .positions()
+            .iter()
+            .for_each(|p| text += &format!("v {} {} {}\n", p[0] + 3.0 * number as f32, p[1], p[2]));
+        for (at, face) in sphere.faces().iter().enumerate() {
+            text += if number == 1 && at == sphere.faces().len() / 2 { "usemtl blue\n" } else { "" };
+            let [a, b, c] = face.map(|v| v + number * n + 1);
+            text += &format!("f {a} {b} {c}\n");
+        }
+    }
+    text
+}
+
+#[test]
+fn levels_of_a_mesh_for_an_engine_are_those_of_a_scene() {
+    let folder = folder();
+    std::fs::write(folder.path().join("two.obj"), two_objects()).unwrap();
+    for (engine, more) in
+        [("unity", &["--no-check"][..]), ("gltf", &["--no-check"]), ("godot", &["--compress=quantize"])]
+    {
+        let words = ["simplify", "two.obj", "-o", "out.glb", "--force", "--lods", "50%,10%", "--engine", engine];
+        succeed(folder.path(), &[&words, more].concat());
+        let asset = Asset::read_path(&folder.path().join("out.glb")).unwrap();
+        let faces: Vec<usize> = asset.parts().iter().map(|part| part.mesh.faces.len()).collect();
+        assert_eq!(faces.len(), 4, "{engine}");
+        assert!(faces[0] > 3 * faces[2] && faces[1] > 3 * faces[3] && faces.iter().all(|&n| n > 50), "{faces:?}");
+        let materials = |part: usize| &asset.parts()[part].materials[..];
+        assert_eq!([materials(0), materials(2)], [["red"]; 2]);
+        assert_eq!([materials(1), materials(3)], [["red", "blue"]; 2]);
+        let run = succeed(folder.path(), &["info", "out.glb"]);
+        assert!(run.code == Some(0));
+    }
+    assert!(folder.path().join("out_LODs.gd").exists());
+    // An object without a name is named after the file, and each level keeps its place.
+    let spot = test_mesh_path("spot.ply");
+    let words = ["-o", "out.gltf", "--lods", "50%,10%", "--engine", "unity", "--no-check"];
+    succeed(folder.path(), &[&["simplify", spot.to_str().unwrap()], &words[..]].concat());
+    let document = gltf_json(&folder.path().join("out.gltf"));
+    let names: Vec<&str> = document["nodes"].as_array().unwrap().iter().filter_map(|it| it["name"].as_str()).collect();
+    assert_eq!(names, ["out", "out_LOD0", "out_LOD1"]);
 }
 
 #[test]

@@ -82,7 +82,7 @@ impl Job {
 
     /// Returns whether a glTF stays a scene instead of one mesh.
     pub(super) fn takes_scenes(&self) -> bool {
-        matches!(self.format, Format::Gltf | Format::Glb) && self.arguments.bake.is_none()
+        self.arguments.writes_scenes(self.format)
     }
 
     /// Returns whether levels of detail of a scene are nodes under one, and not of `MSFT_lod`.
@@ -95,10 +95,9 @@ impl Job {
         self.arguments.field_of_view.unwrap_or(FIELD_OF_VIEW)
     }
 
-    /// Returns whether each level of detail gets its own file; levels of a scene share one, except for Unreal.
+    /// Returns whether each level of detail gets its own file.
     pub fn has_file_per_level(&self, is_scene: bool) -> bool {
-        let is_one = is_scene && self.takes_scenes() && self.arguments.engine != Some(Engine::Unreal);
-        self.goal.n_levels().is_some() && !is_one
+        self.goal.n_levels().is_some() && !self.arguments.shares_file(self.format, is_scene)
     }
 
     /// Returns whether some vertices are locked: at boundaries or at kept faces.

@@ -7,7 +7,7 @@ use crate::io::{Format, PackOptions};
 use crate::simplify::{Assembly, ClosedOptions, Draw, Optimize, Options, PaperOptions, ScoreSource, Symmetry, Target};
 
 use super::arguments::Arguments;
-use super::choices::{AssemblyName, Compression};
+use super::choices::{AssemblyName, Compression, Engine};
 use super::error::JobError;
 use super::levels::levels;
 use super::meshopt;
@@ -118,6 +118,17 @@ impl Arguments {
     fn repair(&self) -> Option<Repair> {
         let printable = self.printable.map(|size| Repair::Printable(size.unwrap_or(Bound::Percent(PIECE_PERCENT))));
         printable.or(self.fill_holes.map(|most| Repair::FillHoles(most.unwrap_or(usize::MAX))))
+    }
+
+    /// Returns whether a glTF that is written in this format stays a scene instead of one mesh.
+    pub(super) fn writes_scenes(&self, format: Format) -> bool {
+        matches!(format, Format::Gltf | Format::Glb) && self.bake.is_none()
+    }
+
+    /// Returns whether levels of detail share a file: in a glTF those of a scene or for an engine, except Unreal.
+    pub fn shares_file(&self, format: Format, is_scene: bool) -> bool {
+        let is_apart = self.engine == Some(Engine::Unreal) || !is_scene && self.engine.is_none();
+        self.writes_scenes(format) && !is_apart
     }
 
     fn packing(&self) -> Result<Option<PackOptions>, JobError> {

@@ -5,7 +5,7 @@ use std::fs::{File, TryLockError};
 use std::path::{Component, Path, PathBuf};
 
 use neural_mesh::io::Format;
-use neural_mesh::job::{Arguments, Engine};
+use neural_mesh::job::Arguments;
 
 use super::inputs::{Input, join_names};
 use crate::failure::Failure;
@@ -65,7 +65,7 @@ pub fn choose_names(inputs: &[Input], format: Option<Format>, options: &Argument
             return Err(Failure::in_file(&input.path, what));
         }
         let is_scene = || Source::new(input.path.clone(), None, true).is_scene(format_of(input));
-        let is_one_file = || options.engine != Some(Engine::Unreal) && is_scene();
+        let is_one_file = || options.shares_file(format_of(input), is_scene());
         Ok(if has_levels && !is_one_file() { with_level_placeholder(&name, mark) } else { name })
     };
     inputs.iter().zip(own).map(choose_name).collect()

@@ -12,7 +12,7 @@ use crate::simplify::{ClosedOptions, Hidden, Input, SimplifyError, Target, simpl
 
 use super::vertices::{Patch, ReducedPatch};
 use double_faces::{PartedPatch, add_leaves, part_double_faces};
-use sparse_components::drop_components;
+use sparse_components::{count_leaf_faces, drop_components};
 use vertex_clustering::cluster_vertices;
 
 /// Faces of a result over the wanted number at which the next, coarser method is tried.
@@ -35,7 +35,17 @@ pub fn options_for_groups(options: &ClosedOptions) -> ClosedOptions {
     }
 }
 
-/// Simplifies a patch to about `n_faces`; if components or handles prevent it, drops components, then joins vertices.
+/// Returns options by which components bend further, and go where a viewer loses less by that.
+// Silhouettes of a ufo and a building of 36 and 74 components, at a 64th: intersection over union 0.90 and 0.97; where
+// components went by their area instead, 0.80 and 0.79.
+fn options_for_coarse_shapes(options: &ClosedOptions) -> ClosedOptions {
+    ClosedOptions { hold_shape: None, prune: true, ..options.clone() }
+}
+
+/// Simplifies a patch to about `n_faces`.
+///
+/// If shapes prevent it, they are made coarser and components are dropped by what is seen of them, then by their area;
+/// then vertices are joined.
 ///
 /// # Errors
 /// [`SimplifyError::Interrupted`] once `stops` is set.
@@ -46,12 +56,18 @@ pub fn reduce(
     stops: &AtomicBool,
 ) -> Result<ReducedPatch, SimplifyError> {
     let PartedPatch { for_collapse, leaves } = part_double_faces(patch);
-    let n_without_leaves = n_faces - n_faces * leaves.len() / patch.mesh.faces().len();
-    let reduced = match for_collapse {
-        Some(rest) => add_leaves(collapse(rest, options, n_without_leaves.max(1), stops)?, patch, &leaves),
-        None => ReducedPatch { mesh: patch.mesh.clone(), attributes: patch.attributes.clone() },
-    };
+    let n_without_leaves = (n_faces - n_faces * leaves.len() / patch.mesh.faces().len()).max(1);
     let is_far = |reduced: &ReducedPatch| reduced.mesh.faces().len() as f64 > FAR_FROM_TARGET * n_faces as f64;
+    let mut reduced = ReducedPatch { mesh: patch.mesh.clone(), attributes: patch.attributes.clone() };
+    if let Some(rest) = &for_collapse {
+        reduced = add_leaves(collapse(rest, options, n_without_leaves, stops)?, patch, &leaves);
+        // Leaves make room by growing instead.
+        let n_leaves = || leaves.len() + count_leaf_faces(&rest.0, &patch.locked_positions());
+        if is_far(&reduced) && 2 * n_leaves() < patch.mesh.faces().len() {
+            let coarse = collapse(rest, &options_for_coarse_shapes(options), n_without_leaves, stops)?;
+            reduced = add_leaves(coarse, patch, &leaves);
+        }
+    }
     if !is_far(&reduced) {
         return Ok(reduced);
     }
@@ -63,19 +79,19 @@ pub fn reduce(
 }
 
 fn collapse(
-    (mesh, attributes, locked): (TriMesh, Attributes, Vec<bool>),
+    (mesh, attributes, locked): &(TriMesh, Attributes, Vec<bool>),
     options: &ClosedOptions,
     n_faces: usize,
     stops: &AtomicBool,
 ) -> Result<ReducedPatch, SimplifyError> {
-    let mut input = Input::bare(&mesh);
-    (input.attributes, input.locked) = (&attributes, &locked);
+    let mut input = Input::bare(mesh);
+    (input.attributes, input.locked) = (attributes, locked);
     let mut go_on = |_| if stops.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     match simplify_forcing_size(&input, None, options, Target::Faces(n_faces), &mut go_on) {
         Ok(made) => Ok(ReducedPatch { mesh: made.mesh, attributes: made.attributes }),
         Err(SimplifyError::Interrupted) => Err(SimplifyError::Interrupted),
         // What the collapse refuses, such as coordinates at the limit of single precision, is left to the other methods.
-        Err(_) => Ok(ReducedPatch { mesh, attributes }),
+        Err(_) => Ok(ReducedPatch { mesh: mesh.clone(), attributes: attributes.clone() }),
     }
 }
 

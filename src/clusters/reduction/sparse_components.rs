@@ -9,7 +9,7 @@ use rustc_hash::FxHashSet;
 use crate::clusters::vertices::ReducedPatch;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::union_find::UnionFind;
-use crate::mesh::{PositionKey, TriMesh, compact, position_key};
+use crate::mesh::{PositionKey, TriMesh, compact, edges, position_key};
 
 /// Most faces of a component that grows.
 pub const MOST_LEAF_FACES: usize = 4;
@@ -20,6 +20,19 @@ struct LooseComponent {
     faces: Vec<u32>,
     area: f64,
     is_locked: bool,
+}
+
+/// Counts the faces of leaves: of components of few faces, without locked vertices, that are open.
+pub fn count_leaf_faces(mesh: &TriMesh, locked: &FxHashSet<PositionKey>) -> usize {
+    let mut is_at_boundary = vec![false; mesh.positions().len()];
+    let boundary = edges(mesh).into_iter().filter(|edge| edge.n_faces() == 1);
+    boundary.flat_map(|edge| edge.ends).for_each(|v| is_at_boundary[v as usize] = true);
+    let is_open = |component: &&LooseComponent| {
+        let mut corners = component.faces.iter().flat_map(|&face| mesh.faces()[face as usize]);
+        corners.any(|v| is_at_boundary[v as usize])
+    };
+    let components = find_components(mesh, locked);
+    components.iter().filter(|it| is_leaf(it)).filter(is_open).map(|it| it.faces.len()).sum()
 }
 
 /// Drops components without locked vertices, the smallest by area first, down to about `n_faces`; one is always kept.
@@ -121,7 +134,7 @@ fn keep_components(reduced: ReducedPatch, components: &[LooseComponent], growth:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Attributes;
+    use crate::mesh::{Attributes, shapes};
 
     fn leaves(n: u32) -> ReducedPatch {
         let square = |i: u32| {
@@ -157,5 +170,14 @@ mod tests {
         assert_eq!(after.mesh.faces().len(), 10 + 2 * usize::from(after.mesh.faces().len() > 10));
         let stays = |p: &[f32; 3]| after.mesh.positions().contains(p);
         assert!(before.mesh.positions()[..20].iter().all(stays));
+    }
+
+    #[test]
+    fn closed_and_locked_components_are_no_leaves() {
+        let (squares, none) = (leaves(10).mesh, FxHashSet::default());
+        assert_eq!(count_leaf_faces(&squares, &none), 20);
+        assert_eq!(count_leaf_faces(&shapes::unite([&squares, &shapes::tetrahedron()]), &none), 20);
+        let locked: FxHashSet<PositionKey> = squares.positions()[..5].iter().map(|&p| position_key(p)).collect();
+        assert_eq!(count_leaf_faces(&squares, &locked), 16);
     }
 }

@@ -7,32 +7,12 @@ use crate::job::choices::Engine;
 use crate::job::files::Meshes;
 use crate::job::request::Job;
 
-// Words of the script that are replaced by the digits of the largest level, and by the distances of all.
+// Words of the script that are replaced by the digits of the largest level, and by the distances of all. The extension for
+// Blender has the same script, by a link.
 const N_DIGITS: &str = "N_DIGITS";
 const RANGES: &str = "RANGES_OF_LEVELS";
 
-const SCRIPT: &str = r#"@tool
-extends EditorScenePostImport
-
-# First and last distance of each level, in units of the scene; a last distance of 0 has no end.
-const RANGES = [RANGES_OF_LEVELS]
-
-
-func _post_import(scene):
-	set_ranges(scene)
-	return scene
-
-
-func set_ranges(node):
-	var title = String(node.name)
-	# Digits after these are Godot's, for nodes that share a name.
-	var level = title.substr(title.rfind("_LOD") + 4, N_DIGITS)
-	if node is GeometryInstance3D and "_LOD" in title and level.is_valid_int() and int(level) < RANGES.size():
-		node.visibility_range_begin = RANGES[int(level)][0]
-		node.visibility_range_end = RANGES[int(level)][1]
-	for child in node.get_children():
-		set_ranges(child)
-"#;
+const SCRIPT: &str = include_str!("levels.gd");
 
 /// Makes `NAME_LODs.gd`, if the job's levels are for Godot and their distances are known.
 pub(super) fn godot_script(

@@ -61,15 +61,21 @@ impl Document {
         file_name: &str,
     ) -> Result<usize, WriteError> {
         match &self.kind {
-            Kind::Mesh { cleaned, extra, .. } => {
-                let first = first_faces(&self.wanted_attributes().groups, cleaned.mesh.faces().len());
-                let faces = first.iter().map(|&face| cleaned.mesh.faces()[face as usize]).collect();
-                let mesh = TriMesh::new(cleaned.mesh.positions().to_vec(), faces).unwrap_or_default();
-                let attributes = self.wanted_attributes().clone().select_faces(&first).unwrap_or_default();
+            Kind::Mesh { extra, .. } => {
+                let (mesh, attributes) = self.least_mesh();
                 self.least_of_mesh(&mesh, &attributes, extra, (images, job, file_name))
             }
             Kind::Scene { asset, .. } => least_of_scene(asset, images, job, file_name),
         }
+    }
+
+    /// Returns a face of each group of a mesh, with its attributes.
+    pub(super) fn least_mesh(&self) -> (TriMesh, Attributes) {
+        let (mesh, attributes) = (self.mesh(), self.wanted_attributes());
+        let first = first_faces(&attributes.groups, mesh.faces().len());
+        let faces = first.iter().map(|&face| mesh.faces()[face as usize]).collect();
+        let least = TriMesh::new(mesh.positions().to_vec(), faces).unwrap_or_default();
+        (least, attributes.clone().select_faces(&first).unwrap_or_default())
     }
 
     fn wanted_attributes(&self) -> &Attributes {

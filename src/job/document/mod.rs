@@ -5,6 +5,7 @@ mod flat_level;
 mod godot;
 mod images;
 mod least;
+mod mesh_levels;
 mod named_groups;
 mod placed_surface;
 mod read;

@@ -1,5 +1,6 @@
 //! Results as the bytes of files.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -19,6 +20,7 @@ use crate::job::textures::Textures;
 
 use super::flat_level::flat_files;
 use super::godot::godot_script;
+use super::mesh_levels::MeshLevels;
 use super::{Document, Kind, PartPiece};
 
 impl Document {
@@ -79,6 +81,11 @@ impl Document {
         let Meshes { results, baked, packing, .. } = meshes;
         match &self.kind {
             Kind::Mesh { cleaned, exact, extra } => {
+                if let Some(MeshLevels { asset, levels, notes }) = self.mesh_levels(results, job)? {
+                    let mut files = self.scene_of_levels(&asset, &levels, meshes, (job, file_name))?;
+                    files.notes.splice(0..0, notes);
+                    return Ok(files);
+                }
                 let Some(result) = results.first() else { return Ok(Files::default()) };
                 let exact = exact.as_ref().and_then(|positions| unmoved_positions(positions, cleaned, result, job));
                 let attributes = baked.map_or(&result.attributes, |baked| &baked.attributes);
@@ -98,14 +105,24 @@ impl Document {
                     return flat_files(asset, (split_parts(result), result), job, file_name);
                 }
                 let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(split_parts).collect();
-                let folder = self.output_folder(job);
-                let options = self.scene_options(meshes, job, (file_name, folder.as_ref()));
-                let mut files = scene_files(asset, &levels, &options)?;
-                files.notes.extend(self.textures.iter().filter_map(Textures::note));
-                files.companion_files.extend(godot_script(meshes, job, (file_name, folder.as_ref())));
-                Ok(files)
+                self.scene_of_levels(asset, &levels, meshes, (job, file_name))
             }
         }
+    }
+
+    fn scene_of_levels(
+        &self,
+        asset: &Asset,
+        levels: &[Vec<SimplifiedPart>],
+        meshes: &Meshes,
+        (job, file_name): (&Job, &str),
+    ) -> Result<Files, WriteError> {
+        let folder = self.output_folder(job);
+        let options = self.scene_options(meshes, job, (file_name, folder.as_ref()));
+        let mut files = scene_files(asset, levels, &options)?;
+        files.notes.extend(self.textures.iter().filter_map(Textures::note));
+        files.companion_files.extend(godot_script(meshes, job, (file_name, folder.as_ref())));
+        Ok(files)
     }
 
     /// Writes results as one file each, named by the job; scenes share a separate buffer.
@@ -166,10 +183,8 @@ impl Document {
     ) -> Result<Files, WriteError> {
         let (extra, mut model): (&Extra, Model) = (model.extra, model);
         let dropped = io::describe_losses(options.format, self.attributes(), extra);
-        let mut nameless = Extra::default();
-        nameless.unit.clone_from(&extra.unit);
-        let is_nameless = job.arguments.ignore.contains(&Ignored::Materials) || options.format.is_bare();
-        model.extra = baked.map_or(if is_nameless { &nameless } else { extra }, |baked| &baked.extra);
+        let kept = kept_extra(extra, job);
+        model.extra = baked.map_or(&kept, |baked| &baked.extra);
         let said = dropped.as_ref().and_then(|_| io::describe_losses(options.format, model.attributes, model.extra));
         let written = io::write_attributed(&model, options)?;
         let others = written.notes.into_iter().filter(|note| said.as_ref() != Some(note));
@@ -196,6 +211,10 @@ impl Document {
     ) -> Result<(Packing, Vec<String>), WriteError> {
         match &self.kind {
             Kind::Mesh { cleaned, exact, .. } => {
+                if let Some(MeshLevels { asset, levels, .. }) = self.mesh_levels(results, job)? {
+                    let levels: Vec<&[SimplifiedPart]> = levels.iter().map(Vec::as_slice).collect();
+                    return Ok(asset.packing(&levels, options));
+                }
                 let (frame, attributes, extra) = (self.frame, Attributes::NONE, &Extra::default());
                 let mut models = Vec::new();
                 for result in results {
@@ -235,6 +254,16 @@ impl Document {
         let step = (longest + 2.0 * error) / f64::from((1u32 << bits) - 1) * (1.0 + 1e-6);
         PositionGrid { origin: [0.0; 3], step }.rounding()
     }
+}
+
+/// Returns what a result carries over from the file: with materials ignored, and in bare formats, the unit alone.
+pub(super) fn kept_extra<'a>(extra: &'a Extra, job: &Job) -> Cow<'a, Extra> {
+    if !job.arguments.ignore.contains(&Ignored::Materials) && !job.format.is_bare() {
+        return Cow::Borrowed(extra);
+    }
+    let mut nameless = Extra::default();
+    nameless.unit.clone_from(&extra.unit);
+    Cow::Owned(nameless)
 }
 
 /// Returns the name of the material library: the file's, or the one that all levels share.

@@ -55,9 +55,9 @@ impl<'a> Task<'a> {
     /// Returns the largest distance from the rest at which components may be dropped; `None` if all must stay.
     pub fn drops_within(&self) -> Option<f64> {
         let (options, input) = (self.options, &self.input);
-        // Constraints of the caller name vertices or faces that must remain.
-        let is_constrained =
-            options.subset || options.lock_boundaries || !input.locked.is_empty() || input.half.is_some();
+        // Constraints of the caller name vertices or faces that must remain; where the size is forced, their components.
+        let is_locked = !input.locked.is_empty() && !self.forces_size;
+        let is_constrained = options.subset || options.lock_boundaries || is_locked || input.half.is_some();
         (options.prune && !is_constrained).then_some(options.prune_within)
     }
 
@@ -127,7 +127,8 @@ impl<'a> ClosedRequest<'a> {
 
     /// Returns whether components go by what viewers see of them where a size is out of reach.
     pub fn drops_by_views(&self) -> bool {
-        self.task.options.hold_shape.is_none() && self.visual_properties().is_guarded
+        let is_judged_by_views = self.task.forces_size || self.visual_properties().is_guarded;
+        self.task.options.hold_shape.is_none() && is_judged_by_views
     }
 
     pub fn runs_flips(&self) -> bool {
