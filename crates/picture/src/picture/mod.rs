@@ -164,8 +164,9 @@ fn draw(
     for panel in &mut panels {
         marks.iter().for_each(|&mark| mark::ring(panel, mark));
     }
-    let mut image = side_by_side(&panels, &camera, caption::height(&options.captions));
-    for (column, text) in options.captions.iter().take(panels.len()).enumerate() {
+    let captions = caption::wrap(&options.captions, camera.width);
+    let mut image = side_by_side(&panels, &camera, caption::height(&captions));
+    for (column, text) in captions.iter().take(panels.len()).enumerate() {
         let middle = column * camera.width + camera.width / 2;
         caption::write(&mut image, text, middle, camera.height);
     }
