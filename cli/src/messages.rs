@@ -284,11 +284,12 @@ pub fn ring_caption(distance: &DistanceFigures) -> String {
 }
 
 pub fn time_line(seconds: &Seconds) -> String {
-    let Seconds { read, simplify, write, check, bake, .. } = seconds;
-    let total = read + simplify + write + check + bake.unwrap_or(0.0);
+    let Seconds { read, simplify, write, check, bake, picture, .. } = seconds;
+    let total = read + simplify + write + check + bake.unwrap_or(0.0) + picture.unwrap_or(0.0);
     let baked = bake.map(|bake| format!("bake {bake:.3}, ")).unwrap_or_default();
+    let drawn = picture.map(|picture| format!(", picture {picture:.3}")).unwrap_or_default();
     format!(
-        "time      {total:.3} s (read {read:.3}, simplify {simplify:.3}, {baked}write {write:.3}, check {check:.3})"
+        "time      {total:.3} s (read {read:.3}, simplify {simplify:.3}, {baked}write {write:.3}, check {check:.3}{drawn})"
     )
 }
 

@@ -69,7 +69,8 @@ impl Progress {
         let seconds_of = |step| self.steps.iter().find(|(other, _)| *other == step).map(|(_, seconds)| *seconds);
         let [read, simplify, write, check] = [JobStage::Read, JobStage::Simplify, JobStage::Write, JobStage::Check]
             .map(|step| seconds_of(step).unwrap_or_default());
-        Seconds { read, simplify, write, check, bake: seconds_of(JobStage::Bake), stages }
+        let [bake, picture] = [JobStage::Bake, JobStage::Picture].map(seconds_of);
+        Seconds { read, simplify, write, check, bake, picture, stages }
     }
 
     fn end_step(&mut self) {

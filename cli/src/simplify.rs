@@ -101,7 +101,9 @@ pub fn simplify_document(
         files =
             prepare_meshes(outcome.write(document, &request.job).map_err(to_failure)?, request, &mut outcome.report)?;
     }
-    progress.begin(JobStage::Picture);
+    if request.picture.is_some() {
+        progress.begin(JobStage::Picture);
+    }
     let pictured = prepare_picture(request, document, &mut outcome)?;
     files.pending.extend(draw_picture(request, pictured.as_ref(), &outcome.report)?);
     let JobOutcome { mut report, results, .. } = outcome;

@@ -312,6 +312,9 @@ pub struct Seconds {
     /// Seconds from the simplified mesh to baked textures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bake: Option<f64>,
+    /// Seconds of drawing the picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub picture: Option<f64>,
     /// Seconds per stage of `simplify`, by name, in order.
     pub stages: Map<String, Value>,
 }
