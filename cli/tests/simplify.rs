@@ -64,7 +64,7 @@ fn the_report_holds_every_key() {
     assert!(report["seconds"].get("picture").is_none());
     let drawn = run_cow(folder.path(), &["-o", "drawn.ply", "--report", "d.json", "--picture", "d.png"]);
     assert!(json(&folder.path().join("d.json"))["seconds"]["picture"].as_f64().unwrap() > 0.0);
-    assert!(String::from_utf8(drawn.stdout).unwrap().lines().last().unwrap().contains(", picture 0."));
+    assert!(String::from_utf8(drawn.stdout).unwrap().lines().last().unwrap().contains(", picture "));
     let stages = report["seconds"]["stages"].as_object().unwrap();
     let in_stages: f64 = stages.values().map(|seconds| seconds.as_f64().unwrap()).sum();
     assert!(!stages.is_empty() && in_stages <= report["seconds"]["simplify"].as_f64().unwrap());
