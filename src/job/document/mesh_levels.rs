@@ -1,14 +1,15 @@
 //! Levels of a mesh in one glTF: the mesh becomes a scene, whose levels engines find by their nodes.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::io::{self, Asset, Extra, Format, Group, Model, SimplifiedPart, WriteError, WriteOptions};
+use crate::job::choices::Ignored;
 use crate::job::request::Job;
 use crate::mesh::{Attributes, TriMesh};
 use crate::simplify::Simplified;
 
-use super::write::kept_extra;
 use super::{Document, Kind};
 
 /// The mesh of a document as a scene with a node for each object, and its levels.
@@ -55,6 +56,16 @@ impl Document {
         let asset = Asset::from_stream(&written.bytes).map_err(|error| WriteError::new(error.to_string()))?;
         Ok((asset, written.notes))
     }
+}
+
+/// Returns what a result carries over from the file: with materials ignored, and in bare formats, the unit alone.
+pub(super) fn kept_extra<'a>(extra: &'a Extra, job: &Job) -> Cow<'a, Extra> {
+    if !job.arguments.ignore.contains(&Ignored::Materials) && !job.format.is_bare() {
+        return Cow::Borrowed(extra);
+    }
+    let mut nameless = Extra::default();
+    nameless.unit.clone_from(&extra.unit);
+    Cow::Owned(nameless)
 }
 
 /// Names objects without a name after the file, as levels are found by the names of nodes.

@@ -1,6 +1,5 @@
 //! Results as the bytes of files.
 
-use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -13,14 +12,13 @@ use crate::mesh::{Attributes, Frame, PositionGrid, PositionKey, TriMesh, UnitedM
 use crate::simplify::Simplified;
 
 use crate::job::baked_material::BakedMaterial;
-use crate::job::choices::Ignored;
 use crate::job::files::{Files, Meshes};
 use crate::job::request::Job;
 use crate::job::textures::Textures;
 
 use super::flat_level::flat_files;
 use super::godot::godot_script;
-use super::mesh_levels::MeshLevels;
+use super::mesh_levels::{MeshLevels, kept_extra};
 use super::{Document, Kind, PartPiece};
 
 impl Document {
@@ -254,16 +252,6 @@ impl Document {
         let step = (longest + 2.0 * error) / f64::from((1u32 << bits) - 1) * (1.0 + 1e-6);
         PositionGrid { origin: [0.0; 3], step }.rounding()
     }
-}
-
-/// Returns what a result carries over from the file: with materials ignored, and in bare formats, the unit alone.
-pub(super) fn kept_extra<'a>(extra: &'a Extra, job: &Job) -> Cow<'a, Extra> {
-    if !job.arguments.ignore.contains(&Ignored::Materials) && !job.format.is_bare() {
-        return Cow::Borrowed(extra);
-    }
-    let mut nameless = Extra::default();
-    nameless.unit.clone_from(&extra.unit);
-    Cow::Owned(nameless)
 }
 
 /// Returns the name of the material library: the file's, or the one that all levels share.
