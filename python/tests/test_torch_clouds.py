@@ -79,7 +79,7 @@ def test_pairs_agree_along_the_surest_ones() -> None:
     assert all(len((half * signs[at]).unique()) == 1 for half, at in ((found[:300], own[:300]), (found[300:], own[300:])))
 
 
-def test_faces_of_a_thin_slab_look_outward() -> None:
+def test_nearly_all_faces_of_a_thin_slab_look_outward() -> None:
     """Near both sides and the rim, planes through neighbours tell no normal; faces with a common edge do."""
     grid = torch.stack(torch.meshgrid(torch.arange(21), torch.arange(21), torch.arange(3), indexing="ij"), 3).reshape(-1, 3)
     top = torch.tensor([20, 20, 2])
@@ -253,12 +253,26 @@ def test_losses_reach_all_stages(layer: Any) -> None:
     assert bool(points.grad.isfinite().all()) and float(points.grad.abs().max()) > 0
 
 
+def test_losses_judge_candidates_where_samples_were_before_they_were_placed(layer: Any) -> None:
+    points = torch.from_numpy(torus(24, 16)[0])
+    samples = torch.arange(0, len(points), 3)
+    results = [layer(points, samples=samples, keep_points=keeps) for keeps in (True, False)]
+    assert not torch.equal(results[0].vertices, results[1].vertices)
+    kept, placed = (losses.objective_terms(result, points, result.surface) for result in results)
+    assert all(float(kept[name][1]) == pytest.approx(float(placed[name][1]), rel=1e-5) for name in ("forward", "reverse", "coverage"))
+
+
+def test_no_points_stay_none() -> None:
+    assert nmt.smooth_points(torch.zeros(0, 3)).shape == (0, 3)
+
+
 def test_packed_clouds_are_those_alone(layer: Any) -> None:
     clouds = [sphere(300), torch.from_numpy(torus(20, 16)[0]), sphere(20)]
     alone = [layer(points, ratio=0.5, seed=4 + at) for at, points in enumerate(clouds)]
     batch = torch.arange(3).repeat_interleave(torch.tensor([len(points) for points in clouds]))
     for packed in (layer(clouds, ratio=0.5, seed=4), layer(torch.cat(clouds), None, 0.5, batch, seed=4)):
         for one, (vertices, faces) in zip(alone, packed.unpack(), strict=True):
+            # Sums over larger batches are in another order.
             assert torch.allclose(one.vertices, vertices, atol=1e-6) and torch.equal(one.faces, faces)
     pair = layer(torch.stack([sphere(100), sphere(100, 2.0)]), ratio=0.5, seed=1)
     assert [len(vertices) for vertices, _ in pair.unpack()] == [50, 50]

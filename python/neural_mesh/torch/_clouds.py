@@ -137,9 +137,10 @@ def _face_pairs(faces: Any, across: Any, nearest: Any) -> tuple[Any, Any]:
     turns = torch.where((at[0] >= 2 * m) == (at[1] >= 2 * m), -1.0, 1.0).to(unit.dtype)
     ends = at % m
     by_flatness = (turns * (unit[ends[0]] * unit[ends[1]]).sum(1)).argsort(descending=True, stable=True)
-    some = torch.full((n,), -1, device=faces.device)
-    for corner in range(3):
-        some[faces[:, corner]] = own
+    # Some face at each point: the one with the largest number, so that it is the same on every device.
+    numbers = torch.arange(3 * len(faces), device=faces.device)
+    some = torch.full((n,), -1, device=faces.device).scatter_reduce(0, faces.t().reshape(-1), numbers, "amax")
+    some = torch.where(some >= 0, some % m, -1)
     near = torch.stack([some[:, None].expand_as(nearest)[nearest >= 0], some[nearest[nearest >= 0]]])
     near = near[:, (near >= 0).all(0)]
     dots = (unit[near[0]] * unit[near[1]]).sum(1)

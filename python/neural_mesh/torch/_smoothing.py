@@ -36,6 +36,8 @@ def smooth_points(points: Any, batch: Any = None, neighbours: Any = None) -> Any
     - `batch`: cloud of each point, ascending; one by default
     - `neighbours`: number of nearest points for each cloud; by the noise by default, 0 for none
     """
+    if len(points) == 0:
+        return points
     batch = torch.zeros(len(points), dtype=torch.int64, device=points.device) if batch is None else batch
     neighbours = noise_neighbours(points, batch) if neighbours is None else torch.as_tensor(neighbours, device=points.device).reshape(-1)
     result = points

@@ -438,8 +438,8 @@ def objective_terms(result: Simplified, vertices: Any, faces: Any, objective: Ob
     Squared lengths are in units of the candidates' mean squared edge."""
     judged = result.candidates
     points, triangles, p = judged.points.detach(), judged.faces, judged.probabilities
-    # The candidates' frame is that of the samples: center and scale by the edges between regions.
-    center, scale = edge_frame(result.vertices.detach(), judged.between.edges)
+    # The candidates' frame is that of the samples before they are placed: center and scale by the edges between regions.
+    center, scale = edge_frame(result.points[result.samples].detach(), judged.between.edges)
 
     def place(x: Any) -> Any:
         return ((wide(x.detach()) - center) * scale[:, None]).to(points.dtype)

@@ -24,8 +24,6 @@ const SEARCH_SLACK: f32 = 1.5;
 /// Largest number of faces whose neighbours the search visits.
 // Each step scans all visited faces.
 const MOST_STEPS: usize = 256;
-/// Faces that a search usually visits.
-const FEW_FACES: usize = 32;
 const NO_FACE: u32 = u32::MAX;
 
 pub struct Original<'a> {
@@ -300,8 +298,8 @@ impl SeamBoundedSearch<'_> {
     /// Finds the closest point by a best-first search from the faces `starts`.
     pub fn closest_point(&self, p: Vec3, starts: &[u32]) -> SurfacePoint {
         // Few faces are visited, so a list is faster than a set.
-        let mut visited: Vec<u32> = Vec::with_capacity(FEW_FACES);
-        let mut open: Vec<(f32, SurfacePoint)> = Vec::with_capacity(FEW_FACES);
+        let mut visited: Vec<u32> = Vec::new();
+        let mut open: Vec<(f32, SurfacePoint)> = Vec::new();
         let mut best =
             (f32::INFINITY, SurfacePoint { face: starts.first().copied().unwrap_or(0), weights: [1.0 / 3.0; 3] });
         let mut visit = |face: u32, open: &mut Vec<(f32, SurfacePoint)>, best: &mut (f32, SurfacePoint)| {

@@ -23,6 +23,7 @@ mod poses;
 mod record_merges;
 mod recording;
 mod relaxation;
+mod retries;
 mod state;
 mod stretch;
 

@@ -24,7 +24,7 @@ const LAST_SHARE: f64 = 0.01;
 const LEAST_VISITS: usize = 64;
 /// Factor on the number of visited vertices after a pass without a merge.
 const VISIT_GROWTH: usize = 8;
-/// Consecutive passes without a merge after which all edges are tried.
+/// Consecutive passes without a merge after which edges are tried that failed before.
 const MOST_IDLE_PASSES: i32 = 3;
 /// Share of a vertex's `wait` below which its edges have failed already.
 const WAIT_SLACK: f32 = 0.999;
@@ -165,7 +165,7 @@ impl Collapse<'_> {
             // The copy for dropped components must be made before the pass that goes below its size.
             self.make_copy_if_due(limit);
             self.begin_pass();
-            // After several passes without a merge, all edges are tried once more before the run ends.
+            // After several passes without a merge, failed edges are tried once more before the run ends, if something changed.
             if n_idle_passes >= MOST_IDLE_PASSES {
                 self.reset_failed_merges();
             }

@@ -19,10 +19,12 @@ impl Collapse<'_> {
     /// Lets vertices leave the curves that held them; returns false if nothing was held.
     pub fn soften_curves(&mut self) -> bool {
         let is_changed = self.constraints.as_mut().is_some_and(Constraints::soften_curves);
-        self.forget_failures();
-        self.retry_failed_merges();
-        // Edges across the curves had no price so far.
-        self.cheapest.clear();
+        if is_changed {
+            self.forget_failures();
+            self.retry_failed_merges();
+            // Edges across the curves had no price so far.
+            self.cheapest.clear();
+        }
         is_changed
     }
 
