@@ -76,7 +76,7 @@ impl AttributeQuadric {
             for k in values.filter(|_| weight > 0.0) {
                 let gradient = self.gradients[k] + second.gradients[k];
                 let value = self.values[k] + (second.values[k] + second.gradients[k].dot(-other));
-                cost = cost - square(gradient, value, 1.0 / weight);
+                cost -= square(gradient, value, 1.0 / weight);
             }
         }
         // Rounding may leave a tiny negative constant.
