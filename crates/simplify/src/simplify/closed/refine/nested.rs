@@ -108,15 +108,15 @@ fn find_crossings(
     n_tests_left: &mut usize,
 ) -> Vec<Crossing> {
     let component = |f: u32| component_of[output.face(f)[0] as usize];
-    let normals: Vec<Vec3> = (0..output.faces().len() as u32).map(|f| unit_normal(output.triangle(f))).collect();
+    let normal = |f: u32| unit_normal(output.triangle(f));
     let crossed = |&face: &u32| {
         let (mut crossed, mut n) = (Vec::new(), 0);
-        let (own, along, here) = (component(face), normals[face as usize], output.coordinates(face));
+        let (own, along, here) = (component(face), normal(face), output.coordinates(face));
         tree.visit_touching(&here, |other| {
             n += 1;
             // Crossings of steep angles are intended, as are those of other scene pieces.
             let is_shell = component(other) == own;
-            let cosine = along.dot(normals[other as usize]);
+            let cosine = along.dot(normal(other));
             let may_cross = if is_shell {
                 has_shells && cosine < -LEAST_NESTING_COSINE
             } else {
