@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shapes, topology, with_flat_normals};
 use neural_mesh::simplify::{
-    ClosedOptions, Hidden, Input, Options, Outcome, Simplified, SimplifyError, Symmetry, Target, simplify,
+    ClosedOptions, Hidden, Input, Options, Outcome, Simplified, SimplifyError, Target, simplify,
     simplify_levels_of_detail,
 };
 
@@ -147,18 +147,13 @@ fn a_torn_surface_keeps_its_faces() {
 }
 
 #[test]
-fn flags_that_do_not_fit_and_mirrored_results_are_refused() {
+fn flags_that_do_not_fit_are_refused() {
     let mesh = shapes::icosphere(2);
     let attributes = Attributes::default();
     let short = vec![true; 3];
-    let target = Target::Ratio(0.5);
-    let refused = simplify(input(&mesh, &attributes, &short), None, &Options::new(target), &mut go_on());
+    let options = Options::new(Target::Ratio(0.5));
+    let refused = simplify(input(&mesh, &attributes, &short), None, &options, &mut go_on());
     assert_eq!(refused.unwrap_err(), SimplifyError::BadInput);
-    let kept = vec![true; mesh.faces().len()];
-    let mirrored = ClosedOptions { symmetric: Some(Symmetry::Best), ..ClosedOptions::default() };
-    let mirrored = Options::with_closed(target, mirrored);
-    let refused = simplify(input(&mesh, &attributes, &kept), None, &mirrored, &mut go_on());
-    assert!(matches!(refused, Err(SimplifyError::NotWithSymmetry(_))));
 }
 
 #[test]

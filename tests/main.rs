@@ -30,7 +30,6 @@ mod passes;
 mod picture;
 mod poses;
 mod recorded;
-mod symmetric;
 #[cfg(feature = "train")]
 mod train;
 mod words;

@@ -5,9 +5,7 @@ use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shapes, topology};
 use neural_mesh::metrics::quick_distance;
-use neural_mesh::simplify::{
-    Axis, ClosedOptions, Input, Options, Purpose, Simplified, SimplifyError, Symmetry, Target, simplify,
-};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Purpose, Simplified, SimplifyError, Target, simplify};
 
 // Bends a point of a slab into three quarters of a ring.
 fn bend_point([x, y, z]: [f32; 3]) -> [f32; 3] {
@@ -89,14 +87,4 @@ fn a_mesh_without_area_bends_nowhere() {
     let options = for_purpose(Target::Ratio(0.5), Purpose::Poses);
     let result = simplify_with_attributes(&line, &Attributes::default(), &options).unwrap();
     assert!(result.mesh.positions().iter().flatten().all(|x| x.is_finite()));
-}
-
-#[test]
-fn purposes_and_symmetry_are_refused_together() {
-    let (mesh, attributes) = slab();
-    let symmetric = Some(Symmetry::Across(Axis::X));
-    let options = ClosedOptions { purpose: Purpose::Poses, symmetric, ..ClosedOptions::default() };
-    let options = Options::with_closed(Target::Vertices(200), options);
-    let error = simplify_with_attributes(&mesh, &attributes, &options).unwrap_err();
-    assert_eq!(error, SimplifyError::NotWithSymmetry("a purpose other than shape"));
 }

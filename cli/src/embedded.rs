@@ -266,9 +266,9 @@ pub fn record(
         && job.arguments.importance.is_none()
         && job.arguments.keep.is_empty()
         && job.shares.is_empty();
-    if !is_plain || job.closed_options().symmetric.is_some() || job.prune_below.is_some() {
+    if !is_plain || job.prune_below.is_some() {
         return Err(Failure::Usage(
-            "a record needs --ratio, --vertices or --faces, and excludes --ratio NAME=R, --keep, --importance, --prune, --symmetric, --fill-holes and --printable: leave these out".into(),
+            "a record needs --ratio, --vertices or --faces, and excludes --ratio NAME=R, --keep, --importance, --prune, --fill-holes and --printable: leave these out".into(),
         ));
     }
     let weights = read_weights(request.weights.as_deref(), &job.options.assembly)?;

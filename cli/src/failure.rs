@@ -42,9 +42,7 @@ impl Failure {
     pub fn from_simplify(error: &SimplifyError, input: &Path) -> Self {
         match error {
             SimplifyError::Interrupted => Self::Interrupted,
-            SimplifyError::BadTarget(_) | SimplifyError::BadError(_) | SimplifyError::NotWithSymmetry(_) => {
-                Self::Usage(error.to_string())
-            }
+            SimplifyError::BadTarget(_) | SimplifyError::BadError(_) => Self::Usage(error.to_string()),
             _ => Self::in_file(input, error),
         }
     }

@@ -94,7 +94,7 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
     if let Some(why) = stop_reason(&report.outcome) {
         notes.push(format!("stopped   {why}"));
         notes.extend(report.free.iter().map(|how| format!("try       {how}")));
-    } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) && report.mirror.is_none() {
+    } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) {
         notes.push(match &report.target {
             TargetWords::Error(_) | TargetWords::ErrorPercent(_) | TargetWords::LodsError(_) => {
                 "unchanged no smaller mesh was found within the requested distance: allow a larger one".into()
@@ -102,7 +102,6 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
             _ => "unchanged the mesh already has the requested size".into(),
         });
     }
-    notes.extend(report.mirror.iter().map(|plane| format!("mirrored  about {plane}, exactly")));
     notes
 }
 

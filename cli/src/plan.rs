@@ -20,7 +20,7 @@ pub const fn describe_step(step: JobStage) -> &'static str {
 
 pub fn describe_stage(stage: &str) -> &'static str {
     match stage {
-        "surface" | "symmetry" => "analysing the surface",
+        "surface" => "analysing the surface",
         "scores" | "sample" => "choosing vertices",
         "collapse" => "merging vertices",
         "flips" | "fit" => "fitting to the original",

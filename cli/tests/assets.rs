@@ -283,28 +283,3 @@ fn a_material_can_count_more_than_others() {
         assert!(refused.code == Some(2) && refused.stderr.contains(why), "{}", refused.stderr);
     }
 }
-
-#[test]
-fn a_mirrored_result_is_one_in_its_file_too() {
-    let folder = folder();
-    write_textured_plate(folder.path());
-    let run =
-        simplify_plate(folder.path(), &["-o", "out.obj", "--vertices", "60", "--symmetric=y", "--report", "out.json"]);
-    assert!(read_stdout(&run).contains("mirrored  about y = 10, exactly"), "{}", read_stdout(&run));
-    assert_eq!(json(&folder.path().join("out.json"))["mirror"], "y = 10");
-    succeed(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
-    succeed(folder.path(), &["simplify", "plate.glb", "-o", "out.glb", "--vertices", "60", "--symmetric=y=10"]);
-    for name in ["out.obj", "out.glb"] {
-        let mesh = io::read_path(&folder.path().join(name), None).unwrap();
-        // Text has the shortest digits of single precision.
-        let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.map(|x| x as f32)).collect();
-        let bits = |p: [f32; 3]| p.map(|x| (x + 0.0).to_bits());
-        let all: std::collections::BTreeSet<_> = positions.iter().map(|&p| bits(p)).collect();
-        assert_eq!(all.len(), 60, "{name}");
-        assert!(positions.iter().all(|&[x, y, z]| all.contains(&bits([x, 20.0 - y, z]))), "{name}");
-    }
-    let lopsided =
-        crate::common::run(folder.path(), &["simplify", "plate.obj", "-o", "x.obj", "--ratio", "0.5", "--symmetric=x"]);
-    assert_eq!(lopsided.code, Some(1));
-    assert!(crate::common::error_line(&lopsided).contains("not symmetric about x = "), "{}", lopsided.stderr);
-}

@@ -128,8 +128,6 @@ fn unknown_names_are_refused_with_a_list_of_known_ones() {
     assert!(obj.contains("--keep top: the mesh has no such material, group or object; it has: left, right"), "{obj}");
     let glb = refused(&["scene.glb", "-o", "x.glb", "--ratio", "0.5", "--keep", "top"]);
     assert!(glb.contains("no such node, mesh or material; it has: ball, body, box, hips, plain, skin"), "{glb}");
-    let mirrored = refused(&["plate.obj", "-o", "x.obj", "--ratio", "0.5", "--keep", "left", "--symmetric"]);
-    assert!(mirrored.contains("--keep and --symmetric cannot be combined"), "{mirrored}");
 }
 
 #[test]
@@ -241,7 +239,6 @@ fn shares_that_cannot_be_are_one_line() {
         (&["--ratio", "50%", "--ratio", "20%"], "--ratio is given twice for the whole mesh"),
         (&["--ratio", "50%", "--faces", "20"], "--ratio cannot be used with --faces"),
         (&["--ratio", "left=50%", "--error", "1%"], "--ratio NAME=R cannot be used with --error"),
-        (&["--ratio", "left=50%", "--symmetric"], "--ratio NAME=R cannot be used with --symmetric"),
         (&["--ratio", "left=50%", "--assembly", "paper"], "--ratio NAME=R: not available with --assembly paper"),
     ] {
         let line = refuse(folder.path(), &[&["simplify", "plate.obj", "-o", "x.obj"], words].concat(), 2);

@@ -88,7 +88,7 @@ fn unsupported_combinations_are_refused() {
     for (output, more, why) in [
         ("a.ply", "--quiet", "ply is not glTF: write glb or gltf"),
         ("a.glb", "--lock-boundaries", "cannot be used with"),
-        ("a.glb", "--symmetric", "cannot be used with"),
+        ("a.glb", "--subset", "cannot be used with"),
     ] {
         let words = ["simplify", spot.to_str().unwrap(), "-o", output, "--ratio", "0.5", "--compress=quantize", more];
         let refused = run(folder.path(), &words);

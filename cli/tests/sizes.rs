@@ -108,7 +108,6 @@ fn every_number_that_is_none_is_told_what_is_taken() {
         (sized, "--prune=", "-1", "like 0.5%"),
         (sized, "--printable=", "-1", "like 0.5%"),
         (sized, "--weld", "-1", "like 0.5%"),
-        (sized, "--symmetric=", "x=far", "x=0.5"),
         (points, "--ratio", "0", "like 10%"),
         (points, "--vertices", "0", "10k or 1.5M"),
         (points, "--seed", "-1", "a whole number of at least 0"),

@@ -69,10 +69,6 @@ fn other_settings_are_checked_too() {
         &["--map", "a.ply"],
         &["--importance", "x", "--assembly", "paper"],
         &["--close"],
-        &["--symmetric=w"],
-        &["--symmetric=x=far"],
-        &["--symmetric", "--map", "b.json"],
-        &["--symmetric", "--assembly", "paper"],
         &["--nonsense"],
     ] {
         let run = simplify_missing(&[&["-o", "a.ply", "--ratio", "0.5"], bad].concat());

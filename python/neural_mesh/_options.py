@@ -40,7 +40,6 @@ class JobOptions(TypedDict, total=False):
     lock_boundaries: bool
     keep_components: bool
     keep: Sequence[str] | None
-    symmetric: bool | str
     subset: bool
     ignore: Sequence[Literal["uv", "normals", "colors", "materials"]] | None
     seam_error: Number | None

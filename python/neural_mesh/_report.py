@@ -118,7 +118,6 @@ class _Optional(TypedDict, total=False):
     repaired: Repaired
     named: list[NamedShare]
     certified: Certified
-    mirror: str
     screen_coverage: Union[float, None]
     switch_distance: Union[float, None]
     notes: list[str]

@@ -70,7 +70,6 @@ def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
     - `prune`: drops components smaller than this, in the unit of the mesh or "5%" of the diagonal
     - `hold_shape`: largest deformation of a component, such as "1%", that no size may exceed; True for 1 %
     - `hidden`: treatment of surfaces that are invisible from outside: "keep" or "drop"
-    - `symmetric`: mirrors the result at a plane that is found (`True`) or given, as "x=0"
     - `for_`: purpose: "shape" or "poses" (a mesh that will bend)
 
     Repair before the simplification:

@@ -30,7 +30,6 @@ MESH = torus(20, 12)
         (MESH, {"ratio": 0.5, "assembly": "paper", "keep_components": True}, "keep_components=True: not available with assembly=paper"),
         (MESH, {"ratio": 0.5, "threads": 0}, "give a number from 1"),
         (MESH, {"ratio": 0.5, "optimize": "speed"}, "optimize=speed: choose from balanced, mean"),
-        (MESH, {"ratio": 0.5, "symmetric": "y"}, "not symmetric about"),
         (MESH, {"ratio": 0.5, "importance": np.zeros(240)}, "give numbers of at least 0, with one above 0"),
         (MESH, {"ratio": 0.5, "attributes": {"uv": np.zeros((7, 2))}}, "uv: an array of shape (7, 2)"),
         (MESH, {"ratio": 0.5, "groups": np.zeros(3)}, "groups: an array of shape (3,)"),

@@ -1,13 +1,8 @@
-"""Verdicts on options: fixed positions, mirror images, sizes of components, distances, bytes."""
-
-from math import dist
+"""Verdicts on options: fixed positions, sizes of components, distances, bytes."""
 
 import formats
 import surface
 from distance import largest
-
-# Share of the diagonal up to which a mirrored input may differ from its image.
-ALIKE = 0.0002
 
 
 def value_of(options, name):
@@ -17,10 +12,6 @@ def value_of(options, name):
 def asks(done, option):
     """Returns whether a run has an option, with or without a value after `=`."""
     return any(word.split("=")[0] == option for word in done.options)
-
-
-def is_mirrored(done):
-    return asks(done, "--symmetric")
 
 
 def is_repaired(done):
@@ -56,47 +47,6 @@ def of_locked(subject, done, result):
     missing = asked - {frozenset(as_one(result.points[v]) for v in edge) for edge, around in edges.items() if len(around) == 1}
     if missing:
         yield "locked", f"{len(missing)} of {len(asked)} boundary edges are gone"
-
-
-def of_mirrored(subject, done, result):
-    """Checks mirror images, which are exact for a file in single precision; its text may have fewer digits."""
-    if not subject.plain:
-        return
-    in_singles = [tuple(map(formats.single, point)) for point in result.points]
-    plane = done.report["mirror"]
-    unlike = boundary_without_image(subject, plane)
-    if unlike:
-        yield "mirrored", f"{unlike} of {len(subject.boundary)} boundary edges of the input have no image, which is no error"
-    lost = min(without_image(points, result.faces, plane) for points in (result.points, in_singles))
-    if lost[0] or lost[1] and result.figures.disagreeing == 0:
-        yield "mirrored", f"{lost[0]} vertices and {lost[1]} faces have no image about {plane}"
-
-
-def image_about(plane):
-    """Returns the function that mirrors a point at a plane such as `x = 0`."""
-    axis, at = plane.split(" = ")
-    axis, at = "xyz".index(axis), float(at)
-    return lambda point: tuple((2 * at - x if k == axis else x) + 0.0 for k, x in enumerate(point))
-
-
-def boundary_without_image(subject, plane):
-    """Returns the boundary edges whose midpoint has no image on another boundary edge, within a share of the diagonal."""
-    middles = [tuple(sum(axis) / 2 for axis in zip(*edge)) for edge in subject.boundary if len(edge) == 2]
-    images = list(map(image_about(plane), middles))
-    near = ALIKE * subject.diagonal
-    return sum(all(dist(image, middle) > near for middle in middles) for image in images)
-
-
-def without_image(points, faces, plane):
-    """Counts the vertices without a mirror image; if all have one, the faces without an image of opposite winding."""
-    image = image_about(plane)
-    number = {tuple(x + 0.0 for x in point): i for i, point in enumerate(points)}
-    images = [number.get(image(point)) for point in points]
-    if None in images:
-        return images.count(None), 0
-    first = lambda face: face[(i := face.index(min(face))) :] + face[:i]
-    there = {first(face) for face in faces}
-    return 0, sum(first(tuple(images[v] for v in face[::-1])) not in there for face in faces)
 
 
 def of_pruned(subject, done, result):
@@ -171,7 +121,6 @@ OF_REPAIRED = {
 CHECKS = {
     "--subset": of_subset,
     "--lock-boundaries": of_locked,
-    "--symmetric": of_mirrored,
     "--prune": of_pruned,
     "--keep-components": of_kept_parts,
     "--error": of_error,

@@ -23,7 +23,6 @@ class Case:
     """Name of the requested output file."""
     options: list
     plain: bool
-    mirrored: bool
     verdicts: list = field(default_factory=list)
 
     def command(self):
@@ -35,10 +34,10 @@ def of_seed(executable, seed, finds, keep=False):
     drawn = draw.drawn(seed)
     with tempfile.TemporaryDirectory() as folder:
         path = put(Path(folder), drawn, seed)
-        subject, cases = Subject(path, drawn.plain, drawn.mirrored), []
+        subject, cases = Subject(path, drawn.plain), []
         for number, (ending, options) in enumerate(draw.runs(seed, drawn, path.suffix)):
             recipe = ", ".join(drawn.recipe)
-            case = Case(f"{seed}-{number}", recipe, path.name, "out" + ending, options, drawn.plain, drawn.mirrored)
+            case = Case(f"{seed}-{number}", recipe, path.name, "out" + ending, options, drawn.plain)
             case.verdicts = verdicts(executable, case, subject, twice=number == seed % 4)
             cases.append(case)
             if case.verdicts or keep:
@@ -101,6 +100,6 @@ def loaded(folder):
 def again(executable, folder):
     """Repeats a find and judges it again."""
     case = loaded(folder)
-    subject = Subject(Path(folder) / case.mesh, case.plain, case.mirrored)
+    subject = Subject(Path(folder) / case.mesh, case.plain)
     case.verdicts = verdicts(executable, case, subject, twice="--threads" in case.options)
     return case

@@ -78,7 +78,6 @@ def broken():
     yield "closed even", EDGE, (EDGE[0], EDGE[1][1:]), half, {"output": {"split_vertices": 9}}
     yield "closed again", FLAP, OPEN, half, {"output": {"split_vertices": 99}}
     yield "read", BALL, BALL, whole, {"said": {"input": {"components": 2, "closed": True}}}
-    yield "mirrored", BALL, moved, [*whole, "--symmetric"], {"said": {"mirror": "x = 0"}}
     yield "certified", BALL, moved, ["--error", "1%"], {"said": {"certified": {"upper": 0.1}}}
     yield "solid", BALL, OPEN, [*whole, "--printable"], {}
     yield "filled", BALL, OPEN, [*whole, "--fill-holes"], {"said": {"repaired": {"holes_left": 0}}}

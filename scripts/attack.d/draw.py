@@ -23,18 +23,16 @@ class Drawn:
     """Names of the shape and its alterations."""
     plain: bool = True
     """Whether single precision about one origin can represent it, so that the program must not reject it."""
-    mirrored: bool = False
-    """Whether it is its own mirror image, about a plane through 0 or its center."""
     double: bool = False
 
-    def then(self, name, mesh, plain=True, mirrored=False):
+    def then(self, name, mesh, plain=True):
         self.points, self.faces = mesh
         self.recipe.append(name)
-        self.plain, self.mirrored = self.plain and plain, self.mirrored and mirrored
+        self.plain = self.plain and plain
 
 
 def base(rng):
-    """Draws an initial surface: its name, mesh, and whether it is mirrored."""
+    """Draws an initial surface: its name and mesh."""
     n = lambda low, high: rng.randint(low, high)
     closed = {
         "icosphere": lambda: shapes.icosphere(n(0, 3)),
@@ -57,18 +55,18 @@ def base(rng):
     }
     kind = rng.random()
     if kind < 0.01:
-        return "large ring", large(), True
+        return "large ring", large()
     if kind < 0.34:
         name = rng.choice(list(closed))
-        return name, closed[name](), True
+        return name, closed[name]()
     if kind < 0.58:
-        return "solid", solids.surface(solids.random_field(rng), n(4, 14), rng.choice([0.0, 1e-6, 0.05, 0.3])), False
+        return "solid", solids.surface(solids.random_field(rng), n(4, 14), rng.choice([0.0, 1e-6, 0.05, 0.3]))
     if kind < 0.72:
-        return "voxels", voxels(rng), False
+        return "voxels", voxels(rng)
     if kind < 0.82:
-        return "touching", touching(rng, closed), False
+        return "touching", touching(rng, closed)
     name = rng.choice(list(others))
-    return name, others[name](), False
+    return name, others[name]()
 
 
 def terrain(rng, columns, rows):
@@ -110,28 +108,28 @@ def touching(rng, closed):
 
 
 def alterations(rng, mesh):
-    """Returns alterations by name: the altered mesh, whether it is still plain, and whether it is still mirrored."""
+    """Returns alterations by name: the altered mesh, and whether it is still plain."""
     n = lambda low, high: rng.randint(low, high)
     small = len(mesh[1]) < 400
     some = {
-        "shaken": lambda: (flaws.shaken(rng, mesh, rng.choice([0.01, 0.1, 0.3])), True, False),
-        "rotated": lambda: (flaws.rotated(rng, mesh), True, False),
-        "stretched": lambda: (flaws.stretched(rng, mesh), True, True),
-        "cut": lambda: (flaws.unevenly_cut(rng, mesh, n(1, 150)), True, False),
-        "sheet": lambda: (flaws.flattened(mesh, 10 ** rng.uniform(-7, -1)), False, True),
-        "flat": lambda: (flaws.flattened(mesh, 0.0), False, False),
-        "nested": lambda: (flaws.nested(mesh, n(2, 4), rng.random() < 0.5), True, True),
-        "without": lambda: (flaws.without(rng, mesh, n(1, 4)), True, False),
-        "repeated": lambda: (flaws.repeated(rng, mesh, n(1, 4)), True, False),
-        "pinched": lambda: (flaws.pinched(rng, mesh, n(1, 3)), True, False),
-        "turned over": lambda: (flaws.turned_over(rng, mesh, rng.choice([0.02, 0.5])), True, False),
-        "rounded": lambda: (flaws.rounded(mesh, rng.choice([8, 50, 1000])), True, False),
-        "littered": lambda: (flaws.littered(rng, mesh), True, False),
-        "mixed scales": lambda: (flaws.mixed_scales(rng, mesh), False, False),
-        "far apart": lambda: (flaws.far_apart(rng, mesh), False, False),
+        "shaken": lambda: (flaws.shaken(rng, mesh, rng.choice([0.01, 0.1, 0.3])), True),
+        "rotated": lambda: (flaws.rotated(rng, mesh), True),
+        "stretched": lambda: (flaws.stretched(rng, mesh), True),
+        "cut": lambda: (flaws.unevenly_cut(rng, mesh, n(1, 150)), True),
+        "sheet": lambda: (flaws.flattened(mesh, 10 ** rng.uniform(-7, -1)), False),
+        "flat": lambda: (flaws.flattened(mesh, 0.0), False),
+        "nested": lambda: (flaws.nested(mesh, n(2, 4), rng.random() < 0.5), True),
+        "without": lambda: (flaws.without(rng, mesh, n(1, 4)), True),
+        "repeated": lambda: (flaws.repeated(rng, mesh, n(1, 4)), True),
+        "pinched": lambda: (flaws.pinched(rng, mesh, n(1, 3)), True),
+        "turned over": lambda: (flaws.turned_over(rng, mesh, rng.choice([0.02, 0.5])), True),
+        "rounded": lambda: (flaws.rounded(mesh, rng.choice([8, 50, 1000])), True),
+        "littered": lambda: (flaws.littered(rng, mesh), True),
+        "mixed scales": lambda: (flaws.mixed_scales(rng, mesh), False),
+        "far apart": lambda: (flaws.far_apart(rng, mesh), False),
     }
     if small:
-        some["many"] = lambda: (flaws.many(rng, mesh, n(2, 12 if len(mesh[1]) > 60 else 60)), True, False)
+        some["many"] = lambda: (flaws.many(rng, mesh, n(2, 12 if len(mesh[1]) > 60 else 60)), True)
     return some
 
 
@@ -140,9 +138,9 @@ def placed(rng, drawn):
     mesh = drawn.points, drawn.faces
     kind = rng.random()
     if kind < 0.06:
-        drawn.then("scaled", shapes.moved(mesh, scale=[10 ** rng.uniform(-30, 30)] * 3), plain=False, mirrored=True)
+        drawn.then("scaled", shapes.moved(mesh, scale=[10 ** rng.uniform(-30, 30)] * 3), plain=False)
     elif kind < 0.1:
-        drawn.then("denormal", shapes.moved(mesh, scale=[10 ** rng.uniform(-46, -36)] * 3), plain=False, mirrored=True)
+        drawn.then("denormal", shapes.moved(mesh, scale=[10 ** rng.uniform(-46, -36)] * 3), plain=False)
     elif kind < 0.2:
         shift = [rng.choice([0, 1, -1]) * 10 ** rng.uniform(1, 9) for _ in range(3)]
         drawn.then("offset", shapes.moved(mesh, shift), plain=False)
@@ -151,10 +149,10 @@ def placed(rng, drawn):
 def drawn(seed):
     """Draws the mesh of a seed."""
     rng = Random(f"mesh {seed}")
-    name, mesh, mirrored = base(rng)
+    name, mesh = base(rng)
     while not mesh[1]:
-        name, mesh, mirrored = base(rng)
-    result = Drawn(*mesh, [name], mirrored=mirrored)
+        name, mesh = base(rng)
+    result = Drawn(*mesh, [name])
     for _ in range(rng.choice([0, 0, 1, 1, 2])):
         some = alterations(rng, (result.points, result.faces))
         name = rng.choice(list(some))
@@ -174,8 +172,8 @@ def runs(seed, drawn, ending):
     for number in range(4):
         target = other_target(rng, len(drawn.faces)) if number == 3 else ["--ratio", rng.choice(RATIOS)]
         out = rng.choice([ending, *ENDINGS])
-        some = options(rng, drawn)
-        if inside.random() < 0.15 and not any(word.startswith("--symmetric") for word in some):
+        some = options(rng)
+        if inside.random() < 0.15:
             some = what_is_inside(inside) + some
         if out in (".ply", ".stl") and rng.random() < 0.15:
             some = ["--format", out[1:] + "-ascii", *some]
@@ -201,12 +199,10 @@ def what_is_inside(rng):
     ])
 
 
-def options(rng, drawn):
+def options(rng):
     """Draws options besides the target; about a third of the runs have only the number of threads."""
     some = []
-    if rng.random() < (0.5 if drawn.mirrored else 0.02):
-        some += [rng.choice(["--symmetric", "--symmetric=x", "--symmetric=y", "--symmetric=z"])]
-    elif rng.random() < 0.45:
+    if rng.random() < 0.45:
         some += rng.choice([
             ["--subset"], ["--subset"], ["--lock-boundaries"], ["--subset", "--lock-boundaries"],
             ["--prune"], ["--prune=3%"], ["--keep-components"], ["--weld", "0.1%"],

@@ -7,7 +7,7 @@ import re
 
 import formats
 import surface
-from asked import CHECKS, OF_REPAIRED, asks, is_mirrored, is_repaired, value_of
+from asked import CHECKS, OF_REPAIRED, asks, is_repaired, value_of
 from program import SECONDS
 from subject import Result
 
@@ -45,11 +45,10 @@ def of_run(subject, done):
 
 
 def may_not_be_refused(subject, done):
-    """A mesh without the symmetry asked for may be refused, one that bounds no solid, and one whose file exceeds the bytes asked for with
-    hardly a face."""
+    """A mesh that bounds no solid may be refused, and one whose file exceeds the bytes asked for with hardly a face."""
     least = re.search(r"--size (\d+): one face for each material already takes (\d+) bytes", done.words)
     is_too_large = least is not None and int(least[2]) > int(least[1]) == int(value_of(done.options, "--size"))
-    return (subject.mirrored or not is_mirrored(done)) and not asks(done, "--printable") and not is_too_large
+    return not asks(done, "--printable") and not is_too_large
 
 
 def targets_of(done):
@@ -174,8 +173,8 @@ def of_size(subject, done, result):
         yield from of_unchanged(subject, done, result)
         return
     split = result.said["split_vertices"] + max(before.fans - before.vertices, 0)
-    # Faces removed by one merge, or by a pair of merges for a mirrored mesh.
-    step = (2 if key == "faces" else 1) * (2 if is_mirrored(done) else 1)
+    # Vertices or faces removed by one merge.
+    step = 2 if key == "faces" else 1
     text = f"{size} {key}, {asked} asked for of {whole}, {split} split: {result.outcome}"
     # What stays of the input has at least so many to give: only handles make vertices fewer than half the faces.
     rest = before.faces - sum(component["faces"] for component in result.said.get("dropped", []))
@@ -188,8 +187,8 @@ def of_size(subject, done, result):
 
 def of_unchanged(subject, done, result):
     before, after = subject.figures, result.figures
-    # Edges across the plane of a mirrored result are split, and pruned components are dropped.
-    if is_mirrored(done) or result.said["components_pruned"]:
+    # Pruned components are gone.
+    if result.said["components_pruned"]:
         return
     if before.odd_edges == 0 and after.faces != before.faces:
         yield "unchanged", f"{before.faces} faces become {after.faces}"

@@ -33,8 +33,6 @@ KNOWN = [
     Known("degenerate", extreme, "parts have no area in the numbers of the file"),
     Known("read", extreme, "closed sheets thinner than the steps of single precision become one sheet"),
     Known("closed again", extreme, "not explained: seen where single precision makes faces one"),
-    Known("pieces", extreme, "not explained: seen of mirrored meshes alone"),
-    Known("loops", extreme, "not explained: seen of mirrored meshes alone"),
     Known("astray", extreme, "the mesh is as wide as the steps of the numbers of the file"),
     Known("certified", extreme, "what is certified is the distance from the mesh in single precision"),
     Known("error", extreme, "what is bounded is the distance from the mesh in single precision"),

@@ -28,7 +28,6 @@ PROMISES = {
     "report": "what the report says of the result holds of the file",
     "subset": "simplify --help-all: with --subset vertices of the result are vertices of the input",
     "locked": "simplify --help-all: with --lock-boundaries vertices and edges of the boundary stay, bit for bit",
-    "mirrored": "assets.md: with --symmetric each vertex and face of the result has its image",
     "pruned": "assets.md: --prune=SIZE drops the components smaller than that, the largest by area stays; --keep-components drops none",
     "solid": "assets.md: with --printable the result is closed, manifold and wound one way, or the mesh is refused in a line",
     "filled": "assets.md: --fill-holes closes holes, makes none, and leaves those with more edges than were given",

@@ -102,7 +102,7 @@ def icosphere(level):
 
 
 def uv_sphere(around, rings):
-    """Returns a sphere of rings, symmetric about the coordinate planes if `around` is a multiple of four and `rings` is even."""
+    """Returns a sphere of rings."""
     points = [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]
     for ring in range(1, rings):
         wide, high = sin(pi * ring / rings), cos(pi * ring / rings)

@@ -30,7 +30,7 @@ def smaller(executable, folder, seconds):
             trial = Path(work) / case.mesh
             try:
                 formats.write(trial, *mesh, double=True)
-                subject = Subject(trial, case.plain, case.mirrored)
+                subject = Subject(trial, case.plain)
             except OverflowError:
                 return None
             if any(was and not still for was, still in zip(sound, soundness(subject))):

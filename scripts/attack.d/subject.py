@@ -12,8 +12,8 @@ SMALL_HOLES, FEW = 6, 0.05
 class Subject:
     """The input as the judge reads its file."""
 
-    def __init__(self, path, plain=True, mirrored=False):
-        self.path, self.plain, self.mirrored = path, plain, mirrored
+    def __init__(self, path, plain=True):
+        self.path, self.plain = path, plain
         self.points, self.faces, self.named = surface.cleaned(*formats.read(path))
 
     @cached_property

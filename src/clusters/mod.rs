@@ -53,7 +53,7 @@ pub struct ClusterOptions {
     pub max_vertices: usize,
     /// About how many clusters form a group, at least 2.
     pub clusters_per_group: usize,
-    /// Settings of the collapse within groups. Pruning, symmetry, `hidden` and `map` have no effect.
+    /// Settings of the collapse within groups. Pruning, `hidden` and `map` have no effect.
     pub simplify: ClosedOptions,
 }
 

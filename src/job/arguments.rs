@@ -11,7 +11,7 @@ use super::option_json;
 use super::parse;
 use super::parse::RatioOf;
 use super::size::{Bound, Size};
-use crate::simplify::{Draw, Effort, Hidden, Optimize, Purpose, ScoreSource, Symmetry};
+use crate::simplify::{Draw, Effort, Hidden, Optimize, Purpose, ScoreSource};
 
 /// Headings of the option groups in the program's help.
 #[cfg(feature = "clap")]
@@ -149,14 +149,6 @@ pub struct Arguments {
     /// Keep a node, mesh, object, group or material unchanged; may be repeated
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", help_heading = headings::KEEP))]
     pub keep: Vec<String>,
-    /// Make the result exactly mirror-symmetric: x, y, z or x=0.5 [default: the best plane]
-    #[serde(deserialize_with = "option_json::optional_symmetry", serialize_with = "option_json::write_optional")]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "PLANE", value_parser = parse::symmetry, num_args = 0..=1,
-        require_equals = true, help_heading = headings::KEEP,
-        long_help = "Make the result exactly mirror-symmetric; the input must be nearly so. The plane is x, y or z \
-        (perpendicular to that axis, through 0 or the middle of the mesh), or a plane like x=0.5 [default: the \
-        plane that fits best]"))]
-    pub symmetric: Option<Option<Symmetry>>,
     /// Do not move vertices: the result uses vertices of the input
     #[cfg_attr(feature = "clap", arg(long, help_heading = headings::KEEP))]
     pub subset: bool,

@@ -55,11 +55,6 @@ impl Job {
         if self.options.assembly.as_closed().is_none() {
             self.check_paper()?;
         }
-        if self.closed_options().symmetric.is_some() {
-            reject_first(&self.not_mirrored(), |name| {
-                format!("{name} and --symmetric cannot be combined: leave one out")
-            })?;
-        }
         if !self.shares.is_empty() {
             reject_first(&self.not_with_shares(), |name| {
                 format!("--ratio NAME=R cannot be used with {name}: leave one out")
@@ -86,7 +81,6 @@ impl Job {
             ("--map", options.map),
             ("--printable", matches!(self.repair, Some(Repair::Printable(_)))),
             ("--for", options.purpose != Purpose::Shape),
-            ("--symmetric", options.symmetric.is_some()),
             ("--error", self.goal.is_by_error() && self.goal.n_levels().is_none()),
             ("--size", self.goal.n_bytes().is_some()),
             ("--lods", self.goal.n_levels().is_some_and(|n| n > 1 || self.goal.is_by_error())),
@@ -94,28 +88,9 @@ impl Job {
         reject_first(&given, |name| format!("{name}: not available with --assembly paper: leave one out"))
     }
 
-    fn not_mirrored(&self) -> [Given; 8] {
+    fn not_with_shares(&self) -> [Given; 3] {
         let options = self.closed_options();
-        [
-            ("--lock-boundaries", options.lock_boundaries),
-            ("--subset", options.subset),
-            ("--keep", !self.arguments.keep.is_empty()),
-            ("--prune", self.prune_below.is_some()),
-            ("--hidden", options.hidden != Hidden::Keep),
-            ("--optimize looks", options.optimize == Optimize::Looks),
-            ("--map", options.map),
-            ("--for", options.purpose != Purpose::Shape),
-        ]
-    }
-
-    fn not_with_shares(&self) -> [Given; 4] {
-        let options = self.closed_options();
-        [
-            ("--error", self.goal.is_by_error()),
-            ("--symmetric", options.symmetric.is_some()),
-            ("--map", options.map),
-            ("--bake", self.arguments.bake.is_some()),
-        ]
+        [("--error", self.goal.is_by_error()), ("--map", options.map), ("--bake", self.arguments.bake.is_some())]
     }
 }
 
@@ -130,7 +105,7 @@ mod tests {
     use super::*;
     use crate::io::PackOptions;
     use crate::job::{Bound, Goal, Size};
-    use crate::simplify::{Assembly, ClosedOptions, Options, PaperOptions, Symmetry, Target};
+    use crate::simplify::{Assembly, ClosedOptions, Options, PaperOptions, Target};
 
     fn error_message(change: impl FnOnce(&mut Job)) -> String {
         let mut job = Job::new(Options::new(Target::Ratio(0.5)), Format::Obj);
@@ -149,9 +124,6 @@ mod tests {
             job.goal = Goal::One(Size::Error(Bound::Percent(1.0)));
         });
         assert_eq!(by_error, "--error: not available with --assembly paper: leave one out");
-        let both = ClosedOptions { symmetric: Some(Symmetry::Best), subset: true, ..ClosedOptions::default() };
-        let mirrored = error_message(|job| closed(job, both));
-        assert_eq!(mirrored, "--subset and --symmetric cannot be combined: leave one out");
         let by_name = error_message(|job| {
             closed(job, ClosedOptions { map: true, ..ClosedOptions::default() });
             job.shares = vec![("head".into(), 0.5)];

@@ -42,9 +42,7 @@ impl From<SimplifyError> for JobError {
     fn from(error: SimplifyError) -> Self {
         match error {
             SimplifyError::Interrupted => Self::Interrupted,
-            SimplifyError::BadTarget(_) | SimplifyError::BadError(_) | SimplifyError::NotWithSymmetry(_) => {
-                Self::Options(error.to_string())
-            }
+            SimplifyError::BadTarget(_) | SimplifyError::BadError(_) => Self::Options(error.to_string()),
             _ => Self::Document(error.to_string()),
         }
     }

@@ -12,7 +12,6 @@ use super::choices::Compression;
 use super::parse::{self, RatioOf};
 use super::size::{Bound, Size};
 use crate::io::shorten_name;
-use crate::simplify::Symmetry;
 
 /// Makes readers of options with a value, which a parser takes.
 macro_rules! values {
@@ -43,7 +42,6 @@ macro_rules! optional_values {
 }
 optional_values! {
     optional_bound: parse::bound => Bound;
-    optional_symmetry: parse::symmetry => Symmetry;
     optional_n_edges: parse::n_edges => usize;
 }
 

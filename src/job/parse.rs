@@ -1,7 +1,5 @@
 //! Parsers of sizes and distances in the notation of users: `10%`, `10k`, `1.5M`, `2MB`.
 
-use crate::simplify::{Axis, MirrorPlane, Symmetry};
-
 use super::size::{Bound, Size, percent};
 
 /// Largest count; exact in doubles.
@@ -89,18 +87,6 @@ pub fn n_bytes(text: &str) -> Result<usize, String> {
     let (number, factor) = found.unwrap_or((&lower, 1.0));
     let value = number.trim().parse().ok().map(|x: f64| x * factor).filter(|x| *x >= 1.0 && *x < 1e15);
     value.map(|x| x as usize).ok_or_else(|| "give bytes, like 500kB or 2MB".into())
-}
-
-/// Parses a symmetry: an axis `x`, or a plane `x=0.5`.
-pub fn symmetry(text: &str) -> Result<Symmetry, String> {
-    let (name, at) = text.split_once('=').map_or((text, None), |(name, at)| (name, Some(at)));
-    let axis = Axis::ALL.into_iter().find(|axis| name.trim().eq_ignore_ascii_case(&axis.to_string()));
-    let at = at.map(|at| at.trim().parse().ok().filter(|at: &f64| at.is_finite()));
-    match (axis, at) {
-        (Some(axis), None) => Ok(Symmetry::Across(axis)),
-        (Some(axis), Some(Some(at))) => Ok(Symmetry::Plane(MirrorPlane { axis, at })),
-        _ => Err("give x, y or z, or a plane like x=0.5".into()),
-    }
 }
 
 /// Parses an angle in degrees, 0 to 180.

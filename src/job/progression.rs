@@ -33,7 +33,7 @@ pub fn make_progression(
     job.check()?;
     watch.begin(JobStage::Simplify);
     let importance = importance(document, job)?;
-    let options = options_for(document, job)?;
+    let options = options_for(document, job);
     let what = "--assembly: a progression needs closed";
     let closed = options.assembly.as_closed().ok_or_else(|| JobError::Options(what.into()))?;
     let kept = document.faces_named("--keep", &job.arguments.keep)?;

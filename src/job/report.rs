@@ -46,9 +46,6 @@ pub struct JobReport {
     /// Proved bounds of the largest distance, with `--error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<Certified>,
-    /// Mirror plane of the result, such as `x = 0`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mirror: Option<String>,
     /// Levels of detail; `output` is the first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub levels: Vec<Level>,

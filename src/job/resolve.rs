@@ -3,12 +3,11 @@
 use crate::simplify::{Assembly, Options, SEAM_ERROR, Target};
 
 use super::document::Document;
-use super::error::JobError;
 use super::request::Job;
 use super::shares;
 use super::size::Bound;
 
-pub fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
+pub fn options_for(document: &Document, job: &Job) -> Options {
     let mut options = job.options.clone();
     options.target = resolve_target(job.target(document.mesh().faces().len()), document, job);
     match &mut options.assembly {
@@ -20,11 +19,10 @@ pub fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> 
             closed.hold_shape = job.hold_shape.map(share);
             closed.seam_error =
                 job.arguments.seam_error.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
-            closed.symmetric = closed.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
         }
         Assembly::Paper(_) => {}
     }
-    Ok(options)
+    options
 }
 
 // Named shares are simplified first and leave fewer vertices, so the ratio of all vertices becomes a number before.

@@ -106,7 +106,7 @@ fn simplify_document(
     }
     // Named shares are simplified first; the rest then gets the remaining size.
     let importance = importance(document, job)?;
-    let options = options_for(document, job)?;
+    let options = options_for(document, job);
     // The check has refused shares with the paper's assembly.
     let Some(closed) = options.assembly.as_closed().filter(|_| !job.shares.is_empty()) else {
         let kept = document.faces_named("--keep", &job.arguments.keep)?;
@@ -236,7 +236,6 @@ fn make_report(
         named: Vec::new(),
         distance: first.distance,
         certified: first.certified,
-        mirror: result.report.mirror.map(|plane| document.plane_of_file(plane).to_string()),
         levels: if job.goal.n_levels().is_some() { levels } else { Vec::new() },
         notes: Vec::new(),
     })

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 
 use crate::io::{Format, PackOptions};
-use crate::simplify::{Assembly, ClosedOptions, Draw, Optimize, Options, PaperOptions, ScoreSource, Symmetry, Target};
+use crate::simplify::{Assembly, ClosedOptions, Draw, Optimize, Options, PaperOptions, ScoreSource, Target};
 
 use super::arguments::Arguments;
 use super::choices::{AssemblyName, Compression, Engine};
@@ -76,7 +76,6 @@ impl Arguments {
             subset: self.subset,
             map: self.map,
             crease_angle: angle.map(|degrees| degrees as f32),
-            symmetric: self.symmetric.map(|plane| plane.unwrap_or(Symmetry::Best)),
             ..ClosedOptions::default()
         };
         self.check_no_network(&options, is_paper)?;
@@ -161,20 +160,17 @@ impl Arguments {
         self.check_size()?;
         let (keep, bake, lods) = (!self.keep.is_empty(), self.bake.is_some(), !self.lods.is_empty());
         let (printable, fill_holes) = (self.printable.is_some(), self.fill_holes.is_some());
-        let (symmetric, compress, weld) = (self.symmetric.is_some(), self.compress.is_some(), self.weld.is_some());
+        let (compress, weld) = (self.compress.is_some(), self.weld.is_some());
         let pairs = [
             (keep, "--keep", printable, "--printable"),
             (keep, "--keep", fill_holes, "--fill-holes"),
             (keep, "--keep", weld, "--weld"),
             (keep, "--keep", bake, "--bake"),
-            (fill_holes, "--fill-holes", symmetric, "--symmetric"),
             (printable, "--printable", fill_holes, "--fill-holes"),
-            (printable, "--printable", symmetric, "--symmetric"),
             (printable, "--printable", self.no_weld, "--no-weld"),
             (bake, "--bake", self.size.is_some(), "--size"),
             (bake, "--bake", lods, "--lods"),
             (bake, "--bake", !self.ignore.is_empty(), "--ignore"),
-            (compress, "--compress", symmetric, "--symmetric"),
             (compress, "--compress", self.lock_boundaries, "--lock-boundaries"),
             (compress, "--compress", self.subset, "--subset"),
             (self.textures.is_some(), "--textures", bake, "--bake"),

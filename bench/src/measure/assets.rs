@@ -8,11 +8,11 @@ use anyhow::{Context, Result, ensure};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{DistanceTolerance, Surface, certified_distance, surface_distance};
 use neural_mesh::search::simplify_to_error;
-use neural_mesh::simplify::{ClosedOptions, Input, Options, Symmetry, Target, simplify, simplify_levels_of_detail};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Target, simplify, simplify_levels_of_detail};
 
 use super::bench::{Bench, Blocks, LARGE, RATIOS, root, thread_pool};
 use super::clock::measure_time;
-use super::meshes::{hausdorff_distance, load};
+use super::meshes::load;
 use super::textured::compare_model;
 use crate::baselines::{Baseline, Size, simplify_by};
 use crate::cells::{Cell, MeshValue, Show, largest, least, median, one_decimal, three_decimals, whole_number};
@@ -42,14 +42,13 @@ const PROOF_SAMPLES: usize = 200_000;
 const SAMPLES: usize = 50_000;
 const LEVELS: [f64; 4] = [0.5, 0.25, 0.1, 0.05];
 const ROUNDS: usize = 3;
-const MIRROR_RATIOS: [f64; 3] = [0.3, 0.1, 0.05];
 
 const SPREAD: [(&str, Show); 3] = [("median", median), ("least", least), ("largest", largest)];
 
 pub fn measure(bench: &Bench) -> Result<Blocks> {
     let mut blocks = vec![("textured", measure_textures(bench)?), ("machine-parts", measure_parts(bench)?)];
     blocks.extend(measure_proofs(bench)?);
-    blocks.extend([("levels", measure_levels(bench)?), ("mirrored", measure_mirrored(bench)?)]);
+    blocks.push(("levels", measure_levels(bench)?));
     Ok(blocks)
 }
 
@@ -279,44 +278,4 @@ fn simplify_levels(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
 fn simplify_each(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
     let run = |ratio| simplify(mesh, None, &Options::new(Target::Ratio(ratio)), &mut |_| ControlFlow::Continue(()));
     LEVELS.map(run).into_iter().map(|result| Ok(result?.mesh)).collect()
-}
-
-fn measure_mirrored(bench: &Bench) -> Result<String> {
-    let mut meshes = bench.meshes("train")?;
-    // Poses of a class share their connectivity; the first pose, number 0, is symmetric.
-    meshes.extend(bench.meshes("tosca")?.into_iter().filter(|(name, _)| name.ends_with('0')));
-    let names = ["vertices", "mean_0", "mean_1", "mean_2", "largest_0", "largest_1", "largest_2"];
-    let rows = bench.measure("mirrored", &names, meshes, |name, path| compare_mirrored(name, path))?;
-    let plane = |_: &Table, rows: &[&ResultRow]| Cell {
-        text: rows.first().map_or(String::new(), |row| row.method.clone()),
-        value: None,
-    };
-    let first = vec![Column::of_figure("vertices", "vertices", 1.0, whole_number), Column::new("plane", plane)];
-    let titles = ["mean", "largest"].into_iter().flat_map(|title| MIRROR_RATIOS.map(|at| format!("{title} at {at}")));
-    let figures: Vec<(String, &str)> = titles.zip(names[1..].iter().copied()).collect();
-    wide_tables(bench, "assets-mirrored", &rows, first, &figures)
-}
-
-// Mean and largest distances over those of the plain result of the same size; the plane takes the place of the method.
-fn compare_mirrored(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
-    let mesh = load(path)?;
-    let original = Surface::new(&mesh, SAMPLES, 0);
-    let (mut means, mut figures) = (Vec::new(), Vec::new());
-    let mut mirror = String::new();
-    for ratio in MIRROR_RATIOS {
-        let plain = Options::new(Target::Ratio(ratio));
-        let mirrored = ClosedOptions { symmetric: Some(Symmetry::Best), ..ClosedOptions::default() };
-        let mirrored = Options::with_closed(plain.target, mirrored);
-        // Most meshes have no mirror plane.
-        let Ok(ours) = simplify(&mesh, None, &mirrored, &mut |_| ControlFlow::Continue(())) else {
-            return Ok(Vec::new());
-        };
-        let Some(plane) = ours.report.mirror else { return Ok(Vec::new()) };
-        mirror = format!("{} = {:.4}", plane.axis, plane.at).trim_end_matches('0').trim_end_matches('.').to_owned();
-        let other = simplify(&mesh, None, &plain, &mut |_| ControlFlow::Continue(()))?;
-        means.push(mean_distance(&original, &ours.mesh)? / mean_distance(&original, &other.mesh)?);
-        figures.push(hausdorff_distance(&mesh, &ours.mesh)? / hausdorff_distance(&mesh, &other.mesh)?);
-    }
-    let vertices = mesh.positions().len() as f64;
-    Ok(vec![ResultRow::new(name, 1.0, &mirror, &[&[vertices], &means[..], &figures].concat())])
 }

@@ -29,7 +29,6 @@ pub fn options_for_groups(options: &ClosedOptions) -> ClosedOptions {
         prune_below: 0.0,
         // Charts and materials of a group must fit those of its neighbours.
         hold_shape: Some(HELD_SHAPE),
-        symmetric: None,
         map: false,
         ..options.clone()
     }

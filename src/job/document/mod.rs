@@ -16,9 +16,8 @@ use crate::mesh::cleanup::{CleanCounts, Cleaned};
 use crate::mesh::{Attributes, Channel, Frame, Looks, Role, TriMesh, UnitedMesh};
 use crate::picture::image_size;
 use crate::repair::RepairCounts;
-use crate::simplify::{self, Input, MirrorPlane, Progression, Symmetry, importance_of_channel};
+use crate::simplify::{self, Input, Progression, importance_of_channel};
 
-use super::error::JobError;
 use super::report::Dropped;
 use super::request::Job;
 use super::textures::Textures;
@@ -194,29 +193,6 @@ impl Document {
         match &self.kind {
             Kind::Mesh { .. } => None,
             Kind::Scene { united, .. } => Some(united),
-        }
-    }
-
-    /// Converts a symmetry from the file's coordinates to the mesh's.
-    pub fn symmetry(&self, symmetry: Symmetry) -> Result<Symmetry, JobError> {
-        let Kind::Scene { united, pieces, .. } = &self.kind else { return Ok(symmetry) };
-        if pieces.iter().flatten().count() > 1 {
-            let what = "--symmetric: a scene of several meshes has no single plane: give a file for each";
-            return Err(JobError::Options(what.into()));
-        }
-        Ok(match symmetry {
-            Symmetry::Plane(MirrorPlane { axis, at }) => {
-                Symmetry::Plane(MirrorPlane { axis, at: at * united.scale(0) })
-            }
-            other => other,
-        })
-    }
-
-    /// Converts a mirror plane from the mesh's coordinates to the file's.
-    pub fn plane_of_file(&self, plane: MirrorPlane) -> MirrorPlane {
-        match &self.kind {
-            Kind::Mesh { .. } => plane,
-            Kind::Scene { united, .. } => MirrorPlane { at: plane.at / united.scale(0), ..plane },
         }
     }
 

@@ -321,7 +321,7 @@ fn unmoved_positions(
             sources.iter().zip(result.mesh.positions()).map(|(&vertex, place)| position(vertex, place)).collect(),
         );
     }
-    if !job.keeps_unmoved_positions() || job.closed_options().symmetric.is_some() {
+    if !job.keeps_unmoved_positions() {
         return None;
     }
     let mut vertex_at: HashMap<PositionKey, u32> = HashMap::new();

@@ -101,8 +101,6 @@ export interface SimplifyOptions {
   keep_components?: boolean;
   /** Keep a node, mesh, object, group or material unchanged; may be repeated. */
   keep?: string[];
-  /** Make the result exactly mirror-symmetric: x, y, z or x=0.5 [default: the best plane]. */
-  symmetric?: boolean | string;
   /** Do not move vertices: the result uses vertices of the input. */
   subset?: boolean;
   /** Discard attributes (uv, normals, colors, materials), so that their seams and borders do not limit the result. */

@@ -47,7 +47,7 @@ pub(super) struct Cards(Vec<Vec<Card>>);
 impl Cards {
     /// Finds the cards of a mesh; none if some faces or vertices must stay.
     pub fn find(input: &Input) -> Self {
-        let is_free = input.kept.is_empty() && input.locked.is_empty() && input.half.is_none();
+        let is_free = input.kept.is_empty() && input.locked.is_empty();
         if !is_free || input.mesh.faces().len() < LEAST_CARDS {
             return Self::default();
         }

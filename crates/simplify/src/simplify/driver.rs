@@ -12,7 +12,6 @@ use super::map::identity_map;
 use super::options::{Assembly, Listener, Options, PaperOptions, ScoreSource, Simplified, SimplifyError, Target};
 use super::progress::{PAPER_STAGES, Progress, closed_stages, run_with_listener};
 use super::sub_mesh::SubMesh;
-use super::symmetric;
 
 type TracedResult = (Simplified, Option<Derivative>);
 
@@ -42,17 +41,13 @@ pub(super) fn run_levels(
 ) -> Result<Vec<TracedResult>, SimplifyError> {
     // Stages take shares of time that depend on the size of the first level.
     let share = targets.first().map_or(1.0, |target| target.share_of(task.input.mesh));
-    let stages = closed_stages(targets.len(), task.options.symmetric.is_some(), share);
+    let stages = closed_stages(targets.len(), share);
     run_with_listener(listener, &stages, |progress| run_closed(task, targets, progress))
 }
 
 fn run_closed(task: &Task, targets: &[Target], progress: Progress) -> Result<Vec<TracedResult>, SimplifyError> {
     let Task { ref input, options, .. } = *task;
     input.check()?;
-    if let Some(symmetry) = options.symmetric {
-        let levels = symmetric::simplify_symmetric(task, symmetry, targets, progress)?;
-        return Ok(levels.into_iter().map(|level| (level, None)).collect());
-    }
     progress.enter("surface", input.mesh.faces().len())?;
     // Unused vertices are removed first and restored in the results.
     let used = SubMesh::without_unused_vertices(progress.pulse, input)?;

@@ -16,19 +16,10 @@ pub struct Input<'a> {
     pub importance: &'a [f32],
     /// Placement of the mesh in a scene.
     pub scene: Option<&'a UnitedMesh>,
-    /// Marks faces that come back unchanged; empty for none (closed assembly without symmetry).
+    /// Marks faces that come back unchanged; empty for none (closed assembly).
     pub kept: &'a [bool],
-    /// Marks vertices that stay in place; empty for none (closed assembly without symmetry).
+    /// Marks vertices that stay in place; empty for none (closed assembly).
     pub locked: &'a [bool],
-    pub(super) half: Option<Half<'a>>,
-}
-
-/// Marks of a mesh that is one half of a symmetric mesh.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Half<'a> {
-    pub axis: usize,
-    /// Marks vertices on the cut, n_vertices; each is on a cut edge.
-    pub on_plane: &'a [bool],
 }
 
 impl<'a> From<&'a TriMesh> for Input<'a> {
@@ -46,7 +37,7 @@ impl<'a> From<&Input<'a>> for Input<'a> {
 impl<'a> Input<'a> {
     /// Wraps a mesh without attributes or constraints.
     pub fn bare(mesh: &'a TriMesh) -> Self {
-        Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None, kept: &[], locked: &[], half: None }
+        Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None, kept: &[], locked: &[] }
     }
 
     /// Returns the mesh as a viewer of the scene sees it.

@@ -27,7 +27,6 @@ mod report;
 mod sample_vertices;
 mod scattered_samples;
 mod sub_mesh;
-mod symmetric;
 mod versions;
 mod with_importance;
 
@@ -51,9 +50,8 @@ pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, PointsOptions, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
-    Assembly, Axis, ClosedOptions, DroppedComponent, Effort, Event, Hidden, Listener, Map, MirrorPlane, Optimize,
-    Options, Outcome, PaperOptions, Purpose, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Symmetry,
-    Target, count_of_share,
+    Assembly, ClosedOptions, DroppedComponent, Effort, Event, Hidden, Listener, Map, Optimize, Options, Outcome,
+    PaperOptions, Purpose, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Target, count_of_share,
 };
 pub use progression::{Progression, ProvedLevel};
 pub use record::Record;

@@ -144,8 +144,7 @@ pub struct ClosedOptions {
     pub optimize: Optimize,
     /// Trade-off between time and accuracy.
     pub effort: Effort,
-    /// Drops components whose vertices are better spent elsewhere; no effect with `lock_boundaries`, `subset` or
-    /// `symmetric`.
+    /// Drops components whose vertices are better spent elsewhere; no effect with `lock_boundaries` or `subset`.
     pub prune: bool,
     /// Largest distance of a component to the rest, in mesh units, at which `prune` may drop it. A finite value also
     /// allows components to be deformed by that distance.
@@ -170,8 +169,6 @@ pub struct ClosedOptions {
     pub crease_angle: Option<f32>,
     /// Returns a [`Map`] between input and output.
     pub map: bool,
-    /// Makes the result its own mirror image, as the input must be.
-    pub symmetric: Option<Symmetry>,
     /// Origin and precision of coordinates in the written file, where no two vertices may coincide.
     pub frame: Frame,
 }
@@ -193,7 +190,6 @@ impl Default for ClosedOptions {
             purpose: Purpose::default(),
             crease_angle: None,
             map: false,
-            symmetric: None,
             frame: Frame::default(),
         }
     }
@@ -243,77 +239,6 @@ pub enum Hidden {
 /// Default of [`ClosedOptions::seam_error`]: 16 of 1024 texels.
 // On five textured models at four ratios 8 texels give a 1 % larger mean distance, unlimited slack an equal one.
 pub const SEAM_ERROR: f64 = 16.0 / 1024.0;
-
-/// Coordinate axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
-    /// First axis.
-    X,
-    /// Second axis.
-    Y,
-    /// Third axis.
-    Z,
-}
-
-impl Axis {
-    /// All axes in order.
-    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
-
-    /// Returns the coordinate's index.
-    pub fn index(self) -> usize {
-        self as usize
-    }
-}
-
-impl std::fmt::Display for Axis {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(["x", "y", "z"][self.index()])
-    }
-}
-
-/// Axis-aligned plane about which a mesh is symmetric.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MirrorPlane {
-    /// Axis perpendicular to the plane.
-    pub axis: Axis,
-    /// Coordinate of the plane along that axis, in the file.
-    pub at: f64,
-}
-
-impl std::fmt::Display for MirrorPlane {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} = {}", self.axis, self.at)
-    }
-}
-
-/// Choice of the mirror plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Symmetry {
-    /// Best of six planes: across each axis, through 0 or the bounding box's centre.
-    Best,
-    /// Better of the planes across this axis through 0 or the bounding box's centre.
-    Across(Axis),
-    /// Given plane.
-    Plane(MirrorPlane),
-}
-
-impl std::fmt::Display for Symmetry {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Best => f.write_str("best"),
-            Self::Across(axis) => write!(f, "{axis}"),
-            Self::Plane(MirrorPlane { axis, at }) => write!(f, "{axis}={at}"),
-        }
-    }
-}
-
-#[cfg(feature = "serde")]
-impl serde::Serialize for Symmetry {
-    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.collect_str(self)
-    }
-}
 
 /// Source of the scores; the result has more vertices where scores are larger.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -405,8 +330,6 @@ pub struct Report {
     pub separated_vertices: usize,
     /// Number of spikes, vertices much farther from the original than their neighbours, that were moved back toward it.
     pub shortened_spikes: usize,
-    /// Mirror plane of a symmetric result; most counts are those of one half.
-    pub mirror: Option<MirrorPlane>,
 }
 
 /// Dropped input component.
@@ -482,19 +405,6 @@ pub enum SimplifyError {
     BadError(f64),
     /// Attributes or importance of wrong length, or factors that are not positive.
     BadInput,
-    /// Mesh that is not symmetric.
-    NotSymmetric {
-        /// Best plane tried.
-        plane: MirrorPlane,
-        /// Number of vertices without an image.
-        vertices: usize,
-        /// Number of faces without an image, counted if all vertices have one.
-        faces: usize,
-    },
-    /// Faces in the mirror plane; holds their number.
-    InMirrorPlane(usize),
-    /// Option that cannot be combined with symmetry.
-    NotWithSymmetry(&'static str),
     /// Bytes that are no progression; the text says why.
     BadProgression(&'static str),
     /// Progression without proved distances.
@@ -528,13 +438,6 @@ impl std::fmt::Display for SimplifyError {
                 f,
                 "attributes or importance do not match the mesh: give one row per face and one positive number per vertex"
             ),
-            Self::NotSymmetric { plane, vertices, faces } => {
-                let (n, what) = if *vertices == 0 { (faces, "faces") } else { (vertices, "vertices") };
-                let advice = "choose another plane or turn symmetry off";
-                write!(f, "not symmetric about {plane}: {n} {what} have no mirror image: {advice}")
-            }
-            Self::InMirrorPlane(n) => write!(f, "{n} faces lie in the mirror plane: remove them, or turn symmetry off"),
-            Self::NotWithSymmetry(what) => write!(f, "{what} and symmetry cannot be combined: leave one out"),
             Self::BadProgression(why) => write!(f, "not a progression that this version reads: {why}: make it again"),
             Self::NotProved => f.write_str(NOT_PROVED),
             Self::BadImportance => write!(

@@ -40,10 +40,6 @@ const MEASURED_RATIOS: [f32; 3] = [0.02, 0.1, 0.5];
 const FIRST_STAGE_OF_LEVEL: usize = 2;
 const FURTHER_LEVEL_TIME: f32 = 0.3;
 
-// First stage of a mirrored result. At ratio 0.1 on one thread it takes 6.3 times as long as all others together for a
-// vase of 12 thousand faces, 1.7 times for suzanne.
-const SYMMETRY: Stage = stage("symmetry", 4.0, 1.0);
-
 // Stages of the paper's assembly, which beat only at their beginnings. Shares are means of victoria0 of TOSCA at ratios
 // of 0.05 and 0.2 on one thread.
 pub(super) const PAPER_STAGES: [Stage; 6] = [
@@ -59,14 +55,14 @@ pub(super) const POINTS: [Stage; 5] =
     [PAPER_STAGES[0], PAPER_STAGES[2], PAPER_STAGES[3], PAPER_STAGES[4], PAPER_STAGES[5]];
 
 /// Lists the stages of `n_levels` levels; `ratio` is the first level's share of the vertices.
-pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> Vec<Stage> {
+pub(super) fn closed_stages(n_levels: usize, ratio: f64) -> Vec<Stage> {
     let stage_at_ratio =
         |&(stage, shares): &(Stage, [f32; 3])| Stage { share: interpolate_share(ratio as f32, shares), ..stage };
     let further = |stage: Stage| Stage { share: stage.share * FURTHER_LEVEL_TIME, ..stage };
     let first: Vec<Stage> = CLOSED_STAGES.iter().map(stage_at_ratio).collect();
     let further: Vec<Stage> =
         (1..n_levels).flat_map(|_| first[FIRST_STAGE_OF_LEVEL..].iter().copied().map(further)).collect();
-    is_mirrored.then_some(SYMMETRY).into_iter().chain(first).chain(further).collect()
+    first.into_iter().chain(further).collect()
 }
 
 fn interpolate_share(ratio: f32, shares: [f32; 3]) -> f32 {

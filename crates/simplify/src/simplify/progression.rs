@@ -100,7 +100,7 @@ impl Progression {
     /// Without `weights`, a network uses those shipped with this crate.
     ///
     /// # Errors
-    /// As [`simplify`](super::simplify); [`SimplifyError::NotWithSymmetry`] with the option `symmetric`.
+    /// As [`simplify`](super::simplify).
     ///
     /// ```
     /// # use neural_mesh_simplify as neural_mesh;
@@ -120,10 +120,7 @@ impl Progression {
     ) -> Result<Self, SimplifyError> {
         let task = Task::new(input.into(), options, weights);
         task.input.check()?;
-        if options.symmetric.is_some() {
-            return Err(SimplifyError::NotWithSymmetry("a progression"));
-        }
-        let stages = closed_stages(1, false, USUAL_RATIO);
+        let stages = closed_stages(1, USUAL_RATIO);
         run_with_listener(progress, &stages, |progress| Self::record(&task, progress))
     }
 
@@ -670,12 +667,5 @@ mod tests {
                 assert!(n_in_place >= if subset { 200 } else { 80 }, "{n_in_place}");
             }
         }
-    }
-
-    #[test]
-    fn symmetric_progressions_are_refused() {
-        let options = ClosedOptions { symmetric: Some(crate::simplify::Symmetry::Best), ..ClosedOptions::default() };
-        let made = Progression::new(&shapes::icosphere(2), None, &options, &mut |_| ControlFlow::Continue(()));
-        assert_eq!(made.err(), Some(SimplifyError::NotWithSymmetry("a progression")));
     }
 }

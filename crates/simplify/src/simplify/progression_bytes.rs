@@ -183,8 +183,9 @@ fn checksum(bytes: &[u8]) -> u64 {
     rest.iter().fold(sum, |sum, &byte| mix(sum, u64::from(byte)))
 }
 
+// The third code was that of an end that is gone.
 store_choices! {
-    CollapseEnd: [CollapseEnd::Reached, CollapseEnd::Smallest, CollapseEnd::SmallestMirrored, CollapseEnd::WouldTurn,
+    CollapseEnd: [CollapseEnd::Reached, CollapseEnd::Smallest, CollapseEnd::Smallest, CollapseEnd::WouldTurn,
         CollapseEnd::LosesShape, CollapseEnd::Held];
 }
 

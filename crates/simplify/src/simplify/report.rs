@@ -22,7 +22,6 @@ impl Report {
             flipped_edges: 0,
             separated_vertices: 0,
             shortened_spikes: 0,
-            mirror: None,
         }
     }
 }

@@ -24,7 +24,7 @@ const LEAST_SIZE: f64 = 0.03;
 pub fn find_ceilings(original: &Original, task: &Task) -> Ceilings {
     let surface = &original.surface;
     let Task { input, options, .. } = task;
-    if input.half.is_some() || !task.is_asset() {
+    if !task.is_asset() {
         return Ceilings::default();
     }
     let (of_vertex, n) = vertex_components(surface.n_vertices(), &surface.faces);

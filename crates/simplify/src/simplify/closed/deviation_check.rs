@@ -36,7 +36,7 @@ impl<'a> DeviationCheck<'a> {
         distance: impl Fn(&Collapse) -> f64,
     ) -> Option<(Collapse<'a>, CollapseEnd)> {
         // With enough free vertices no distance needs to be measured.
-        if CHECKED_ONE_IN * ended.n_held() < ended.size().0 {
+        if CHECKED_ONE_IN * ended.n_held() < ended.n_vertices {
             return None;
         }
         // The surface may end up to `MOST_GROWTH` times as far from the original as in a collapse to the same size with
@@ -48,24 +48,24 @@ impl<'a> DeviationCheck<'a> {
         if distance(ended) <= most {
             return None;
         }
-        let last = self.last_good_size(ended.size().0, |collapse| distance(collapse) <= most);
+        let last = self.last_good_size(ended.n_vertices, |collapse| distance(collapse) <= most);
         // Each trial continues the one before, so the search costs one collapse and its distances.
         let mut collapse = self.0.clone();
         collapse.run(last);
-        let end = CollapseEnd::TooFewFree(collapse.n_held(), collapse.size().0);
+        let end = CollapseEnd::TooFewFree(collapse.n_held(), collapse.n_vertices);
         Some((collapse, end))
     }
 
     /// Shrinks step by step and returns the last acceptable size above `least`.
     fn last_good_size(&self, least: usize, is_good: impl Fn(&Collapse) -> bool) -> Limit {
         let mut collapse = self.0.clone();
-        let mut last = collapse.size().0;
+        let mut last = collapse.n_vertices;
         loop {
             // Only the number of free vertices shrinks from size to size.
             let n_held = collapse.n_held().min(last);
             let next = n_held + ((last - n_held) as f64 / STEP) as usize;
             collapse.run(Limit::from_vertices(next));
-            let (size, _) = collapse.size();
+            let size = collapse.n_vertices;
             if size <= least || size >= last || !is_good(&collapse) {
                 return Limit::from_vertices(last);
             }

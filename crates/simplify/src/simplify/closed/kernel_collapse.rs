@@ -28,7 +28,7 @@ const LOCKED_ONE_IN: usize = 2;
 /// Returns whether the kernel knows all that a request asks for.
 pub fn is_kernel_enough(request: &ClosedRequest, limit: Limit) -> bool {
     let Task { input, options, differentiable, .. } = request.task;
-    let is_free = request.edges.is_empty() && input.half.is_none() && input.kept.is_empty();
+    let is_free = request.edges.is_empty() && input.kept.is_empty();
     let is_bare = is_free && !request.task.is_asset();
     // Blocks of large meshes hold their shape; a price is one of this assembly.
     let is_size = request.price.is_none() && options.hold_shape.is_none() && !differentiable;
@@ -60,11 +60,8 @@ pub fn collapse_by_kernel(
     let Original { surface, pins, .. } = original;
     let positions: Vec<[f32; 3]> = pulse.counting_if(false).map(&surface.positions, |p| p.to_array());
     let n_vertices = positions.len();
-    let locked: Vec<bool> = if pins.has_more_than_plane() {
-        (0..n_vertices as u32).map(|v| pins.is_locked(v)).collect()
-    } else {
-        Vec::new()
-    };
+    let locked: Vec<bool> =
+        if pins.is_binding() { (0..n_vertices as u32).map(|v| pins.is_locked(v)).collect() } else { Vec::new() };
     let beat = |n_merges: usize| pulse.beat(n_merges);
     let sizes: Vec<CollapseSize> = limits.iter().copied().map(to_collapse_size).collect();
     let mut options = CollapseOptions::default();

@@ -47,13 +47,11 @@ use refine::sample_points::SamplePoints;
 use refine::{degenerate_faces, duplicate_positions, fit, flips, foldovers, nested, spikes};
 use trace::Trace;
 
-pub(super) use attributes::blend::blend;
 pub(super) use collapse::{CollapseEnd, RecordedMerge};
 pub(super) use derivative::Derivative;
 pub(super) use dropping::{DroppedFaces, VertexCost, vertex_components};
 pub use importance::importance_of_scores;
 pub(super) use progression::{LevelChoice, ProgressionSurface, RecordedCollapse, prices_by_size, record_collapse};
-pub(super) use refine::duplicate_positions::separate_mirrored;
 pub(super) use request::{ClosedRequest, Task};
 pub(super) use result::ClosedResult;
 use saved_collapse::SavedCollapse;

@@ -110,10 +110,10 @@ impl Output {
         &self.around
     }
 
-    pub fn is_flip_forbidden(&self, Diamond { faces, corners: [a, b, c, d] }: &Diamond) -> bool {
-        // The edge is a seam or kept, or the new edge would join two vertices on the mirror plane.
+    pub fn is_flip_forbidden(&self, Diamond { faces, corners: [a, b, _, _] }: &Diamond) -> bool {
+        // The edge is kept or a seam.
         let is_seam = |corners: &ResultCorners| corners.is_seam(&self.faces, *faces, [*a, *b]);
-        self.pins.are_on_cut(*c, *d) || self.pins.locks_edge(*a, *b) || self.corners.as_ref().is_some_and(is_seam)
+        self.pins.locks_edge(*a, *b) || self.corners.as_ref().is_some_and(is_seam)
     }
 
     pub fn flip(&mut self, diamond: &Diamond) {

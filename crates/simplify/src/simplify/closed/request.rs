@@ -57,7 +57,7 @@ impl<'a> Task<'a> {
         let (options, input) = (self.options, &self.input);
         // Constraints of the caller name vertices or faces that must remain; where the size is forced, their components.
         let is_locked = !input.locked.is_empty() && !self.forces_size;
-        let is_constrained = options.subset || options.lock_boundaries || is_locked || input.half.is_some();
+        let is_constrained = options.subset || options.lock_boundaries || is_locked;
         (options.prune && !is_constrained).then_some(options.prune_within)
     }
 

@@ -17,7 +17,6 @@ pub struct ClosedResult {
     pub vertex_of: Vec<u32>,
     pub derivative: Option<Derivative>,
     pub pass_prices: Vec<(usize, f64)>,
-    pub on_plane: Vec<bool>,
     pub kept: Vec<KeptFace>,
 }
 
@@ -48,14 +47,7 @@ impl ClosedResult {
             source_vertices: pins.is_subset().then(sources),
             mesh,
         };
-        Ok(Self {
-            simplified,
-            vertex_of,
-            derivative: None,
-            pass_prices: Vec::new(),
-            on_plane: pins.into_plane_flags(),
-            kept,
-        })
+        Ok(Self { simplified, vertex_of, derivative: None, pass_prices: Vec::new(), kept })
     }
 
     pub fn with_prices(self, pass_prices: Vec<(usize, f64)>) -> Self {

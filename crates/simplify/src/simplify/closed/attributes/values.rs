@@ -148,7 +148,7 @@ impl<'a> ValueFit<'a> {
         // Shared values are updated at their first wedge and copied to the others.
         for wedge in 0..representative.len() {
             let first = representative[wedge] as usize;
-            if !self.pins.is_pinned(self.wedges.vertices[wedge]) && diagonal[first] > LEAST_WEIGHT && first == wedge {
+            if !self.pins.is_locked(self.wedges.vertices[wedge]) && diagonal[first] > LEAST_WEIGHT && first == wedge {
                 let length = DAMPING / (diagonal[first] * (1.0 + NEAREST_WEIGHT));
                 (0..width).for_each(|i| values[wedge * width + i] += length * residual[wedge * width + i]);
             }

@@ -64,20 +64,16 @@ impl Constraints {
     }
 
     pub(super) fn affects(&self, v: u32) -> bool {
-        self.pins.is_subset() || self.pins.is_pinned(v) || self.curves.contains_key(&v)
+        self.pins.is_subset() || self.pins.is_locked(v) || self.curves.contains_key(&v)
     }
 
-    pub fn has_more_than_plane(&self) -> bool {
-        self.pins.has_more_than_plane() || !self.are_curves_soft && self.curves.values().any(|curve| curve.is_held)
+    pub fn is_binding(&self) -> bool {
+        self.pins.is_binding() || !self.are_curves_soft && self.curves.values().any(|curve| curve.is_held)
     }
 
     pub fn without_curves(self) -> Option<Self> {
         let pins = self.pins.without_locks();
-        (pins.is_subset() || pins.plane().is_some()).then(|| Self {
-            curves: FxHashMap::default(),
-            pins,
-            are_curves_soft: false,
-        })
+        pins.is_subset().then(|| Self { curves: FxHashMap::default(), pins, are_curves_soft: false })
     }
 
     /// Lets merges leave held curves at the price of their planes; returns false if none forbids a merge.
@@ -110,7 +106,7 @@ impl Constraints {
         if are_held(curves) && !self.are_curves_soft {
             return self.held_placement(vertices, curves, pair);
         }
-        let merged = self.place_merged(vertices, vertices.map(|v| self.pins.is_locked(v)), pair)?;
+        let merged = self.place_merged(vertices.map(|v| self.pins.is_locked(v)), pair)?;
         Some(MergedVertex { price: merged.price + price_of_curves(curves, origin, merged.offset), ..merged })
     }
 
@@ -127,28 +123,21 @@ impl Constraints {
         if stay == [true; 2] && self.are_branch_points([u, v]) && of_u.contains(&v) {
             return Some(best_end(pair));
         }
-        self.place_merged([u, v], stay, pair)
+        self.place_merged(stay, pair)
     }
 
-    fn place_merged(&self, [u, v]: [u32; 2], stay: [bool; 2], pair: &Pair) -> Option<MergedVertex> {
-        // On the mirror plane one coordinate is fixed.
-        let fixed = self.pins.plane().and_then(|plane| plane.fixed_coordinate(u, v, pair.other()));
+    fn place_merged(&self, stay: [bool; 2], pair: &Pair) -> Option<MergedVertex> {
         match stay {
             [true, true] => None,
-            // A fixed end off the mirror plane cannot absorb an end that must stay on it.
-            [true, false] if fixed.is_some() && !self.pins.is_on_cut(u) => None,
-            [false, true] if fixed.is_some() && !self.pins.is_on_cut(v) => None,
             [true, false] => Some(pair.place_at(Placement::KeptEnd)),
             [false, true] => Some(pair.place_at(Placement::RemovedEnd)),
             [false, false] if self.pins.is_subset() => Some(best_end(pair)),
-            [false, false] => {
-                Some(fixed.map_or_else(|| pair.placement(), |(axis, height)| pair.placement_at(axis, height)))
-            }
+            [false, false] => Some(pair.placement()),
         }
     }
 
     fn are_branch_points(&self, vertices: [u32; 2]) -> bool {
-        vertices.into_iter().all(|v| curve_neighbours(self.curves.get(&v)).len() > 2 && !self.pins.is_pinned(v))
+        vertices.into_iter().all(|v| curve_neighbours(self.curves.get(&v)).len() > 2 && !self.pins.is_locked(v))
     }
 
     /// Returns whether held curves survive a merge that removes the faces with corners `opposite`.

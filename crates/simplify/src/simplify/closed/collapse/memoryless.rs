@@ -8,7 +8,7 @@ use crate::linalg::{Isa, Work};
 use crate::mesh::pulse::PARALLEL;
 use crate::mesh::thread_ranges::indices_where;
 use crate::simplify::closed::prepare::area_weights::AreaWeights;
-use crate::simplify::closed::prepare::surface::{Neighbour, add, line_along, plane_of, planes_around};
+use crate::simplify::closed::prepare::surface::{add, line_along, plane_of, planes_around};
 
 use super::corner_table::{CornerStep, next};
 use super::history::{CollapseEvent, GHOST, Renewal};
@@ -88,10 +88,8 @@ impl Collapse<'_> {
         let CollapseVertex { id, importance, .. } = self.nodes[v as usize];
         for k in 0..self.poses.n_poses() {
             // Connectivity is shared by all poses, positions are not.
-            let neighbour = |&w: &u32| match self.is_ghost(w) {
-                true => Neighbour::Ghost,
-                false => Neighbour::At(self.poses.vertex_poses(self.nodes[w as usize].id)[k].position),
-            };
+            let neighbour =
+                |&w: &u32| (!self.is_ghost(w)).then(|| self.poses.vertex_poses(self.nodes[w as usize].id)[k].position);
             let planes =
                 planes_around(self.poses.vertex_poses(id)[k].position, ring.iter().map(neighbour), self.area_weights);
             self.poses.vertex_poses_mut(id)[k].planes = add_pull(planes.map(|entry| entry * importance));
@@ -134,22 +132,10 @@ impl Collapse<'_> {
     #[inline(never)]
     fn sum_planes_with_folds(&self, v: u32) -> [f32; 6] {
         let node = &self.nodes[v as usize];
-        // Edges along the cut of a half are no boundary of the whole mesh, so they get no lines.
-        let pins = self.constraints.as_ref().map(|constraints| &constraints.pins);
         let mut ring = Vec::with_capacity(node.degree as usize);
-        for w in self.neighbors(v) {
-            let CollapseVertex { position, id, .. } = self.nodes[w as usize];
-            ring.push(match pins {
-                _ if self.is_ghost(w) => Neighbour::Ghost,
-                Some(pins) if pins.are_on_cut(node.id, id) => Neighbour::AlongCut(position),
-                _ => Neighbour::At(position),
-            });
-        }
-        let planes = planes_around(node.position, ring.iter().copied(), self.area_weights);
-        match pins.and_then(|pins| pins.plane()).filter(|plane| plane.contains(node.id)) {
-            Some(plane) => plane.with_image(planes),
-            None => planes,
-        }
+        let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
+        ring.extend(self.neighbors(v).map(place));
+        planes_around(node.position, ring.iter().copied(), self.area_weights)
     }
 }
 

@@ -76,7 +76,7 @@ impl Collapse<'_> {
         let Some(opposite) = self.check_link([u, v], corner, end_rings) else { return false };
         let pair = self.pair(u, v);
         let Some(merged) = self.placement(u, v, &pair) else { return false };
-        if self.breaks_constraints([u, v], opposite, end_rings) {
+        if self.breaks_constraints([u, v], opposite) {
             return false;
         }
         // The position is rounded before the tests, so that they judge what is stored.
@@ -101,10 +101,10 @@ impl Collapse<'_> {
     }
 
     #[inline(always)]
-    fn breaks_constraints(&self, ends: [u32; 2], opposite: [u32; 2], end_rings: &[EndRing; 2]) -> bool {
+    fn breaks_constraints(&self, ends: [u32; 2], opposite: [u32; 2]) -> bool {
         let Some(constraints) = &self.constraints else { return false };
         let [u, v] = self.ids(ends);
-        !constraints.survives_merge(u, v, self.ids(opposite)) || self.would_break_whole(ends, end_rings)
+        !constraints.survives_merge(u, v, self.ids(opposite))
     }
 
     #[inline(always)]

@@ -16,7 +16,6 @@ mod history;
 mod kept_copy;
 mod memoryless;
 mod merge;
-mod mirrored_half;
 mod pair;
 mod passes;
 mod poses;

@@ -171,13 +171,6 @@ impl Pair {
         MergedVertex { place, offset: *other * t, price }
     }
 
-    /// Returns the placement with one coordinate of the offset set to `height`.
-    pub fn placement_at(&self, axis: usize, height: f64) -> MergedVertex {
-        let mut merged = self.placement();
-        merged.offset[axis] = height;
-        MergedVertex { price: self.sum.value(merged.offset), ..merged }
-    }
-
     #[inline(always)]
     pub fn placement(&self) -> MergedVertex {
         match self.minimum_within_reach() {

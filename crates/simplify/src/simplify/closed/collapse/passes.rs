@@ -155,10 +155,6 @@ impl Work for Visits<'_, '_> {
 impl Collapse<'_> {
     /// Collapses the cheapest edges until the limit, or until no merge is possible.
     pub fn run(&mut self, limit: Limit) -> CollapseEnd {
-        if self.plane().is_some() { self.run_half(limit) } else { self.run_to(limit) }
-    }
-
-    pub(super) fn run_to(&mut self, limit: Limit) -> CollapseEnd {
         let n_all = self.merges_to(limit);
         let mut n_idle_passes = 0;
         while !self.has_reached(limit) {
@@ -193,7 +189,7 @@ impl Collapse<'_> {
     }
 
     fn has_few_vertices(&self) -> bool {
-        self.n_vertices <= FEW_VERTICES && self.plane().is_none()
+        self.n_vertices <= FEW_VERTICES
     }
 
     fn limit_of_one_merge(&self, limit: Limit) -> Limit {
@@ -205,9 +201,8 @@ impl Collapse<'_> {
             // The order ranks the reasons: constraints that the caller can change come first.
             _ if limit.price < f32::INFINITY => CollapseEnd::Reached,
             _ if self.was_ceiling_met => CollapseEnd::LosesShape,
-            (Some(constraints), _) if constraints.has_more_than_plane() => CollapseEnd::Held,
+            (Some(constraints), _) if constraints.is_binding() => CollapseEnd::Held,
             (_, true) => CollapseEnd::WouldTurn,
-            _ if self.plane().is_some() => CollapseEnd::SmallestMirrored,
             _ => CollapseEnd::Smallest,
         }
     }

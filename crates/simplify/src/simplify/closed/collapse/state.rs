@@ -46,8 +46,8 @@ pub struct Collapse<'a> {
     pub(super) merged: Vec<u32>,
     /// Number of nodes that are no ghost vertices; they come first.
     pub(super) n_inner: usize,
-    pub(super) n_vertices: usize,
-    pub(super) n_faces: usize,
+    pub n_vertices: usize,
+    pub n_faces: usize,
     pub(super) pass: u32,
     pub(super) cheapest: Vec<CheapestEdge>,
     pub(super) n_link_tests: u32,
@@ -85,7 +85,6 @@ pub(super) enum CopyState<'a> {
 pub enum CollapseEnd {
     Reached,
     Smallest,
-    SmallestMirrored,
     WouldTurn,
     LosesShape,
     Held,
@@ -98,9 +97,6 @@ impl CollapseEnd {
         match self {
             Self::Reached => Outcome::Reached,
             Self::Smallest => Outcome::Stopped("every component is as small as its topology allows".into()),
-            Self::SmallestMirrored => {
-                Outcome::Stopped("every component is as small as its topology and the mirror plane allow".into())
-            }
             Self::Held => Outcome::Stopped("kept edges or locked vertices allow no further merge".into()),
             Self::TooFewFree(held, all) => Outcome::Stopped(format!(
                 "{held} of {all} vertices are on kept or locked edges, and merging the others would damage the shape"
@@ -311,8 +307,7 @@ impl<'a> Collapse<'a> {
     }
 
     pub(super) fn has_reached(&self, limit: Limit) -> bool {
-        let (n_vertices, n_faces) = self.size();
-        n_vertices <= limit.vertices && n_faces <= limit.faces
+        self.n_vertices <= limit.vertices && self.n_faces <= limit.faces
     }
 
     pub fn pass_prices(&self) -> &[(usize, f32)] {
@@ -321,9 +316,7 @@ impl<'a> Collapse<'a> {
 
     pub fn n_held(&self) -> usize {
         let Some(constraints) = &self.constraints else { return 0 };
-        let n = self.remaining().filter(|&v| constraints.is_held(self.nodes[v as usize].id)).count();
-        // In a mirrored mesh every held vertex counts twice.
-        if self.plane().is_some() { 2 * n } else { n }
+        self.remaining().filter(|&v| constraints.is_held(self.nodes[v as usize].id)).count()
     }
 
     pub fn without_constraints(self) -> Self {
@@ -334,13 +327,9 @@ impl<'a> Collapse<'a> {
         Self { pulse: self.pulse.counting_if(false), ..self }
     }
 
-    /// Returns the numbers of vertices and faces, in a mirrored half those of the whole mesh.
+    /// Returns the numbers of vertices and faces.
     pub fn size(&self) -> (usize, usize) {
-        // Vertices on the mirror plane belong to both halves.
-        match self.plane() {
-            None => (self.n_vertices, self.n_faces),
-            Some(plane) => (2 * self.n_vertices - plane.len(), 2 * self.n_faces),
-        }
+        (self.n_vertices, self.n_faces)
     }
 
     pub fn merges_to(&self, limit: Limit) -> usize {
@@ -348,7 +337,7 @@ impl<'a> Collapse<'a> {
         let least = merges_to(limit, n_vertices, n_faces);
         // The degree of a ghost vertex is the length of its boundary.
         let n_boundary: usize = self.nodes[self.n_inner..].iter().map(|ghost| ghost.degree as usize).sum();
-        if n_boundary == 0 || self.plane().is_some() || n_faces <= limit.faces {
+        if n_boundary == 0 || n_faces <= limit.faces {
             return least;
         }
         let share = (n_boundary as f64 / n_vertices.max(1) as f64).min(1.0);

@@ -2,7 +2,6 @@
 
 pub mod area_weights;
 pub mod feature_edges;
-mod half_quadrics;
 pub mod surface;
 
 use crate::mesh::pulse::Pulse;
@@ -39,7 +38,6 @@ pub fn prepare_surface<'a>(mut surface: PreparedSurface<'a>, request: &ClosedReq
         surface.weigh_small_faces();
     }
     surface.support_edges(features.held_edges());
-    pins.plane().into_iter().for_each(|plane| half_quadrics::complete(&mut surface, plane));
     let original = Original { mesh: task.input.mesh, surface, features, pins, attributes: None };
     let attributes = task.attributes().map(|attributes| original.turn_normals(attributes));
     Original { attributes, ..original }

@@ -292,27 +292,11 @@ pub fn line_along(edge: Vec3) -> [f32; 6] {
     line
 }
 
-#[derive(Clone, Copy)]
-pub enum Neighbour {
-    Ghost,
-    At(Vec3),
-    AlongCut(Vec3),
-}
-
-impl Neighbour {
-    fn position(self) -> Option<Vec3> {
-        match self {
-            Self::Ghost => None,
-            Self::At(p) | Self::AlongCut(p) => Some(p),
-        }
-    }
-}
-
-/// Sums the planes around a vertex and the lines along its boundary edges and folds.
+/// Sums the planes around a vertex and the lines along its boundary edges and folds; `None` in `ring` is a ghost vertex.
 #[inline(always)]
 pub fn planes_around(
     centre: Vec3,
-    ring: impl DoubleEndedIterator<Item = Neighbour> + Clone,
+    ring: impl DoubleEndedIterator<Item = Option<Vec3>> + Clone,
     area_weights: AreaWeights,
 ) -> [f32; 6] {
     let mut sum = [0.0; 6];
@@ -322,14 +306,14 @@ pub fn planes_around(
     let mut first = None;
     for here in ring.clone() {
         let mut normal = Vec3::ZERO;
-        if let (Some(p), Some(q)) = (before.position(), here.position())
+        if let (Some(p), Some(q)) = (before, here)
             && let Some((of_face, plane)) = plane_of([centre, p, q], area_weights)
         {
             add(&mut sum, &plane);
             normal = of_face;
         }
         // Next to a ghost vertex the edge is a boundary.
-        if let (Neighbour::At(end), Neighbour::Ghost) | (Neighbour::Ghost, Neighbour::At(end)) = (before, here) {
+        if let (Some(end), None) | (None, Some(end)) = (before, here) {
             add(&mut sum, &line_along(end - centre));
         }
         has_folds |= last.dot(normal) < 0.0;
@@ -339,7 +323,7 @@ pub fn planes_around(
     has_folds |= first.is_some_and(|first| last.dot(first) < 0.0);
     // Folds are rare, so they are searched only if two faces oppose each other.
     if has_folds {
-        let places: Vec<Option<Vec3>> = ring.map(Neighbour::position).collect();
+        let places: Vec<Option<Vec3>> = ring.collect();
         for end in folds_around(centre, places.iter().copied()).filter_map(|i| places[i]) {
             add(&mut sum, &line_along(end - centre));
         }

@@ -83,9 +83,6 @@ fn find_flip(written: &WrittenFaces, output: &Output, f: u32) -> Option<Diamond>
 
 /// Moves corners of degenerate faces to the nearest free position that helps; returns the number of moves.
 pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]], frame: &Frame) -> usize {
-    if output.pins.plane().is_some() {
-        return 0;
-    }
     let degenerate = WrittenFaces { positions, frame }.find_degenerate(original.surface.pulse, output.faces());
     if degenerate.is_empty() {
         return 0;
@@ -100,7 +97,7 @@ pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]
             continue;
         }
         let is_free =
-            |v: &u32| !output.pins.is_pinned(*v) && output.faces_around().corners(*v).len() <= MOST_CORNERS / 2;
+            |v: &u32| !output.pins.is_locked(*v) && output.faces_around().corners(*v).len() <= MOST_CORNERS / 2;
         let better = |v: u32| {
             let is_fine = |place: &FreePosition| {
                 !taken.contains(&written_key(frame, place.0)) && keeps_directions(output, positions, frame, v, place.0)

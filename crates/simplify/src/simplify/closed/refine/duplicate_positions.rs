@@ -21,8 +21,8 @@ const SMALL: f32 = 64.0;
 /// Separates vertices whose positions are equal in the file, by the smallest steps that change them; returns the number
 /// moved.
 pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &Frame) -> usize {
-    // Without duplicates, the common case, one pass over a table of bits suffices.
-    if !pins.may_separate() || are_apart(pulse, positions, frame) {
+    // A subset has fixed positions. Without duplicates, the common case, one pass over a table of bits suffices.
+    if pins.is_subset() || are_apart(pulse, positions, frame) {
         return 0;
     }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
@@ -43,42 +43,6 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
                 n_tried.entry(written).or_default(),
             );
             n_moved += 1;
-        }
-    }
-    n_moved
-}
-
-/// Separates the vertices of a half from each other and their images; `placed` snaps positions to the plane's grid.
-pub fn separate_mirrored(
-    positions: &mut [[f32; 3]],
-    image: &dyn Fn([f32; 3]) -> [f32; 3],
-    placed: &dyn Fn(usize, [f32; 3]) -> [f32; 3],
-    frame: &Frame,
-) -> usize {
-    let images = positions.iter().map(|&p| (p, image(p))).filter(|(p, image)| p != image).map(|(_, image)| image);
-    let all: Vec<[f32; 3]> = positions.iter().copied().chain(images).collect();
-    if are_apart(Pulse::NONE, &all, frame) {
-        return 0;
-    }
-    let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
-    let (steps, mut n_moved) = (VisibleSteps::new(positions, frame), 0);
-    for (v, slot) in positions.iter_mut().enumerate() {
-        let position = *slot;
-        let steps = steps.steps_at(position);
-        let mut number = 0;
-        loop {
-            let offset = grid_offset(number, steps);
-            let place = placed(v, std::array::from_fn(|axis| position[axis] + offset[axis]));
-            // A vertex off the plane claims two positions, its own and its image's.
-            let keys = [place, image(place)].map(|p| written_key(frame, p));
-            let is_alone = keys[0] != keys[1] || place == image(place);
-            if is_alone && place.iter().all(|x| x.is_finite()) && !keys.iter().any(|key| taken.contains(key)) {
-                taken.extend(keys);
-                *slot = place;
-                n_moved += usize::from(number > 0);
-                break;
-            }
-            number += 1;
         }
     }
     n_moved

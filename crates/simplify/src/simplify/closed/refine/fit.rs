@@ -233,8 +233,6 @@ fn directions(
         system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[corner] * x);
         system[6..].iter_mut().zip(normal.to_array()).for_each(|(entry, x)| *entry += sum.heights[corner] * x);
     });
-    // In a half, solutions have no component across the mirror plane.
-    output.pins.plane().into_iter().for_each(|plane| plane.confine_to_plane(&mut systems));
     systems.par_iter().map(|system| solve_block(system, *stay)).collect()
 }
 
@@ -289,8 +287,7 @@ fn boundary_vertices(pulse: Pulse, points: &SamplePoints, output: &Output) -> Ve
         return Vec::new();
     }
     // A directed edge without its opposite is a boundary.
-    let is_open =
-        |&[a, b]: &[u32; 2]| output.faces_around().face_along(b, a).is_none() && !output.pins.are_on_cut(a, b);
+    let is_open = |&[a, b]: &[u32; 2]| output.faces_around().face_along(b, a).is_none();
     let mut vertices = Vec::new();
     for faces in pulse.chunks(output.faces()) {
         let sides = faces.par_iter().flat_map_iter(|&[a, b, c]| [[a, b], [b, c], [c, a]]);

@@ -143,7 +143,7 @@ fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
 fn better_corner(view: &RepairView, f: u32) -> Option<(u32, Vec3)> {
     let RepairView { output, .. } = view;
     // Pinned vertices stay, and vertices of high valence would take too long.
-    let is_movable = |v: &u32| !output.pins.is_pinned(*v) && output.faces_around().corners(*v).len() <= MOST_FACES / 2;
+    let is_movable = |v: &u32| !output.pins.is_locked(*v) && output.faces_around().corners(*v).len() <= MOST_FACES / 2;
     output.face(f).into_iter().filter(is_movable).find_map(|v| {
         let here = output.positions[v as usize];
         let star = MovableStar::new(view, v);

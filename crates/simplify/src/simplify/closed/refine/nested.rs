@@ -54,7 +54,7 @@ type Moves = [(u32, Vec3); 3];
 pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize, has_shells: bool) {
     // The fit moves each surface by itself: where two surfaces are closer than its error, their faces cross.
     let (mut component_of, n_components) = output_components(output);
-    if n_components < 2 && !has_shells || output.pins.is_subset() || output.pins.plane().is_some() {
+    if n_components < 2 && !has_shells || output.pins.is_subset() {
         return;
     }
     component_of.resize(output.positions.len(), 0);
@@ -295,7 +295,7 @@ impl NestedComponents<'_> {
         let corners = self.output.face(face);
         // The minimum-norm moves of the corners that give the point this step.
         let step = step / Vec3::from(weights).length_squared();
-        let is_free = |v: &u32| !self.output.pins.is_pinned(*v);
+        let is_free = |v: &u32| !self.output.pins.is_locked(*v);
         corners.iter().all(is_free).then(|| [0, 1, 2].map(|i| (corners[i], step * weights[i])))
     }
 }

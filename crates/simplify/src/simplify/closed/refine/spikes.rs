@@ -125,7 +125,7 @@ impl<'a> Spikes<'a> {
     fn shorten(&mut self, v: u32) -> bool {
         let at = v as usize;
         let is_suspect = self.distances[at] > self.least && self.distances[at] > SUSPECT * self.most_distance(v);
-        if !is_suspect || self.output.pins.is_pinned(v) {
+        if !is_suspect || self.output.pins.is_locked(v) {
             return false;
         }
         let around: Vec<u32> = std::iter::once(v).chain(self.neighbours(v)).collect();
