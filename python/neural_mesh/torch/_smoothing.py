@@ -93,16 +93,17 @@ def _smooth_over(points: Any, batch: Any, means: Any, sizes: Any, owner: Any, ne
         own = (neighbours[batch] == k).nonzero()[:, 0] if k > 0 else batch[:0]
         if len(own) == 0:
             continue
-        nearest, positions, sources = nearest_to(means, points[own], k, owner, batch[own]), wide(points[own]), wide(means)
-        weights = torch.where(nearest >= 0, sizes[nearest.clamp(min=0)], 0).to(positions.dtype)
-        crowding = crowding.index_copy(0, own, weights.sum(1) / (nearest >= 0).sum(1))
-        step = max(_PART // k, 1)
-        parts = zip(positions.split(step), nearest.split(step), weights.split(step), strict=True)
-        # Terms of all neighbours would not fit into memory, so gradients compute them again.
-        if torch.is_grad_enabled() and points.requires_grad:
-            moved = [checkpoint(_project, part, sources, some, weight, use_reentrant=False) for part, some, weight in parts]
-        else:
-            moved = [_project(part, sources, some, weight) for part, some, weight in parts]
+        nearest, sources = nearest_to(means, points[own], k, owner, batch[own]), wide(means)
+        step, moved, crowds = max(_PART // k, 1), [], []
+        for part, some in zip(wide(points[own]).split(step), nearest.split(step), strict=True):
+            weights = torch.where(some >= 0, sizes[some.clamp(min=0)], 0).to(part.dtype)
+            crowds.append(weights.sum(1) / (some >= 0).sum(1))
+            # Terms of all neighbours would not fit into memory, so gradients compute them again.
+            if torch.is_grad_enabled() and points.requires_grad:
+                moved.append(checkpoint(_project, part, sources, some, weights, use_reentrant=False))
+            else:
+                moved.append(_project(part, sources, some, weights))
+        crowding = crowding.index_copy(0, own, torch.cat(crowds))
         result = result.index_copy(0, own, torch.cat(moved).to(points.dtype))
     return result, crowding
 
