@@ -166,7 +166,7 @@ impl TriangulatedCloud {
         Ok(Self { surface, stars, graph, scaled })
     }
 
-    /// Draws samples; those of `crowding`, the density of points within their noise, are no denser for it.
+    /// Draws samples, whose density does not grow with the `crowding` of points.
     fn draw_samples(
         &self,
         options: &PointsOptions,
