@@ -13,7 +13,7 @@ torch = pytest.importorskip("torch")
 import neural_mesh as nm  # noqa: E402
 import neural_mesh.torch as nmt  # noqa: E402
 from conftest import MESHES, torus  # noqa: E402
-from neural_mesh.torch import _closing, _clouds, _placing, losses  # noqa: E402
+from neural_mesh.torch import _closing, _clouds, _placing, _smoothing, losses  # noqa: E402
 from neural_mesh.torch._regions import choose_manifold  # noqa: E402
 
 
@@ -152,6 +152,15 @@ def test_noise_is_found_and_smoothed() -> None:
     packed = nmt.smooth_points(torch.cat([rough, points, other]), torch.arange(3).repeat_interleave(torch.tensor([3000, 3000, 1500])))
     assert torch.equal(packed[3000:6000], points)
     assert torch.allclose(packed, torch.cat([smooth, points, nmt.smooth_points(other)]), atol=1e-5)
+
+
+def test_crowded_points_are_smoothed_as_others() -> None:
+    """Ten times as many points on a cap have the noise of the others, which is several times their distance."""
+    dense = sphere(60_000)
+    rough = noisy(torch.cat([sphere(3000), dense[dense[:, 2] > 0.9]]), 0.05)
+    smooth, crowding = _smoothing.smooth_noise(rough)
+    assert off_sphere(smooth[3000:]) < 0.3 * off_sphere(rough[3000:])
+    assert float(crowding[3000:].median()) > 2 * float(crowding[:3000].median()) >= 2
 
 
 def test_points_of_a_quadric_stay_and_few_points_do_not_break() -> None:

@@ -20,7 +20,7 @@ from ._packed import Packed, pack_meshes
 from ._placing import place_samples, region_quadrics, score_gains
 from ._regions import Quotient, assign_to_samples, choose_faces, choose_manifold, orient_faces, pooling_matrices, quotient
 from ._sampling import inclusion, log_probability, multinomial_samples, sample_counts, scattered_samples
-from ._smoothing import smooth_points
+from ._smoothing import smooth_noise
 
 Draw = Literal["scattered", "multinomial"]
 Gradient = Literal["straight-through", "none"]
@@ -202,12 +202,12 @@ class Simplifier(torch.nn.Module):
         """
         packed = pack_meshes(vertices, faces, batch)
         vertices, _, batch, n_meshes = packed
-        is_cloud = packed.faces is None
+        is_cloud, crowding = packed.faces is None, None
         several = batch if n_meshes > 1 else None
         if normals is not None and not is_cloud:
             raise NeuralMeshError("normals: only clouds need them: leave out normals or faces")
         if is_cloud:
-            vertices = vertices if keep_points else smooth_points(vertices, several)
+            vertices, crowding = (vertices, None) if keep_points else smooth_noise(vertices, several)
             packed = packed._replace(vertices=vertices, faces=cloud_faces(vertices, several, normals))
         surface = packed.faces
         if sum(given is not None for given in (ratio, n_samples, samples)) != 1:
@@ -218,6 +218,8 @@ class Simplifier(torch.nn.Module):
         points = in_edge_lengths(vertices, graph, batch, n_meshes).to(self.face_classifier.output.bias.dtype)
         if scores is None:
             scores = self.point_sampler(points, graph, self._normals(packed))
+            # Where points are denser than their noise, samples are no denser for it.
+            scores = scores if crowding is None else scores - crowding.log().to(scores.dtype)
         else:
             scores = _check_scores(scores, points)
         if samples is None:

@@ -2,7 +2,7 @@
 //!
 //! A cloud has no triangles. Those of local Delaunay triangulations take the place of the mesh's, an addition to the paper.
 
-use super::cloud::{ManifoldFaces, StarTriangles, close_surface, noise_neighbours, smooth_points, star_triangles};
+use super::cloud::{ManifoldFaces, StarTriangles, close_surface, smooth_noise, star_triangles};
 use super::paper::{NO_SAMPLE, Quotient, RegionQuadrics, assign_to_samples, quotient};
 use super::progress::{POINTS, Progress, run_with_listener};
 use super::{Listener, SimplifyError, scattered_samples};
@@ -107,12 +107,12 @@ fn mesh_cloud(
     progress: Progress,
 ) -> Result<MeshedPoints, SimplifyError> {
     progress.enter("scores", 1)?;
-    let smoothed_over = if options.keep_points { None } else { noise_neighbours(points) };
-    let smoothed = smoothed_over.map(|k| smooth_points(points, k));
-    let points = smoothed.as_deref().unwrap_or(points);
+    let smoothed = if options.keep_points { None } else { smooth_noise(points) };
+    let (points, crowding) = smoothed.as_ref().map_or((points, None), |all| (&all.points[..], Some(&all.crowding[..])));
+    let smoothed_over = smoothed.as_ref().map(|all| all.neighbours);
     let cloud = TriangulatedCloud::new(points)?;
     let places = !options.keep_points && options.n_vertices < points.len();
-    let sampled = cloud.draw_samples(options, places, weights, progress)?;
+    let sampled = cloud.draw_samples(options, crowding, weights, progress)?;
     progress.enter("edges", 1)?;
     // Edges between samples are longer, so the units change.
     let between = quotient(points, cloud.surface.faces(), &sampled.assignment, sampled.samples.len());
@@ -166,10 +166,11 @@ impl TriangulatedCloud {
         Ok(Self { surface, stars, graph, scaled })
     }
 
+    /// Draws samples, whose density does not grow with the `crowding` of points.
     fn draw_samples(
         &self,
         options: &PointsOptions,
-        places: bool,
+        crowding: Option<&[f32]>,
         weights: &Weights,
         progress: Progress,
     ) -> Result<CloudSamples, SimplifyError> {
@@ -181,11 +182,13 @@ impl TriangulatedCloud {
             let all: Vec<u32> = (0..n as u32).collect();
             return Ok(CloudSamples { assignment: all.clone(), samples: all });
         }
-        let scores = vertex_scores(weights, scaled, None, graph);
+        let mut scores = vertex_scores(weights, scaled, None, graph);
+        let crowds = scores.iter_mut().zip(crowding.into_iter().flatten());
+        crowds.for_each(|(score, crowding)| *score -= crowding.ln());
         let mut samples = scattered_samples(scaled, graph, &scores, n, options.seed);
         progress.enter("assign", 1)?;
         let mut assignment = assign_to_samples(scaled, graph, &samples);
-        if places {
+        if !options.keep_points {
             let scores = RegionQuadrics::new(surface, &samples, &assignment).scores(&assignment, &scores);
             samples = scattered_samples(scaled, graph, &scores, n, options.seed);
             assignment = assign_to_samples(scaled, graph, &samples);

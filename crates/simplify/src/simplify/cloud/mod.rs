@@ -9,5 +9,5 @@ mod stars;
 
 pub use closing::close_surface;
 pub use manifold_faces::ManifoldFaces;
-pub use smoothing::{noise_neighbours, smooth_points};
+pub use smoothing::smooth_noise;
 pub use stars::{StarTriangles, star_triangles};
