@@ -100,11 +100,12 @@ class NamedShare(TypedDict):
     faces: int
 
 
-class _Bake(TypedDict, total=False):
+class _Drawn(TypedDict, total=False):
     bake: float
+    picture: float
 
 
-class Seconds(_Bake):
+class Seconds(_Drawn):
     """Wall-clock seconds, in total and by stage of `simplify`."""
 
     read: float

@@ -123,11 +123,15 @@ def test_many_meshes_keep_order() -> None:
         nm.simplify_many([meshes[0], (np.zeros((0, 3)), np.zeros((0, 3), int))], ratio=0.5)
 
 
-def test_report_matches_schema() -> None:
+def test_report_matches_schema(tmp_path: Path) -> None:
     schema = nm.report_schema()
     vertices, faces, uv = grid(12)
     runs = [nm.simplify(torus(20, 12), ratio=0.5), nm.simplify(torus(20, 12), error="1%"), nm.simplify(vertices, faces, faces=100, check=True)]
     runs += nm.lods(torus(20, 12), [0.5, 0.2], check=True)
+    source = tmp_path / "source.obj"
+    nm.simplify(torus(20, 12), ratio=1.0, out=source)
+    runs.append(nm.simplify(source, ratio=0.5, out=tmp_path / "light.obj", picture=tmp_path / "light.png"))
+    assert runs[-1].report["seconds"]["picture"] > 0.0
     for light in runs:
         assert not list(find_mismatches(light.report, schema)), light.report
 

@@ -85,7 +85,7 @@ fn smooth_once(points: &[[f32; 3]]) -> SmoothedPoints {
     SmoothedPoints { points, crowding, neighbours }
 }
 
-/// NeighbourLayers of neighbours of some points of a cloud, of several numbers of neighbours.
+/// Layers of the neighbours of some points of a cloud, of several numbers of neighbours.
 struct NeighbourLayers {
     /// Least spread over the middle one; for each number, of each probe.
     thickness: Vec<Vec<f64>>,
