@@ -131,7 +131,7 @@ def _layers(points: Any, batch: Any, numbers: tuple[int, ...]) -> _Layers:
 def _noise(points: Any, batch: Any) -> Any:
     """Returns the standard deviation of each cloud's noise, n_clouds: the median over the surface of the heights of layers.
 
-    Of the layers around a probe, it is the first that doubling makes thicker; balls of noise are passed over."""
+    The layer of a probe is the first that doubling makes thicker. Balls of noise are no layers."""
     thickness, height, reach, cloud = _layers(points, batch, _NEIGHBOURS)
     thickens = torch.cat([thickness[1:] >= thickness[:-1], torch.ones_like(thickness[:1], dtype=torch.bool)])
     is_layer = (thickness < _SOLID) & thickens

@@ -1,7 +1,7 @@
 //! Projection of noisy points to the surface through their neighbours (moving least squares; Levin 1998, Alexa et al.
 //! 2003).
 
-use super::planes::{FittedPlane, fit_plane, point, tangents};
+use super::planes::{fit_plane, point, tangents};
 use crate::spatial::nearest_to;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -101,27 +101,24 @@ impl NeighbourLayers {
         let probes: Vec<[f32; 3]> = points.iter().copied().step_by(step).collect();
         let most = numbers[numbers.len() - 1].min(points.len());
         let nearest = nearest_to(points, &probes, most);
-        let per_number = |value: &(dyn Fn(usize, &[u32]) -> f64 + Sync)| {
-            let of_number = |&k: &usize| {
-                let rows = nearest.par_chunks_exact(most).enumerate();
-                rows.map(|(probe, some)| value(probe, &some[..k.min(most)])).collect()
-            };
-            numbers.iter().map(of_number).collect::<Vec<Vec<f64>>>()
+        // Thickness, height and reach.
+        let measure = |(probe, some): (usize, &[u32])| {
+            let [low, middle, _] = fit_plane(some.iter().map(|&v| (point(points, v), 1.0))).spread;
+            let farthest = point(points, some[some.len() - 1]);
+            [low / middle.max(f64::MIN_POSITIVE), low, farthest.distance(point(&probes, probe as u32))]
         };
-        let plane = |some: &[u32]| -> FittedPlane { fit_plane(some.iter().map(|&v| (point(points, v), 1.0))) };
-        let height = per_number(&|_, some| plane(some).spread[0]);
-        let middle = per_number(&|_, some| plane(some).spread[1]);
-        let over = |(low, middle): (&f64, &f64)| low / middle.max(f64::MIN_POSITIVE);
-        let thickness = height.iter().zip(&middle).map(|(low, middle)| low.iter().zip(middle).map(over).collect());
-        let farthest = |some: &[u32]| point(points, some[some.len() - 1]);
-        let reach = per_number(&|probe, some| farthest(some).distance(point(&probes, probe as u32)));
-        Self { thickness: thickness.collect(), height, reach }
+        let of_number = |&k: &usize| -> Vec<[f64; 3]> {
+            nearest.par_chunks_exact(most).map(|some| &some[..k.min(most)]).enumerate().map(measure).collect()
+        };
+        let layers: Vec<Vec<[f64; 3]>> = numbers.iter().map(of_number).collect();
+        let values = |i: usize| layers.iter().map(|some| some.iter().map(|layer| layer[i]).collect()).collect();
+        Self { thickness: values(0), height: values(1), reach: values(2) }
     }
 }
 
 /// Returns the standard deviation of the noise: the median over the surface of the heights of layers.
 ///
-/// Of the layers around a probe, it is the first that doubling makes thicker; balls of noise are passed over.
+/// The layer of a probe is the first that doubling makes thicker. Balls of noise are no layers.
 fn estimate_noise(points: &[[f32; 3]]) -> f64 {
     let NeighbourLayers { thickness, height, reach } = NeighbourLayers::new(points, &NEIGHBOURS);
     let height_at = |probe: usize| {
