@@ -5,7 +5,9 @@ use std::cell::Cell;
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{TriMesh, UnitedMesh};
-use crate::metrics::{CertifiedDistance, DistanceTolerance, certified_distance, certified_distance_with_budget};
+use crate::metrics::{
+    CertifiedDistance, DistanceTolerance, certified_distance, certified_distance_with_budget, quick_distance,
+};
 use crate::model::Weights;
 use crate::simplify::{
     ClosedOptions, Input, Listener, Outcome, Simplified, SimplifyError, Target, prune, simplify_levels_of_detail,
@@ -29,6 +31,8 @@ const MOST_ROUNDS: usize = 7;
 // Distances fluctuate by more than 5 % between neighbouring sizes. Three sizes in an interval of `NEAR` differ by a
 // factor of 1.024.
 const CLOSE: f64 = 1.05;
+/// Samples of each surface that decide, with all vertices, whether a result is worth a proof.
+const SAMPLES: usize = 10_000;
 /// Share of the allowed distance below which the smallest accepted result reopens the search, once.
 const SPARE: f64 = 0.9;
 /// Budget of visited triangles and boxes for all proofs: the first per face of the original, plus the second.
@@ -191,42 +195,37 @@ fn smallest_within_error(
     prover: &Prover,
     levels: &mut MakeLevels,
 ) -> Result<(Option<Simplified>, usize), SimplifyError> {
-    let mut range = Range {
-        too_few: 0,
-        enough: prover.original.n_vertices,
-        sizes_within_error: Vec::new(),
-        were_predicted: false,
-        was_reopened: false,
-    };
-    let (mut best, mut n_tries) = (None, 0);
-    for _ in 0..MOST_ROUNDS {
-        if range.is_narrow() && !range.reopens() {
-            break;
+    let mut range = Range::new(prover.original.n_vertices);
+    // Results of which no sample is too far, with the size asked for, largest first.
+    let mut near: Vec<(usize, Simplified)> = Vec::new();
+    let (mut n_tries, mut n_rounds) = (0, 0);
+    loop {
+        let is_over = range.is_narrow() && !range.reopens();
+        let sizes = if is_over || n_rounds == MOST_ROUNDS { Vec::new() } else { range.sizes() };
+        // A constraint keeps the result larger than the requested size, so smaller sizes are useless.
+        let is_smallest = near.last().is_some_and(|(size, result)| result.mesh.positions().len() > *size);
+        if sizes.is_empty() || is_smallest || prover.left.get() == 0 {
+            // Proofs take longer than results, so only the smallest result has one, and if it fails the next.
+            let Some((size, result)) = near.pop() else { return Ok((None, n_tries)) };
+            if prover.distance(&result).is_some() {
+                return Ok((Some(result), n_tries));
+            }
+            range.reject(size, near.last().map(|(size, _)| *size));
+            continue;
         }
-        let sizes = range.sizes();
-        if sizes.is_empty() || prover.left.get() == 0 {
-            break;
-        }
+        n_rounds += 1;
         let mut results = levels(&sizes)?;
         n_tries += results.len();
-        let n_hold = count_within_error(&results, |result| {
-            let distance = prover.distance(result);
-            let size = result.mesh.positions().len();
-            range.sizes_within_error.extend(distance.map(|distance| (size, distance / prover.error)));
-            distance.is_some()
+        let n_near = count_within_error(&results, |result| {
+            let share = prover.share_of_samples(result);
+            range.shares.push((result.mesh.positions().len(), share));
+            share <= 1.0
         });
-        range.too_few = sizes.get(n_hold).copied().unwrap_or(range.too_few);
-        if n_hold > 0 {
-            results.truncate(n_hold);
-            range.enough = sizes[n_hold - 1];
-            best = results.pop();
-        }
-        // A constraint keeps the result larger than the requested size, so smaller sizes are useless.
-        if best.as_ref().is_some_and(|best: &Simplified| best.mesh.positions().len() > range.enough) {
-            break;
-        }
+        range.too_few = sizes.get(n_near).copied().unwrap_or(range.too_few);
+        results.truncate(n_near);
+        near.extend(sizes.into_iter().zip(results));
+        range.enough = near.last().map_or(range.enough, |(size, _)| *size);
     }
-    Ok((best, n_tries))
 }
 
 /// Counts the results within the error, largest first, assuming that larger results are nearer.
@@ -295,6 +294,12 @@ impl<'a> Prover<'a> {
         Self { original, error, left: Cell::new(most), is_any_open: Cell::new(false) }
     }
 
+    /// Returns the largest distance of samples and vertices, over the error.
+    fn share_of_samples(&self, simplified: &Simplified) -> f64 {
+        let found = quick_distance(&self.original.view, &self.original.view_of(simplified), SAMPLES, 0);
+        found.map_or(0.0, |found| if found.max > 0.0 { found.max / self.error } else { 0.0 })
+    }
+
     /// Returns a lower bound of the distance if the distance is proved to be within the error.
     fn distance(&self, simplified: &Simplified) -> Option<f64> {
         let asked = DistanceTolerance { enough: self.error, too_much: self.error, gap: 0.0 };
@@ -315,13 +320,26 @@ impl<'a> Prover<'a> {
 struct Range {
     too_few: usize,
     enough: usize,
-    sizes_within_error: Vec<(usize, f64)>,
+    n_vertices: usize,
+    /// Sizes of results with their distance over the error.
+    shares: Vec<(usize, f64)>,
     /// True if the last sizes were predicted; the next ones then are not.
     were_predicted: bool,
     was_reopened: bool,
 }
 
 impl Range {
+    fn new(n_vertices: usize) -> Self {
+        let (shares, were_predicted, was_reopened) = (Vec::new(), false, false);
+        Self { too_few: 0, enough: n_vertices, n_vertices, shares, were_predicted, was_reopened }
+    }
+
+    /// Rejects the smallest accepted size, after which `enough` is the next.
+    fn reject(&mut self, size: usize, enough: Option<usize>) {
+        self.shares.retain(|&(n, share)| n > size || share > 1.0);
+        (self.too_few, self.enough) = (size, enough.unwrap_or(self.n_vertices));
+    }
+
     fn is_narrow(&self) -> bool {
         self.enough as f64 <= (self.too_few as f64 * CLOSE).max(self.too_few as f64 + 1.0)
     }
@@ -329,7 +347,7 @@ impl Range {
     /// Reopens sizes below the rejected ones, once, if the smallest accepted result is well within the error.
     fn reopens(&mut self) -> bool {
         let spares = |&(size, share): &(usize, f64)| size == self.enough && share < SPARE;
-        let reopens = !self.was_reopened && self.sizes_within_error.iter().any(spares);
+        let reopens = !self.was_reopened && self.shares.iter().any(spares);
         if reopens {
             (self.was_reopened, self.were_predicted) = (true, false);
             self.too_few = (self.enough as f64 / NEAR.powi(SIZES as i32 + 1)) as usize;
@@ -360,12 +378,13 @@ impl Range {
     }
 
     fn predict_size(&self) -> Option<f64> {
-        let mut sizes_within_error: Vec<(usize, f64)> =
-            self.sizes_within_error.iter().copied().filter(|&(_, share)| share > 0.0).collect();
-        sizes_within_error.sort_by_key(|&(size, _)| size);
-        let &(size, share) = sizes_within_error.first()?;
-        let power = sizes_within_error.get(1).map_or(USUAL_POWER, |&(larger, less)| {
-            (share / less).ln() / (larger as f64 / size as f64).ln().max(f64::MIN_POSITIVE)
+        let near = self.shares.iter().filter(|(_, share)| *share > 0.0 && *share <= 1.0);
+        let &(size, share) = near.min_by_key(|(size, _)| *size)?;
+        // Through the nearest size on the other side, else the next on this.
+        let others = self.shares.iter().filter(|&&(other, share)| share > 0.0 && other != size);
+        let other = others.min_by_key(|(other, _)| (*other > size, other.abs_diff(size)));
+        let power = other.map_or(USUAL_POWER, |&(other, other_share)| {
+            (share / other_share).ln() / (other as f64 / size as f64).ln()
         });
         Some(size as f64 * share.powf(1.0 / power.clamp(POWERS[0], POWERS[1])))
     }
@@ -408,15 +427,15 @@ mod tests {
             glam::DMat4::from_translation(glam::DVec3::new(x, 0.0, 0.0))
                 * glam::DMat4::from_scale(glam::DVec3::splat(scale))
         });
-        let united =
-            UnitedMesh::new(&[ScenePiece { mesh: &mesh, attributes: &attributes, scale: 10.0, places: &places }])
-                .unwrap();
-        let mut input = Input::bare(&united.mesh);
-        (input.attributes, input.scene) = (&united.attributes, Some(&united));
-        let options = ClosedOptions::default();
-        let go_on = &mut |_| ControlFlow::Continue(());
-        let found = simplify_to_error(&input, None, &options, 0.2, go_on).unwrap();
-        let alone = simplify_to_error(&Input::bare(&mesh), None, &options, 0.02, go_on).unwrap();
+        let find = |places: &[glam::DMat4], scale: f32, error: f64| {
+            let piece = ScenePiece { mesh: &mesh, attributes: &attributes, scale: scale.into(), places };
+            let united = UnitedMesh::new(&[piece]).unwrap();
+            let mut input = Input::bare(&united.mesh);
+            (input.attributes, input.scene) = (&united.attributes, Some(&united));
+            let go_on = &mut |_| ControlFlow::Continue(());
+            simplify_to_error(&input, None, &ClosedOptions::default(), error, go_on).unwrap()
+        };
+        let (found, alone) = (find(&places, 10.0, 0.2), find(&places[..1], 1.0, 0.02));
         let [scene, alone] = [&found, &alone].map(|found| found.simplified.mesh.positions().len() as f64);
         assert!((0.9..1.1).contains(&(scene / alone)), "{scene} {alone}");
         assert!(found.distance.upper <= 0.2 && found.distance.diagonal > 40.0, "{:?}", found.distance);

@@ -6,8 +6,9 @@ mod collapse;
 mod indices;
 
 pub use collapse::{
-    CollapseError, CollapseOptions, CollapseOutcome, CollapseRecord, CollapseResult, CollapseSize, Heartbeat,
-    PassListener, collapse, collapse_to_sizes,
+    BOUNDARY_WEIGHT, CollapseError, CollapseOptions, CollapseOutcome, CollapseRecord, CollapseResult, CollapseSize,
+    Heartbeat, LEAST_BENDING, MergePlace, PULL, PassListener, PassMerge, StartRing, VOLUME_SHARE, collapse,
+    collapse_to_sizes,
 };
 pub use indices::{
     IndexBuffers, IndexOptions, IndexResult, measure_extent, prune_components, select_points, simplify_indices,

@@ -13,14 +13,14 @@ use crate::collapse::rings::state;
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
 use crate::collapse::vector::{Point, cross, dot, squared_distance_to_segment, subtract};
 
-/// Merges v into u, which is on the boundary; returns how many faces go. An edge between two boundary vertices is a
+/// Merges v into u, which is on the boundary; returns how many faces go, and the place, seen from u. An edge between two boundary vertices is a
 /// boundary edge.
 #[inline(never)]
 pub(crate) fn merge_at_boundary(
     pass: &PassView,
     stretch: &mut VertexStretch,
     edge: EdgeToMerge,
-) -> Result<usize, Refusal> {
+) -> Result<(usize, Point), Refusal> {
     let (ring_u, ring_v) = (pass.rings.ring(edge.u), pass.rings.ring(edge.v));
     let (u, v) = (edge.u - stretch.first, edge.v - stretch.first);
     let is_along = stretch.states[v as usize] & state::BOUNDARY != 0;
@@ -39,8 +39,8 @@ pub(crate) fn merge_at_boundary(
     let [pu, pv] = [u, v].map(|w| stretch.vertices[w as usize].position);
     let d = subtract(pv, pu);
     let (qu, qv) = (&pass.terms.quadrics[edge.u as usize], &pass.terms.quadrics[edge.v as usize]);
-    let x = if edge.is_fixed { [0.0; 3] } else { place_pair(qu, qv, d, None) };
-    let x = [pu[0] + x[0], pu[1] + x[1], pu[2] + x[2]];
+    let seen = if edge.is_fixed { [0.0; 3] } else { place_pair(qu, qv, d, None) };
+    let x = [pu[0] + seen[0], pu[1] + seen[1], pu[2] + seen[2]];
     check_turns(stretch, ring_u, pu, x, edge.v, false)?;
     check_turns(stretch, ring_v, pv, x, edge.u, !is_along)?;
     let error = measure_error(stretch, &border, [u, v], x, is_along) + edge.measure_loss(qu, qv);
@@ -54,7 +54,7 @@ pub(crate) fn merge_at_boundary(
     for &w in &sides {
         stretch.degrees[w as usize] -= 1;
     }
-    Ok(sides.len())
+    Ok((sides.len(), seen))
 }
 
 // The weight of the boundary lines in a quadric, whose trace is twice that and the area's.

@@ -15,7 +15,7 @@ use crate::collapse::lanes::{EightIndices, EightLanes, Vectors, VertexQuadric, c
 use crate::collapse::placement::{VolumePlane, place_pair};
 use crate::collapse::rings::Vertex;
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
-use crate::collapse::vector;
+use crate::collapse::vector::{self, Point};
 
 /// Least cosine, squared, between a face's normals before and after a merge: 60 degrees.
 ///
@@ -64,14 +64,14 @@ impl EdgeToMerge {
     }
 }
 
-/// Merges v into u, both inside the surface; removes two faces.
+/// Merges v into u, both inside the surface; removes two faces and returns the place, seen from u.
 #[inline(always)]
 pub(crate) fn merge_inside<L: EightLanes>(
     pass: &PassView,
     stretch: &mut VertexStretch,
     border: &mut Border,
     edge: EdgeToMerge,
-) -> Result<(), Refusal> {
+) -> Result<Point, Refusal> {
     border.trace(pass, stretch, edge.u, edge.v)?;
     border.check_link(stretch)?;
     let (u, v) = (edge.u - stretch.first, edge.v - stretch.first);
@@ -101,13 +101,18 @@ pub(crate) fn merge_inside<L: EightLanes>(
     let [side, other_side] = border.sides();
     stretch.degrees[side as usize] -= 1;
     stretch.degrees[other_side as usize] -= 1;
-    Ok(())
+    Ok(x)
 }
 
 impl Border {
     /// The border, and the first vertex once more.
     fn close(&self) -> &[u32] {
         &self.vertices[..self.n + 9]
+    }
+
+    /// Returns the border, and how many of it are neighbours of u.
+    pub(crate) fn vertices(&self) -> (&[u32], usize) {
+        (&self.vertices[..self.n], self.n_u)
     }
 
     fn sides(&self) -> [u32; 2] {

@@ -24,6 +24,7 @@ mod frame;
 mod guard;
 mod lanes;
 mod merge;
+mod merges;
 mod options;
 mod passes;
 mod placement;
@@ -48,7 +49,10 @@ mod wedges;
 
 use std::ops::ControlFlow;
 
+pub use merges::{MergePlace, PassMerge, StartRing};
 pub use options::{CollapseError, CollapseOptions, CollapseOutcome, CollapseSize, Heartbeat, PassListener};
+pub use placement::VOLUME_SHARE;
+pub use quadric::{BOUNDARY_WEIGHT, LEAST_BENDING, PULL};
 pub use record::CollapseRecord;
 
 use attributes::WedgeAttributes;
@@ -172,7 +176,7 @@ pub(crate) fn collapse_by_wedges(
     let mut run = Run::new(positions, faces, options)?;
     let mut sides = followed.map(|sides| run.prepared.make_sides(faces, sides));
     run.go_to(size, sides.as_mut());
-    run.prepared.name_origins(&mut run.collapsed.origins);
+    run.name_origins();
     let out = run.place_vertices(positions);
     let error = run.error();
     let (faces, attributes) = match sides {
@@ -208,9 +212,9 @@ impl<'a> Run<'a> {
             CollapseSize::Faces(size) => (Unit::Face, size),
             CollapseSize::Vertices(size) => (Unit::Vertex, size),
         };
-        let CollapseOptions { moves, listener, max_error, .. } = *self.options;
+        let CollapseOptions { moves, records_merges, listener, max_error, .. } = *self.options;
         let max_error = self.prepared.frame.to_unit_length(max_error);
-        let goal = SizeGoal { unit, size, max_error, moves, listener };
+        let goal = SizeGoal { unit, size, max_error, moves, records_merges, listener };
         run_passes(&mut self.collapsed, goal, sides, self.team);
     }
 
@@ -239,6 +243,13 @@ impl<'a> Run<'a> {
         self.collapsed.rings.vertices.iter().zip(&self.collapsed.origins).map(place).collect()
     }
 
+    // Turns places along the curve into input vertices.
+    fn name_origins(&mut self) {
+        let names = self.prepared.list_origins();
+        self.collapsed.origins.iter_mut().for_each(|rank| *rank = names[*rank as usize]);
+        self.collapsed.merges.iter_mut().flatten().for_each(|merge| merge.rename(&names));
+    }
+
     fn error(&self) -> f32 {
         self.prepared.frame.to_input_length(self.collapsed.rings.errors.iter().copied().fold(0.0, f32::max))
     }
@@ -257,11 +268,12 @@ impl<'a> Run<'a> {
 
     // With one vertex for copies that are joined again.
     fn assemble(mut self, positions: &[[f32; 3]]) -> CollapseResult {
-        self.prepared.name_origins(&mut self.collapsed.origins);
+        self.name_origins();
         let (mut out, error) = (self.place_vertices(positions), self.error());
         let Run { mut prepared, collapsed, .. } = self;
-        let Collapsed { rings, numbers, mut origins, is_reached, pass_prices, .. } = collapsed;
+        let Collapsed { rings, numbers, mut origins, is_reached, pass_prices, merges, .. } = collapsed;
         let mut record = prepared.take_record(numbers, positions.len());
+        record.merges = merges;
         let mut faces = rings.to_faces();
         let mut errors: Vec<f32> = rings.errors.iter().map(|&error| prepared.frame.to_input_length(error)).collect();
         prepared.join_copies(&mut faces, (&mut out, &mut origins, &mut errors), &mut record);

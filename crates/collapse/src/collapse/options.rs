@@ -30,6 +30,8 @@ pub struct CollapseOptions<'a> {
     pub n_threads: usize,
     /// True if vertices that are no disk are cut into copies; otherwise a mesh with such vertices is refused.
     pub cuts: bool,
+    /// True if the record gets the merges, for derivatives.
+    pub records_merges: bool,
     /// Called before each pass with the share of the merges that is done; a break ends the collapse as stopped.
     pub listener: Option<PassListener<'a>>,
     /// Called often while the collapse runs.
@@ -78,6 +80,7 @@ impl Default for CollapseOptions<'_> {
             locked: &[],
             n_threads: 1,
             cuts: true,
+            records_merges: false,
             listener: None,
             heartbeat: Heartbeat::NONE,
         }

@@ -7,7 +7,7 @@ use crate::collapse::vector::Point64;
 /// The part of the way from least error to kept volume that a placement goes.
 ///
 /// At 1 the mean distance without a fit is 5 % smaller, the largest 16 % larger.
-const VOLUME_SHARE: f64 = 0.25;
+pub const VOLUME_SHARE: f64 = 0.25;
 
 /// Pivots below this share of the trace count as zero.
 const LEAST_PIVOT: f64 = 1e-9;

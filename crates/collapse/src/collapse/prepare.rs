@@ -103,13 +103,13 @@ impl Prepared {
         SideArrays { wedges, attributes }
     }
 
-    /// Turns places along the curve into input vertices.
-    pub(crate) fn name_origins(&self, origins: &mut [u32]) {
+    /// Returns the input vertex at each place along the curve.
+    pub(crate) fn list_origins(&self) -> Vec<u32> {
         let mut at_rank = vec![NONE; self.ranks.len()];
         for (v, &rank) in self.ranks.iter().enumerate() {
             at_rank[rank as usize] = self.original(v as u32) as u32;
         }
-        origins.iter_mut().for_each(|rank| *rank = at_rank[*rank as usize]);
+        at_rank
     }
 
     /// Returns the input's faces by vertices after cutting, if there were cuts.
@@ -133,7 +133,7 @@ impl Prepared {
 
     /// Returns the record of the given passes; the ranks go with it.
     pub(crate) fn take_record(&mut self, passes: Vec<Vec<u32>>, n_input: usize) -> CollapseRecord {
-        CollapseRecord { ranks: std::mem::take(&mut self.ranks), passes, n_input }
+        CollapseRecord { ranks: std::mem::take(&mut self.ranks), passes, n_input, merges: Vec::new() }
     }
 
     /// Makes one vertex of copies that could not be made disks, as in the input, and adds that as a pass to the record.

@@ -7,13 +7,13 @@ use crate::collapse::rings::{Rings, state};
 use crate::collapse::vector;
 
 /// Share of the area that is added to the diagonal: pulls to the vertex where planes leave a direction free.
-const PULL: f32 = 1e-6;
+pub const PULL: f32 = 1e-6;
 
 /// Least squared sine that counts as bending: that of normals within two and a half degrees.
-const LEAST_BENDING: f32 = 1e-3;
+pub const LEAST_BENDING: f32 = 1e-3;
 
 /// Weight of the lines along boundary edges, over the squared length of the edge.
-pub(crate) const BOUNDARY_WEIGHT: f32 = 1.0;
+pub const BOUNDARY_WEIGHT: f32 = 1.0;
 
 /// The same along lines inside the surface.
 const LINE_WEIGHT: f32 = 0.3;

@@ -1,5 +1,7 @@
 //! The record of a collapse: pass by pass, which vertices became one.
 
+use crate::collapse::merges::PassMerge;
+
 /// The numbering from the input's vertices to those of the result, in passes.
 ///
 /// A pass is an array: at each vertex of the mesh before it, the number of the vertex that it is in the mesh after it.
@@ -11,12 +13,18 @@ pub struct CollapseRecord {
     pub(crate) ranks: Vec<u32>,
     pub(crate) passes: Vec<Vec<u32>>,
     pub(crate) n_input: usize,
+    pub(crate) merges: Vec<Vec<PassMerge>>,
 }
 
 impl CollapseRecord {
     /// Returns the number of passes.
     pub fn n_passes(&self) -> usize {
         self.passes.len()
+    }
+
+    /// Returns the merges of a pass in their order, if they were recorded; a pass places all by the mesh before it.
+    pub fn merges(&self, pass: usize) -> &[PassMerge] {
+        self.merges.get(pass).map_or(&[], |merges| merges)
     }
 
     /// Returns the number of vertices before a pass, or after the last one.
@@ -66,8 +74,12 @@ mod tests {
 
     #[test]
     fn numbers_of_passes_are_composed() {
-        let record =
-            CollapseRecord { ranks: vec![2, 0, 1, 3], passes: vec![vec![0, 0, 1, 2], vec![0, 1, 1]], n_input: 4 };
+        let record = CollapseRecord {
+            ranks: vec![2, 0, 1, 3],
+            passes: vec![vec![0, 0, 1, 2], vec![0, 1, 1]],
+            n_input: 4,
+            merges: Vec::new(),
+        };
         assert_eq!(record.vertices_after(0), [2, 0, 1, 3]);
         assert_eq!(record.vertices_after(1), [1, 0, 0, 2]);
         assert_eq!(record.vertices_after(2), [1, 0, 0, 1]);

@@ -39,6 +39,7 @@ pub(crate) struct PassMesh<'a> {
     /// The best edge of each vertex; after a merge, the other end.
     pub best: &'a mut [u64],
     pub selection: Selection,
+    pub records_merges: bool,
     pub team: Team<'a>,
 }
 
@@ -65,9 +66,7 @@ pub(crate) fn merge_in_rounds(mut mesh: PassMesh, pass: usize) -> Tally {
         let budgets = share_budget(selection.budget.saturating_sub(total.count_spent(selection.unit)), &counts);
         let orders: Vec<Order> = lists.into_iter().map(Order::Listed).collect();
         let tally = mesh.merge_round(&pieces, &orders, &budgets);
-        total.n_merges += tally.n_merges;
-        total.n_faces += tally.n_faces;
-        total.outside = tally.outside;
+        total.add(tally);
     }
     total
 }
@@ -76,7 +75,7 @@ impl PassMesh<'_> {
     // Merges in each stretch what is in its order, within its budget.
     fn merge_round(&mut self, pieces: &[Range<usize>], orders: &[Order], budgets: &[usize]) -> Tally {
         let Selection { threshold, guard, max_error, unit, .. } = self.selection;
-        let rings = &mut *self.rings;
+        let (rings, records_merges) = (&mut *self.rings, self.records_merges);
         let kept = RingsView { starts: &rings.starts, neighbors: &rings.neighbors, lines: &rings.lines };
         let pass = PassView { rings: kept, terms: self.terms, threshold, guard, max_error };
         let lengths = || pieces.iter().map(|piece| piece.len());
@@ -98,15 +97,11 @@ impl PassMesh<'_> {
                 refused: refused.next().unwrap_or_default(),
                 errors: errors.next().unwrap_or_default(),
             };
-            (Visit { pass, stretch, order, budget, unit }, tally)
+            (Visit { pass, stretch, order, budget, unit, records_merges }, tally)
         });
         self.team.run(work.collect(), |(visit, tally)| *tally = dispatch(visit));
         let mut total = Tally::default();
-        for tally in tallies {
-            total.n_merges += tally.n_merges;
-            total.n_faces += tally.n_faces;
-            total.outside.extend(tally.outside);
-        }
+        tallies.into_iter().for_each(|tally| total.add(tally));
         total
     }
 }

@@ -3,9 +3,10 @@
 use crate::collapse::boundary::merge_at_boundary;
 use crate::collapse::lanes::{EightLanes, Kernel};
 use crate::collapse::merge::{Border, EdgeToMerge, merge_inside};
+use crate::collapse::merges::PassMerge;
 use crate::collapse::rings::state;
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
-use crate::collapse::vector::subtract;
+use crate::collapse::vector::{Point, subtract};
 
 /// Which vertices are visited; all of them only if their price is within the threshold.
 #[derive(Clone, Copy)]
@@ -31,6 +32,7 @@ pub(crate) struct Visit<'a> {
     /// Most faces or vertices to remove; the last merge may remove one face more.
     pub budget: usize,
     pub unit: Unit,
+    pub records_merges: bool,
 }
 
 /// What the visits of a stretch did.
@@ -40,11 +42,27 @@ pub(crate) struct Tally {
     pub n_faces: usize,
     /// Vertices whose merge reaches out of the stretch, in the order of visits.
     pub outside: Vec<u32>,
+    /// The merges in their order, if they are recorded.
+    pub merges: Vec<PassMerge>,
 }
 
 impl Tally {
     pub(crate) fn count_spent(&self, unit: Unit) -> usize {
         if unit == Unit::Face { self.n_faces } else { self.n_merges }
+    }
+
+    /// Takes the merges, with vertices named by their origins.
+    pub(crate) fn take_merges(&mut self, origins: &[u32]) -> Vec<PassMerge> {
+        let mut merges = std::mem::take(&mut self.merges);
+        merges.iter_mut().for_each(|merge| merge.rename(origins));
+        merges
+    }
+
+    pub(crate) fn add(&mut self, later: Tally) {
+        self.n_merges += later.n_merges;
+        self.n_faces += later.n_faces;
+        self.outside.extend(later.outside);
+        self.merges.extend(later.merges);
     }
 }
 
@@ -66,7 +84,7 @@ impl Kernel for Visit<'_> {
             if tally.count_spent(self.unit) >= self.budget {
                 break;
             }
-            match self.try_merge::<L>(&mut border, u, best) {
+            match self.try_merge::<L>(&mut border, u, best, &mut tally.merges) {
                 None => {}
                 Some(Ok(n_faces)) => {
                     tally.n_merges += 1;
@@ -83,7 +101,13 @@ impl Kernel for Visit<'_> {
 impl Visit<'_> {
     // None if one end was in a merge of this pass; else how many faces went.
     #[inline(always)]
-    fn try_merge<L: EightLanes>(&mut self, border: &mut Border, u: u32, best: u64) -> Option<Result<usize, Refusal>> {
+    fn try_merge<L: EightLanes>(
+        &mut self,
+        border: &mut Border,
+        u: u32,
+        best: u64,
+        merges: &mut Vec<PassMerge>,
+    ) -> Option<Result<usize, Refusal>> {
         let stretch = &self.stretch;
         let v = best as u32;
         let Some(&state_v) = stretch.states.get(v.wrapping_sub(stretch.first) as usize) else {
@@ -99,10 +123,23 @@ impl Visit<'_> {
         let is_fixed = !(is_free && self.pass.terms.moves);
         let loss = self.pass.terms.find_loss(self.pass.rings, edge, is_fixed);
         let edge = EdgeToMerge { u: edge[0], v: edge[1], price, loss, is_fixed };
-        if either & state::BOUNDARY != 0 {
-            return Some(merge_at_boundary(&self.pass, &mut self.stretch, edge));
+        let d = subtract(self.position(edge.v), self.position(edge.u));
+        let is_inside = either & state::BOUNDARY == 0;
+        let merged = if is_inside {
+            merge_inside::<L>(&self.pass, &mut self.stretch, border, edge).map(|x| (2, x))
+        } else {
+            merge_at_boundary(&self.pass, &mut self.stretch, edge)
+        };
+        if let (true, Ok((_, x))) = (self.records_merges, &merged) {
+            let star = is_inside.then(|| border.vertices());
+            merges.push(PassMerge::new(self.pass.rings, &self.stretch, [edge.u, edge.v], [*x, d], star));
         }
-        Some(merge_inside::<L>(&self.pass, &mut self.stretch, border, edge).map(|()| 2))
+        Some(merged.map(|(n_faces, _)| n_faces))
+    }
+
+    #[inline(always)]
+    fn position(&self, v: u32) -> Point {
+        self.stretch.vertices[(v - self.stretch.first) as usize].position
     }
 
     // The end that stays, then the one that goes, and whether both could go; none if neither may.
@@ -120,8 +157,7 @@ impl Visit<'_> {
         if terms.moves {
             return Some(([u, v], true));
         }
-        let position = |w: u32| self.stretch.vertices[(w - self.stretch.first) as usize].position;
-        let d = subtract(position(v), position(u));
+        let d = subtract(self.position(v), self.position(u));
         let is_reversed = terms.price_at(rings, u, v, d) < terms.price_at(rings, v, u, d.map(|x| -x));
         Some((if is_reversed { [v, u] } else { [u, v] }, true))
     }

@@ -1,4 +1,4 @@
-//! The collapse of effort `fast`, by the crate `neural_mesh_collapse`.
+//! The collapse of bare meshes, by the crate `neural_mesh_collapse`.
 //!
 //! A result is what the collapse of this assembly hands to the refinement: a manifold with the topology of the surface
 //! and at most one merge below the size. Where it cannot reach a size, the request goes to the collapse of this assembly,
@@ -14,6 +14,7 @@ use crate::mesh::pulse::Pulse;
 use crate::simplify::limits::Limit;
 use crate::simplify::options::{Effort, Optimize, Purpose};
 
+use super::collapse::CollapseEvent;
 use super::original::Original;
 use super::output::Output;
 use super::pins::Pins;
@@ -27,15 +28,16 @@ const LOCKED_ONE_IN: usize = 2;
 
 /// Returns whether the kernel knows all that a request asks for.
 pub fn is_kernel_enough(request: &ClosedRequest, limit: Limit) -> bool {
-    let Task { input, options, differentiable, .. } = request.task;
+    let Task { input, options, .. } = request.task;
     let is_free = request.edges.is_empty() && input.kept.is_empty();
     let is_bare = is_free && !request.task.is_asset();
     // Blocks of large meshes hold their shape; a price is one of this assembly.
-    let is_size = request.price.is_none() && options.hold_shape.is_none() && !differentiable;
-    // The kernel has one importance: that of bending, as strong as in `fast`. Other efforts
-    // promise that recording changes nothing, and records are of the collapse of this assembly.
-    let is_fast = request.settings == StageSettings::new(Optimize::Balanced, Effort::Fast);
-    let is_usual = is_fast && matches!(request.importance, Importance::Bending) && options.purpose == Purpose::Shape;
+    let is_size = request.price.is_none() && options.hold_shape.is_none();
+    // The kernel has one importance, that of bending, and is no nearer than this assembly's collapse with many fit steps.
+    let efforts = [Effort::Fast, Effort::Standard].map(|effort| StageSettings::new(Optimize::Balanced, effort));
+    let is_usual = efforts.contains(&request.settings)
+        && matches!(request.importance, Importance::Bending)
+        && options.purpose == Purpose::Shape;
     let n_locked = request.locked.iter().filter(|&&is_locked| is_locked).count();
     let has_room = limit.size() >= LEAST_VERTICES && n_locked * LOCKED_ONE_IN < limit.size();
     is_bare && is_size && is_usual && has_room && !limit.is_met_by(input.mesh)
@@ -44,6 +46,8 @@ pub fn is_kernel_enough(request: &ClosedRequest, limit: Limit) -> bool {
 /// A surface at its size.
 pub struct KernelCollapse {
     pub output: Output,
+    /// The merges of each pass, if they were asked for.
+    pub history: Vec<CollapseEvent>,
     /// Vertices left by each pass that merged some, and its highest price, at unit size.
     pub pass_prices: Vec<(usize, f32)>,
 }
@@ -54,6 +58,7 @@ pub struct KernelCollapse {
 pub fn collapse_by_kernel(
     original: &Original,
     limits: &[Limit],
+    records_merges: bool,
     pulse: Pulse,
     mut receive: impl FnMut(KernelCollapse) -> ControlFlow<()>,
 ) {
@@ -66,6 +71,7 @@ pub fn collapse_by_kernel(
     let sizes: Vec<CollapseSize> = limits.iter().copied().map(to_collapse_size).collect();
     let mut options = CollapseOptions::default();
     (options.moves, options.locked, options.n_threads) = (!pins.is_subset(), &locked, 0);
+    options.records_merges = records_merges;
     // Only one-sided surfaces would have to be cut: all others come as manifolds.
     (options.heartbeat, options.cuts) = (Heartbeat::new(&beat), false);
     let receive = |result: CollapseResult| match result.outcome {
@@ -85,7 +91,10 @@ fn to_collapse_size(limit: Limit) -> CollapseSize {
 
 impl KernelCollapse {
     fn new(result: CollapseResult, n_vertices: usize, pins: &Pins, pulse: Pulse) -> Self {
-        let vertex_of = result.record.vertices_after(result.record.n_passes());
+        let n_passes = result.record.n_passes();
+        let vertex_of = result.record.vertices_after(n_passes);
+        let merges = (0..n_passes).map(|pass| result.record.merges(pass)).filter(|merges| !merges.is_empty());
+        let history = merges.map(|merges| CollapseEvent::Pass(merges.to_vec())).collect();
         // A result vertex takes the pin of the input vertex at its place.
         let pins = if pins.is_empty() {
             Pins::default()
@@ -96,7 +105,7 @@ impl KernelCollapse {
         let output = Output::new(pulse.counting_if(false), positions, result.faces, pins, vertex_of);
         let output = output.with_distances(result.errors);
         let pass_prices = result.pass_prices.into_iter().map(|(n, price)| (n, price as f32)).collect();
-        Self { output, pass_prices }
+        Self { output, history, pass_prices }
     }
 }
 
@@ -121,7 +130,7 @@ mod tests {
             levels.push(level);
             ControlFlow::Continue(())
         };
-        collapse_by_kernel(&original, limits, Pulse::NONE, receive);
+        collapse_by_kernel(&original, limits, false, Pulse::NONE, receive);
         levels
     }
 
@@ -132,7 +141,7 @@ mod tests {
             let n = mesh.positions().len() / 5;
             for limit in [Limit::from_vertices(n), Limit { faces: 2 * n, ..Limit::from_vertices(usize::MAX) }] {
                 let levels = collapse(&mesh, &[limit]);
-                let [KernelCollapse { output, pass_prices }] = levels.try_into().ok().unwrap();
+                let [KernelCollapse { output, pass_prices, .. }] = levels.try_into().ok().unwrap();
                 let (n_vertices, n_faces) = (output.positions.len(), output.faces().len());
                 let is_size = n_vertices == limit.vertices || n_faces == limit.faces || n_faces + 1 == limit.faces;
                 assert!(is_size, "{n_vertices} {n_faces}");
@@ -180,7 +189,7 @@ mod tests {
             is_kernel_enough(&request, Limit::from_vertices(n_vertices))
         };
         let others = [
-            ClosedOptions::default(),
+            ClosedOptions { effort: Effort::Best, ..fast() },
             ClosedOptions { optimize: Optimize::Normals, ..fast() },
             ClosedOptions { scores: ScoreSource::Geometry, ..fast() },
             ClosedOptions { purpose: Purpose::Poses, ..fast() },
@@ -190,7 +199,12 @@ mod tests {
         for options in others {
             assert!(!is_enough(&options, 300), "{options:?}");
         }
-        let alike = [fast(), ClosedOptions { subset: true, ..fast() }, ClosedOptions { map: true, ..fast() }];
+        let alike = [
+            fast(),
+            ClosedOptions::default(),
+            ClosedOptions { subset: true, ..fast() },
+            ClosedOptions { map: true, ..fast() },
+        ];
         for options in alike {
             assert!(is_enough(&options, 300) && !is_enough(&options, 30), "{options:?}");
         }

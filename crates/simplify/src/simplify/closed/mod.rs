@@ -164,7 +164,8 @@ fn simplify_by_kernel<'a>(
     };
     enter_collapse(limits[0], n_vertices, n_faces)?;
     let (mut levels, mut ended) = (FinishedLevels::default(), Ok(()));
-    collapse_by_kernel(&base.original, limits, progress.pulse, |collapsed| {
+    let records = request.task.differentiable;
+    collapse_by_kernel(&base.original, limits, records, progress.pulse, |collapsed| {
         let n_before = levels.results.len();
         let (n_vertices, n_faces) = (collapsed.output.positions.len(), collapsed.output.faces().len());
         let may_drop = n_before >= n_without_dropping;
@@ -183,7 +184,7 @@ fn simplify_by_kernel<'a>(
 fn finish_level(
     base: &CollapseBase,
     request: &ClosedRequest,
-    (KernelCollapse { output, pass_prices }, limit): (KernelCollapse, Limit),
+    (KernelCollapse { output, history, pass_prices }, limit): (KernelCollapse, Limit),
     may_drop: bool,
     levels: &mut FinishedLevels,
     progress: Progress,
@@ -199,7 +200,10 @@ fn finish_level(
     let size = [output.positions.len(), output.faces().len()];
     let n_input = original.mesh.positions().len();
     let size_with_shape = size_with_shape(&pass_prices, n_input, size, original.surface.area());
-    let mut result = refine(base, request, output, CollapseEnd::Reached, None, progress)?;
+    // Only the first level has a derivative.
+    let is_recorded = request.task.differentiable && levels.results.is_empty();
+    let trace = start_trace(is_recorded.then_some(history));
+    let mut result = refine(base, request, output, CollapseEnd::Reached, trace, progress)?;
     result.simplified.report.size_with_shape = size_with_shape;
     levels.results.push(result.with_prices(base.pass_prices(&pass_prices)));
     Ok(())

@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::simplify::closed::prepare::surface::folds_around;
 
 use super::pair::Placement;
+use neural_mesh_collapse::PassMerge;
 
 pub const GHOST: u32 = u32::MAX;
 
@@ -12,6 +13,8 @@ pub const GHOST: u32 = u32::MAX;
 pub enum CollapseEvent {
     Merge(Merge),
     Renewal(Renewal),
+    /// The merges of a pass of the kernel, in their order.
+    Pass(Vec<PassMerge>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,10 @@
 //! Vertices of the collapse as a tree: input vertices and their unions.
 
 use glam::{DMat3, DVec3};
+use neural_mesh_collapse::{MergePlace, PassMerge};
 
 use super::algebra::{QuadraticForm, outer, solve, solve_backward, stiffen, stiffen_backward};
+use super::kept_volume::KeptVolume;
 use super::node_star::NodeStar;
 use crate::simplify::closed::collapse::{CollapseEvent, PULL, Placement};
 
@@ -13,13 +15,31 @@ pub(super) struct UnionTree {
 }
 
 enum TreeStep {
-    Union { nodes: [usize; 2], quadrics: [usize; 2], place: Placement },
+    Union { nodes: [usize; 2], quadrics: [usize; 2], place: Placement, volume: Option<KeptVolume> },
     Star(NodeStar),
 }
 
 pub(super) struct EvaluatedTree {
     quadrics: Vec<QuadraticForm>,
     places: Vec<DVec3>,
+}
+
+impl TreeStep {
+    /// Returns the merge of a pass of the kernel whose ends' quadrics are `first_quadric` and the next.
+    fn of_pass(merge: &PassMerge, first_quadric: usize, node_of: &[usize]) -> Self {
+        let nodes = [merge.kept, merge.removed].map(|v| node_of[v as usize]);
+        let volume = match &merge.place {
+            MergePlace::TowardVolume { border, n_of_kept } => Some(KeptVolume::new(border, *n_of_kept, node_of)),
+            _ => None,
+        };
+        let place = match merge.place {
+            MergePlace::Kept => Placement::KeptEnd,
+            MergePlace::Removed => Placement::RemovedEnd,
+            MergePlace::Middle => Placement::Middle,
+            MergePlace::Least | MergePlace::TowardVolume { .. } => Placement::Minimum,
+        };
+        Self::Union { nodes, quadrics: [first_quadric, first_quadric + 1], place, volume }
+    }
 }
 
 impl UnionTree {
@@ -37,7 +57,7 @@ impl UnionTree {
                     // A merge uses the current quadrics of both vertices; a renewal replaces one quadric.
                     let both = [merge.kept, merge.removed].map(|r| r as usize);
                     let (nodes, quadrics) = (both.map(|r| node_of[r]), both.map(|r| quadric_of[r]));
-                    steps.push(TreeStep::Union { nodes, quadrics, place: merge.place });
+                    steps.push(TreeStep::Union { nodes, quadrics, place: merge.place, volume: None });
                     node_of[both[0]] = n_nodes;
                     n_nodes += 1;
                 }
@@ -45,6 +65,17 @@ impl UnionTree {
                     steps.push(TreeStep::Star(NodeStar::new(renewal, &node_of)));
                     quadric_of[renewal.vertex as usize] = n_quadrics;
                     n_quadrics += 1;
+                }
+                CollapseEvent::Pass(merges) => {
+                    let ends =
+                        merges.iter().flat_map(|merge| [merge.kept, merge.removed].into_iter().zip(&merge.rings));
+                    steps.extend(ends.map(|(v, ring)| TreeStep::Star(NodeStar::of_pass(v, ring, &node_of))));
+                    for merge in merges {
+                        steps.push(TreeStep::of_pass(merge, n_quadrics, &node_of));
+                        n_quadrics += 2;
+                        node_of[merge.kept as usize] = n_nodes;
+                        n_nodes += 1;
+                    }
                 }
             }
         }
@@ -67,11 +98,13 @@ impl UnionTree {
         for step in &self.steps {
             match step {
                 TreeStep::Star(star) => quadrics.push(star.quadric(&places)),
-                TreeStep::Union { nodes: [kept, removed], quadrics: [of_kept, of_gone], place } => {
+                TreeStep::Union { nodes: [kept, removed], quadrics: [of_kept, of_gone], place, volume } => {
                     places.push(match place {
                         Placement::Minimum => {
                             let form = quadrics[*of_kept] + quadrics[*of_gone];
-                            solve(&form.a, form.b)
+                            let least = solve(&form.a, form.b);
+                            let ends = [places[*kept], places[*removed]];
+                            volume.as_ref().map_or(least, |volume| volume.forward(&places, ends, &form.a, least))
                         }
                         Placement::KeptEnd => places[*kept],
                         Placement::RemovedEnd => places[*removed],
@@ -116,13 +149,18 @@ impl UnionTree {
                     quadric -= 1;
                     star.backward(&at.places, &to_quadrics[quadric], to_places);
                 }
-                TreeStep::Union { nodes: [kept, removed], quadrics, place } => {
+                TreeStep::Union { nodes: [kept, removed], quadrics, place, volume } => {
                     node -= 1;
                     let to_place = to_places[node];
                     match place {
                         Placement::Minimum => {
                             let form = at.quadrics[quadrics[0]] + at.quadrics[quadrics[1]];
-                            let to_form = solve_backward(&form.a, at.places[node], to_place);
+                            let least = volume.as_ref().map_or(at.places[node], |_| solve(&form.a, form.b));
+                            let (to_matrix, to_least) = volume.as_ref().map_or((DMat3::ZERO, to_place), |volume| {
+                                volume.backward(&at.places, [*kept, *removed], &form.a, least, to_place, to_places)
+                            });
+                            let mut to_form = solve_backward(&form.a, least, to_least);
+                            to_form.a += to_matrix;
                             quadrics.iter().for_each(|&quadric| to_quadrics[quadric] += to_form);
                         }
                         Placement::KeptEnd => to_places[*kept] += to_place,
