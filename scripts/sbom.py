@@ -13,10 +13,9 @@ MANIFESTS = ["cli/Cargo.toml", "c/Cargo.toml", "python/Cargo.toml", "web/Cargo.t
 
 
 def checksums():
-    """Returns the SHA-256 sums of crates in the lock files, by name and version."""
+    """Returns the SHA-256 sums of crates in the lock file, by name and version."""
     entry = re.compile(r'name = "(.+)"\nversion = "(.+)"\nsource = ".+"\nchecksum = "(.+)"')
-    files = [licences.ROOT / "Cargo.lock", licences.ROOT / "python/Cargo.lock"]
-    return {(name, version): sum for file in files for name, version, sum in entry.findall(file.read_text())}
+    return {(name, version): sum for name, version, sum in entry.findall((licences.ROOT / "Cargo.lock").read_text())}
 
 
 def component(crate, sums):

@@ -42,8 +42,11 @@ pub fn flip(width: usize, a: &[[u8; 3]], b: &[[u8; 3]]) -> Option<Vec<f64>> {
     if a.is_empty() || a.len() != b.len() || width == 0 || !a.len().is_multiple_of(width) {
         return None;
     }
-    let pictures =
-        [a, b].map(|pixels| Picture { width, opponent: pixels.iter().map(|&pixel| to_opponent(pixel)).collect() });
+    let light: [f64; 256] = std::array::from_fn(|byte| f64::from(linear_light(byte as f32 / 255.0)));
+    let pictures = [a, b].map(|pixels| {
+        let opponent = pixels.iter().map(|pixel| to_opponent(pixel.map(|byte| light[usize::from(byte)]))).collect();
+        Picture { width, opponent }
+    });
     let [filtered_a, filtered_b] = [&pictures[0], &pictures[1]].map(Picture::to_perceived_lab);
     let [features_a, features_b] = [&pictures[0], &pictures[1]].map(Picture::features);
     let largest = largest_difference();
@@ -86,7 +89,15 @@ impl Picture {
         });
         let [y, cx, cz] = channels;
         let to_linear = DMat3::from_cols_array_2d(&XYZ).transpose().inverse();
-        let lab = |((y, cx), cz)| to_hunt_lab(opponent_to_linear(&to_linear, [y, cx, cz]));
+        // Pixels of a plain background repeat, and cube roots are slow.
+        let (mut last, mut seen) = ([f64::NAN; 3], [0.0; 3]);
+        let lab = |((y, cx), cz)| {
+            if last != [y, cx, cz] {
+                last = [y, cx, cz];
+                seen = to_hunt_lab(opponent_to_linear(&to_linear, last));
+            }
+            seen
+        };
         y.into_iter().zip(cx).zip(cz).map(lab).collect()
     }
 
@@ -121,34 +132,35 @@ fn normalized_by_sign(kernel: Vec<f64>) -> Vec<f64> {
 /// Convolves rows by `along` and columns by `across`; pixels outside repeat the border.
 fn convolve(values: &[f64], width: usize, along: &[f64], across: &[f64]) -> Vec<f64> {
     let n_beyond = along.len() / 2;
-    let of_row = |row: &[f64]| {
-        let (first, last) = (row[0], row[row.len() - 1]);
-        let before = std::iter::repeat_n(first, n_beyond);
-        let padded: Vec<f64> = before.chain(row.iter().copied()).chain(std::iter::repeat_n(last, n_beyond)).collect();
-        let mut sums = vec![0.0; width];
+    let mut padded = vec![0.0; width + 2 * n_beyond];
+    let mut rows = vec![0.0; values.len()];
+    for (row, sums) in values.chunks_exact(width).zip(rows.chunks_exact_mut(width)) {
+        padded[..n_beyond].fill(row[0]);
+        padded[n_beyond..][..width].copy_from_slice(row);
+        padded[n_beyond + width..].fill(row[width - 1]);
         // Convolution reverses the kernel.
         for (offset, weight) in along.iter().rev().enumerate() {
-            add_scaled(&mut sums, *weight, &padded[offset..]);
+            add_scaled(sums, *weight, &padded[offset..]);
         }
-        sums
-    };
-    let rows: Vec<Vec<f64>> = values.chunks_exact(width).map(of_row).collect();
-    let of_column = |row: usize| {
-        let mut sums = vec![0.0; width];
+    }
+    let last = values.len() / width - 1;
+    let mut sums = vec![0.0; values.len()];
+    for (row, sums) in sums.chunks_exact_mut(width).enumerate() {
         for (offset, weight) in across.iter().rev().enumerate() {
-            add_scaled(&mut sums, *weight, &rows[(row + offset).saturating_sub(across.len() / 2).min(rows.len() - 1)]);
+            let near = (row + offset).saturating_sub(across.len() / 2).min(last);
+            add_scaled(sums, *weight, &rows[near * width..]);
         }
-        sums
-    };
-    (0..rows.len()).flat_map(of_column).collect()
+    }
+    sums
 }
 
 fn add_scaled(sums: &mut [f64], weight: f64, values: &[f64]) {
     sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
 }
 
-fn to_opponent(pixel: [u8; 3]) -> [f64; 3] {
-    let [x, y, z] = to_relative_xyz(pixel.map(|value| f64::from(linear_light(f32::from(value) / 255.0))));
+/// Converts linear sRGB to YCxCz.
+fn to_opponent(linear: [f64; 3]) -> [f64; 3] {
+    let [x, y, z] = to_relative_xyz(linear);
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 

@@ -2,6 +2,8 @@
 //!
 //! Lines follow Baerentzen et al., "Single-pass wireframe rendering" (2006).
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -11,6 +13,10 @@ pub const NOTHING: u32 = u32::MAX;
 const HALF_LINE: f32 = 0.5 * SAMPLES as f32;
 /// Rows per parallel task.
 const BAND: usize = 64;
+/// Sine of the flattest angle at which a line's crossing of a row is known to half a sample.
+///
+/// Distances are off by 4e-3 at most, in 18,000 samples.
+const FLATTEST: f32 = 0.01;
 
 pub struct Buffer {
     // Width in samples.
@@ -71,7 +77,7 @@ impl Band<'_> {
         let columns = samples_between(left.max(0.0), right.min(self.width as f32));
         for row in rows {
             let start = (row - self.top) * self.width;
-            for column in columns.clone() {
+            for column in edges.columns_inside(columns.clone(), row as f32 + 0.5) {
                 self.draw_sample(start + column, &edges, column as f32 + 0.5, row as f32 + 0.5, index);
             }
         }
@@ -121,6 +127,21 @@ impl TriangleEdges {
         Some(edges)
     }
 
+    /// Narrows columns to those that can be inside on a row, give or take a sample.
+    fn columns_inside(&self, columns: Range<usize>, y: f32) -> Range<usize> {
+        let (mut left, mut right) = (columns.start as f32, columns.end as f32);
+        for [a, b, c] in self.lines {
+            let crossing = -(b * y + c) / a;
+            // Where a line crosses a row at a flat angle, rounding moves the place by more than a sample.
+            if a > FLATTEST {
+                left = left.max(crossing - 1.5);
+            } else if a < -FLATTEST {
+                right = right.min(crossing + 1.5);
+            }
+        }
+        left as usize..right as usize
+    }
+
     fn distances(&self, x: f32, y: f32) -> [f32; 3] {
         self.lines.map(|[a, b, c]| a * x + b * y + c)
     }
@@ -134,6 +155,6 @@ fn span([a, b, c]: [f32; 3]) -> (f32, f32) {
     (a.min(b).min(c), a.max(b).max(c))
 }
 
-fn samples_between(low: f32, high: f32) -> std::ops::Range<usize> {
+fn samples_between(low: f32, high: f32) -> Range<usize> {
     (low - 0.5).ceil().max(0.0) as usize..(high + 0.5).floor().max(0.0) as usize
 }

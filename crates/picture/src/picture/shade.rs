@@ -117,9 +117,14 @@ pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, s
     let mut rgba = vec![255; camera.width * camera.height * 4];
     rgba.par_chunks_mut(camera.width * 4).enumerate().for_each(|(row, line)| {
         let behind = background_light(row as f32 / camera.height as f32);
+        // Colours repeat along a row where nothing is seen, and their curve is slow.
+        let (mut last, mut encoded) = (behind, to_srgb(behind));
         for (column, pixel) in line.chunks_exact_mut(4).enumerate() {
             let colour = look.pixel(open[row * camera.width + column], [column, row], behind);
-            pixel.copy_from_slice(&to_srgb(colour));
+            if colour != last {
+                (last, encoded) = (colour, to_srgb(colour));
+            }
+            pixel.copy_from_slice(&encoded);
         }
     });
     Image { width: camera.width, height: camera.height, rgba }

@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn progress_rises_to_nearly_one_on_any_number_of_threads() {
-        let mesh = shapes::torus(600, 300, 1.0, 0.4);
+        let mesh = shapes::torus(300, 150, 1.0, 0.4);
         for (ratio, n_threads) in [(0.03, 1), (0.03, 4), (0.5, 2)] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
             let options = Options::new(Target::Ratio(ratio));
@@ -271,7 +271,7 @@ mod tests {
         }));
         let options = Options::new(Target::Ratio(0.05));
         // Every event of a short run, some of a longer one.
-        for (mesh, step) in [(shapes::icosphere(4), 1), (shapes::torus(400, 200, 1.0, 0.4), 50)] {
+        for (mesh, step) in [(shapes::icosphere(3), 1), (shapes::torus(200, 100, 1.0, 0.4), 25)] {
             let options = if step == 1 { options.clone() } else { Options::new(Target::Ratio(0.5)) };
             let expected = simplify(&mesh, None, &options, &mut go_on);
             for n_threads in [1, 4] {
