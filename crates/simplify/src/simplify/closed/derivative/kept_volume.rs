@@ -48,8 +48,7 @@ impl KeptVolume {
         }
         let direction = solve(a, normal);
         let rise = normal.dot(direction);
-        let length =
-            if rise > 0.0 { f64::from(VOLUME_SHARE) * (offset - normal.dot(least - kept)) / rise } else { 0.0 };
+        let length = if rise > 0.0 { VOLUME_SHARE * (offset - normal.dot(least - kept)) / rise } else { 0.0 };
         PlacedVertex { normal, direction, rise, length }
     }
 
@@ -77,7 +76,7 @@ impl KeptVolume {
         }
         let seen = least - ends[0];
         let to_length = gradient.dot(placed.direction);
-        let share = to_length * f64::from(VOLUME_SHARE) / placed.rise;
+        let share = to_length * VOLUME_SHARE / placed.rise;
         let to_rise = -to_length * placed.length / placed.rise;
         let to_direction = gradient * placed.length + placed.normal * to_rise;
         let through_solution = solve(a, to_direction);
