@@ -41,7 +41,9 @@ int main() {
     neural_mesh::Job job;
     job.read_arrays(positions.data(), positions.size() / 3, 12, indices.data(), indices.size()).set("faces", "500").set("format", "glb");
     const auto result = job.run();
-    CHECK(result.arrays().index_count == 1500 && result.bytes().size() > 1000);
+    // An open sheet may end a triangle below.
+    const auto n_indices = result.arrays().index_count;
+    CHECK((n_indices == 1500 || n_indices == 1497) && result.bytes().size() > 1000);
     CHECK(catch_error([&] { job.set("faces", "many").run(); }).find("many") != std::string::npos);
     job.set("faces", "500");
     job.listen([](float, const char *) -> bool { throw 1; });
@@ -53,7 +55,6 @@ int main() {
         threads.emplace_back([&, t] {
             neural_mesh::Job own;
             own.read_arrays(positions.data(), positions.size() / 3, 12, indices.data(), indices.size()).set("faces", std::to_string(400 + 100 * t));
-            // An open sheet may end a triangle below.
             const auto n_faces = own.run().arrays().index_count / 3;
             CHECK(n_faces == 400u + 100 * t || n_faces + 1 == 400u + 100 * t);
             CHECK(catch_error([&] { own.set("x" + std::to_string(t), "1"); }).find("option: x" + std::to_string(t)) != std::string::npos);
