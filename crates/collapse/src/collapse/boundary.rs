@@ -13,14 +13,14 @@ use crate::collapse::rings::state;
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
 use crate::collapse::vector::{Point, cross, dot, squared_distance_to_segment, subtract};
 
-/// Merges v into u, which is on the boundary; returns how many faces go, and the place, seen from u. An edge between two boundary vertices is a
-/// boundary edge.
+/// Merges v into u on the boundary; returns the number of faces that go, the place and v, both seen from u.
+/// An edge between two boundary vertices is a boundary edge.
 #[inline(never)]
 pub(crate) fn merge_at_boundary(
     pass: &PassView,
     stretch: &mut VertexStretch,
     edge: EdgeToMerge,
-) -> Result<(usize, Point), Refusal> {
+) -> Result<(usize, [Point; 2]), Refusal> {
     let (ring_u, ring_v) = (pass.rings.ring(edge.u), pass.rings.ring(edge.v));
     let (u, v) = (edge.u - stretch.first, edge.v - stretch.first);
     let is_along = stretch.states[v as usize] & state::BOUNDARY != 0;
@@ -54,7 +54,7 @@ pub(crate) fn merge_at_boundary(
     for &w in &sides {
         stretch.degrees[w as usize] -= 1;
     }
-    Ok((sides.len(), seen))
+    Ok((sides.len(), [seen, d]))
 }
 
 // The weight of the boundary lines in a quadric, whose trace is twice that and the area's.

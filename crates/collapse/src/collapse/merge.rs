@@ -64,14 +64,14 @@ impl EdgeToMerge {
     }
 }
 
-/// Merges v into u, both inside the surface; removes two faces and returns the place, seen from u.
+/// Merges v into u, both inside the surface; removes two faces and returns the place and v, both seen from u.
 #[inline(always)]
 pub(crate) fn merge_inside<L: EightLanes>(
     pass: &PassView,
     stretch: &mut VertexStretch,
     border: &mut Border,
     edge: EdgeToMerge,
-) -> Result<Point, Refusal> {
+) -> Result<[Point; 2], Refusal> {
     border.trace(pass, stretch, edge.u, edge.v)?;
     border.check_link(stretch)?;
     let (u, v) = (edge.u - stretch.first, edge.v - stretch.first);
@@ -101,7 +101,7 @@ pub(crate) fn merge_inside<L: EightLanes>(
     let [side, other_side] = border.sides();
     stretch.degrees[side as usize] -= 1;
     stretch.degrees[other_side as usize] -= 1;
-    Ok(x)
+    Ok([x, d])
 }
 
 impl Border {

@@ -14,7 +14,7 @@ pub struct PassMerge {
     pub removed: u32,
     /// The rings of both at the beginning of the pass, whose quadrics place the merged vertex.
     pub rings: [StartRing; 2],
-    /// Where the merged vertex is.
+    /// Place of the merged vertex.
     pub place: MergePlace,
 }
 
@@ -28,7 +28,7 @@ pub struct StartRing {
     pub is_open: bool,
 }
 
-/// Where a merged vertex is.
+/// Place of a merged vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MergePlace {
     /// At the vertex that stays.
@@ -43,7 +43,7 @@ pub enum MergePlace {
     TowardVolume {
         /// The border of the star when the merge took place, in cyclic order: the neighbours of the kept vertex, then the rest.
         border: Vec<u32>,
-        /// How many are neighbours of the kept vertex.
+        /// Number of these next to the kept vertex.
         n_of_kept: usize,
     },
 }

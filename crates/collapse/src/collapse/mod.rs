@@ -272,8 +272,7 @@ impl<'a> Run<'a> {
         let (mut out, error) = (self.place_vertices(positions), self.error());
         let Run { mut prepared, collapsed, .. } = self;
         let Collapsed { rings, numbers, mut origins, is_reached, pass_prices, merges, .. } = collapsed;
-        let mut record = prepared.take_record(numbers, positions.len());
-        record.merges = merges;
+        let mut record = prepared.take_record(numbers, merges, positions.len());
         let mut faces = rings.to_faces();
         let mut errors: Vec<f32> = rings.errors.iter().map(|&error| prepared.frame.to_input_length(error)).collect();
         prepared.join_copies(&mut faces, (&mut out, &mut origins, &mut errors), &mut record);

@@ -183,11 +183,11 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
     *is_reached = size <= goal.size;
 }
 
-/// How the threshold rises from pass to pass.
+/// Rise of the threshold from pass to pass.
 struct PriceRise {
-    /// That of the last pass.
+    /// Threshold of the last pass.
     last: f32,
-    /// That at which refused merges were tried again because of a rise.
+    /// Threshold at the last retry of refused merges because of a rise.
     retried: f32,
 }
 

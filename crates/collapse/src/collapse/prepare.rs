@@ -5,6 +5,7 @@ use crate::collapse::build::{Built, build_rings, is_face};
 use crate::collapse::curve::order_along_curve;
 use crate::collapse::cut::Cuts;
 use crate::collapse::frame::UnitFrame;
+use crate::collapse::merges::PassMerge;
 use crate::collapse::options::{CollapseError, CollapseOptions};
 use crate::collapse::record::{CollapseRecord, compose_passes};
 use crate::collapse::rings::{NONE, Rings, Vertex, state};
@@ -132,8 +133,13 @@ impl Prepared {
     }
 
     /// Returns the record of the given passes; the ranks go with it.
-    pub(crate) fn take_record(&mut self, passes: Vec<Vec<u32>>, n_input: usize) -> CollapseRecord {
-        CollapseRecord { ranks: std::mem::take(&mut self.ranks), passes, n_input, merges: Vec::new() }
+    pub(crate) fn take_record(
+        &mut self,
+        passes: Vec<Vec<u32>>,
+        merges: Vec<Vec<PassMerge>>,
+        n_input: usize,
+    ) -> CollapseRecord {
+        CollapseRecord { ranks: std::mem::take(&mut self.ranks), passes, n_input, merges }
     }
 
     /// Makes one vertex of copies that could not be made disks, as in the input, and adds that as a pass to the record.

@@ -6,7 +6,7 @@ use crate::collapse::merge::{Border, EdgeToMerge, merge_inside};
 use crate::collapse::merges::PassMerge;
 use crate::collapse::rings::state;
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
-use crate::collapse::vector::{Point, subtract};
+use crate::collapse::vector::subtract;
 
 /// Which vertices are visited; all of them only if their price is within the threshold.
 #[derive(Clone, Copy)]
@@ -123,23 +123,17 @@ impl Visit<'_> {
         let is_fixed = !(is_free && self.pass.terms.moves);
         let loss = self.pass.terms.find_loss(self.pass.rings, edge, is_fixed);
         let edge = EdgeToMerge { u: edge[0], v: edge[1], price, loss, is_fixed };
-        let d = subtract(self.position(edge.v), self.position(edge.u));
         let is_inside = either & state::BOUNDARY == 0;
         let merged = if is_inside {
-            merge_inside::<L>(&self.pass, &mut self.stretch, border, edge).map(|x| (2, x))
+            merge_inside::<L>(&self.pass, &mut self.stretch, border, edge).map(|seen| (2, seen))
         } else {
             merge_at_boundary(&self.pass, &mut self.stretch, edge)
         };
-        if let (true, Ok((_, x))) = (self.records_merges, &merged) {
+        if let (true, Ok((_, seen))) = (self.records_merges, &merged) {
             let star = is_inside.then(|| border.vertices());
-            merges.push(PassMerge::new(self.pass.rings, &self.stretch, [edge.u, edge.v], [*x, d], star));
+            merges.push(PassMerge::new(self.pass.rings, &self.stretch, [edge.u, edge.v], *seen, star));
         }
         Some(merged.map(|(n_faces, _)| n_faces))
-    }
-
-    #[inline(always)]
-    fn position(&self, v: u32) -> Point {
-        self.stretch.vertices[(v - self.stretch.first) as usize].position
     }
 
     // The end that stays, then the one that goes, and whether both could go; none if neither may.
@@ -157,7 +151,8 @@ impl Visit<'_> {
         if terms.moves {
             return Some(([u, v], true));
         }
-        let d = subtract(self.position(v), self.position(u));
+        let position = |w: u32| self.stretch.vertices[(w - self.stretch.first) as usize].position;
+        let d = subtract(position(v), position(u));
         let is_reversed = terms.price_at(rings, u, v, d) < terms.price_at(rings, v, u, d.map(|x| -x));
         Some((if is_reversed { [v, u] } else { [u, v] }, true))
     }

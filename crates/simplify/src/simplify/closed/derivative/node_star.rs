@@ -16,7 +16,7 @@ pub(super) struct NodeStar {
     weighing: Weighing,
 }
 
-/// How planes, lines and pull become a matrix.
+/// Way from planes, lines and pull to a matrix.
 enum Weighing {
     /// Planes and lines by a factor, then pulls by the trace of both.
     Given { importance: f64, growing_pull: f64 },
@@ -133,7 +133,7 @@ fn split_ring(nodes: &[Option<usize>], lines: &mut Vec<usize>) -> Vec<[usize; 2]
     faces
 }
 
-/// How much planes bend: the mean squared sine between two normals, `1 - |A|^2 / tr(A)^2`.
+/// Bending of planes: the mean squared sine between two normals, `1 - |A|^2 / tr(A)^2`.
 struct Bending {
     trace: f64,
     squares: f64,
