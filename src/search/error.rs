@@ -5,9 +5,7 @@ use std::cell::Cell;
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{TriMesh, UnitedMesh};
-use crate::metrics::{
-    CertifiedDistance, DistanceTolerance, certified_distance, certified_distance_with_budget, quick_distance,
-};
+use crate::metrics::{CertifiedDistance, DistanceTolerance, MeasuredOriginal};
 use crate::model::Weights;
 use crate::simplify::{
     ClosedOptions, Input, Listener, Outcome, Simplified, SimplifyError, Target, prune, simplify_levels_of_detail,
@@ -32,7 +30,7 @@ const MOST_ROUNDS: usize = 7;
 // factor of 1.024.
 const CLOSE: f64 = 1.05;
 /// Samples of each surface that decide, with all vertices, whether a result is worth a proof.
-const SAMPLES: usize = 10_000;
+const SAMPLES: usize = 2_500;
 /// Share of the allowed distance below which the smallest accepted result reopens the search, once.
 const SPARE: f64 = 0.9;
 /// Budget of visited triangles and boxes for all proofs: the first per face of the original, plus the second.
@@ -103,11 +101,8 @@ pub fn simplify_to_error(
     let prover = Prover::new(&original, bound);
     let (best, n_tries) = smallest_within_error(&prover, &mut |sizes| levels(sizes, false))?;
     let (mut simplified, distance) = match best {
-        Some(best) => {
-            let sharp = bound_distance(&original, &best, bound);
-            (best, CertifiedDistance { upper: sharp.upper.min(bound), ..sharp })
-        }
-        None => nearest(&original, bound, options, &mut levels)?,
+        Some((best, distance)) => (best, CertifiedDistance { upper: distance.upper.min(bound), ..distance }),
+        None => nearest(&prover, options, &mut levels)?,
     };
     let distance = add_rounding(distance, rounding);
     simplified.report.outcome = outcome(&distance, error);
@@ -116,34 +111,22 @@ pub fn simplify_to_error(
 
 /// Returns a result of the mesh's own size, with vertices left in place if that is nearer.
 fn nearest(
-    original: &PlacedOriginal,
-    error: f64,
+    prover: &Prover,
     options: &ClosedOptions,
     levels: &mut dyn FnMut(&[usize], bool) -> LevelResults,
 ) -> Result<(Simplified, CertifiedDistance), SimplifyError> {
     let mut whole = |in_place: bool| {
-        let result = levels(&[original.n_vertices], in_place)?.pop().ok_or(SimplifyError::Empty)?;
-        let distance = bound_distance(original, &result, error);
+        let size = prover.original.n_vertices;
+        let result = levels(&[size], in_place)?.pop().ok_or(SimplifyError::Empty)?;
+        let distance = prover.bound_distance(&result);
         Ok::<_, SimplifyError>((result, distance))
     };
     let moved = whole(false)?;
-    if moved.1.upper <= error || options.subset {
+    if moved.1.upper <= prover.error || options.subset {
         return Ok(moved);
     }
     let in_place = whole(true)?;
     Ok(if in_place.1.upper < moved.1.upper { in_place } else { moved })
-}
-
-/// Bounds the distance from the original of a result that should be within `error`.
-fn bound_distance(original: &PlacedOriginal, simplified: &Simplified, error: f64) -> CertifiedDistance {
-    let (original, simplified) = (&*original.view, &*original.view_of(simplified));
-    if original.faces().len() == simplified.faces().len() && triangles(original) == triangles(simplified) {
-        return CertifiedDistance { lower: 0.0, upper: 0.0, diagonal: original.diagonal() };
-    }
-    // An upper bound of half of `error` suffices: a sharper one takes long on flat surfaces.
-    let asked = DistanceTolerance { enough: 0.5 * error, ..DistanceTolerance::default() };
-    let unknown = CertifiedDistance { lower: 0.0, upper: f64::INFINITY, diagonal: original.diagonal() };
-    certified_distance(original, simplified, &asked).unwrap_or(unknown)
 }
 
 /// Returns the triangles of a mesh by the bits of their points, sorted.
@@ -190,11 +173,11 @@ fn simplify_to_counts(
     simplify_levels_of_detail(input, weights, options, &sizes, progress)
 }
 
-/// Finds the smallest result within the error, and the number of results made.
+/// Finds the smallest result within the error with its distance, and the number of results made.
 fn smallest_within_error(
     prover: &Prover,
     levels: &mut MakeLevels,
-) -> Result<(Option<Simplified>, usize), SimplifyError> {
+) -> Result<(Option<(Simplified, CertifiedDistance)>, usize), SimplifyError> {
     let mut range = Range::new(prover.original.n_vertices);
     // Results of which no sample is too far, with the size asked for, largest first.
     let mut near: Vec<(usize, Simplified)> = Vec::new();
@@ -207,8 +190,8 @@ fn smallest_within_error(
         if sizes.is_empty() || is_smallest || prover.left.get() == 0 {
             // Proofs take longer than results, so only the smallest result has one, and if it fails the next.
             let Some((size, result)) = near.pop() else { return Ok((None, n_tries)) };
-            if prover.distance(&result).is_some() {
-                return Ok((Some(result), n_tries));
+            if let Some(distance) = prover.prove(&result) {
+                return Ok((Some((result, distance)), n_tries));
             }
             range.reject(size, near.last().map(|(size, _)| *size));
             continue;
@@ -283,6 +266,7 @@ fn add_rounding(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance
 
 struct Prover<'a> {
     original: &'a PlacedOriginal<'a>,
+    measured: MeasuredOriginal<'a>,
     error: f64,
     left: Cell<u64>,
     is_any_open: Cell<bool>,
@@ -291,28 +275,40 @@ struct Prover<'a> {
 impl<'a> Prover<'a> {
     fn new(original: &'a PlacedOriginal<'a>, error: f64) -> Self {
         let most = MOST_VISITS[0] * original.view.faces().len() as u64 + MOST_VISITS[1];
-        Self { original, error, left: Cell::new(most), is_any_open: Cell::new(false) }
+        let measured = MeasuredOriginal::new(&original.view);
+        Self { original, measured, error, left: Cell::new(most), is_any_open: Cell::new(false) }
     }
 
     /// Returns the largest distance of samples and vertices, over the error.
     fn share_of_samples(&self, simplified: &Simplified) -> f64 {
-        let found = quick_distance(&self.original.view, &self.original.view_of(simplified), SAMPLES, 0);
+        let found = self.measured.quick_distance(&self.original.view_of(simplified), SAMPLES, 0);
         found.map_or(0.0, |found| if found.max > 0.0 { found.max / self.error } else { 0.0 })
     }
 
-    /// Returns a lower bound of the distance if the distance is proved to be within the error.
-    fn distance(&self, simplified: &Simplified) -> Option<f64> {
-        let asked = DistanceTolerance { enough: self.error, too_much: self.error, gap: 0.0 };
-        let (distance, n_visits) = certified_distance_with_budget(
-            &self.original.view,
-            &self.original.view_of(simplified),
-            &asked,
-            self.left.get(),
-        );
+    /// Returns bounds of a result's distance if that is proved to be within the error.
+    fn prove(&self, simplified: &Simplified) -> Option<CertifiedDistance> {
+        let asked = DistanceTolerance { too_much: self.error, ..self.tolerance() };
+        let view = self.original.view_of(simplified);
+        let (distance, n_visits) = self.measured.certified_distance(&view, &asked, self.left.get());
         self.left.set(self.left.get().saturating_sub(n_visits));
         let is_open = |distance: &CertifiedDistance| distance.lower <= self.error && distance.upper > self.error;
         self.is_any_open.set(self.is_any_open.get() || distance.as_ref().is_some_and(is_open));
-        distance.filter(|distance| distance.upper <= self.error).map(|distance| distance.lower)
+        distance.filter(|distance| distance.upper <= self.error)
+    }
+
+    /// Bounds the distance of a result, within the error or not.
+    fn bound_distance(&self, simplified: &Simplified) -> CertifiedDistance {
+        let (original, simplified) = (self.measured.mesh(), &*self.original.view_of(simplified));
+        if original.faces().len() == simplified.faces().len() && triangles(original) == triangles(simplified) {
+            return CertifiedDistance { lower: 0.0, upper: 0.0, diagonal: original.diagonal() };
+        }
+        let unknown = CertifiedDistance { lower: 0.0, upper: f64::INFINITY, diagonal: original.diagonal() };
+        self.measured.certified_distance(simplified, &self.tolerance(), u64::MAX).0.unwrap_or(unknown)
+    }
+
+    // An upper bound of half of the error suffices: a sharper one takes long on flat surfaces.
+    fn tolerance(&self) -> DistanceTolerance {
+        DistanceTolerance { enough: 0.5 * self.error, ..DistanceTolerance::default() }
     }
 }
 
@@ -450,8 +446,8 @@ mod tests {
         let original = PlacedOriginal::from_input(&input);
         let prover = |left| Prover { left: Cell::new(left), ..Prover::new(&original, 0.2) };
         let (enough, few) = (prover(10_000_000), prover(1000));
-        assert!(enough.distance(&coarse).is_some() && enough.left.get() < 10_000_000 && enough.left.get() > 9_000_000);
-        assert!(few.distance(&coarse).is_none() && few.left.get() == 0 && few.distance(&coarse).is_none());
+        assert!(enough.prove(&coarse).is_some() && enough.left.get() < 10_000_000 && enough.left.get() > 9_000_000);
+        assert!(few.prove(&coarse).is_none() && few.left.get() == 0 && few.prove(&coarse).is_none());
         assert!(!enough.is_any_open.get() && few.is_any_open.get());
     }
 

@@ -1,7 +1,7 @@
 //! Proved distances of a progression's levels.
 
 use crate::mesh::{TriMesh, UnitedMesh};
-use crate::metrics::{DistanceTolerance, certified_distance_with_budget};
+use crate::metrics::{DistanceTolerance, MeasuredOriginal};
 use crate::simplify::{Event, Input, Listener, Progression, ProvedLevel, Simplified, SimplifyError};
 
 /// Ratio of neighbouring sizes of proved levels.
@@ -34,7 +34,7 @@ pub fn prove_progression(
     }
     let original = view(input.scene, input.mesh, input.attributes);
     let most = MOST_VISITS[0] * original.faces().len() as u64 + MOST_VISITS[1];
-    let rounding = rounding(input.scene, &original);
+    let (rounding, measured) = (rounding(input.scene, &original), MeasuredOriginal::new(&original));
     let (mut levels, mut n_vertices, mut distance) = (Vec::new(), progression.n_vertices(), 0.0f64);
     let n_levels = (n_vertices as f64 / LEAST_SIZE as f64).log(STEP).max(1.0);
     loop {
@@ -51,7 +51,7 @@ pub fn prove_progression(
         let is_smallest = mesh.positions().len() > n_vertices;
         let level = view(input.scene, &mesh, &attributes);
         let tolerance = DistanceTolerance { enough: distance, ..DistanceTolerance::default() };
-        let (proved, _) = certified_distance_with_budget(&original, &level, &tolerance, most);
+        let (proved, _) = measured.certified_distance(&level, &tolerance, most);
         // Without a proof, no smaller level has one that counts.
         let Some(proved) = proved.filter(|proved| proved.upper.is_finite()) else { break };
         distance = distance.max(proved.upper + rounding);

@@ -6,6 +6,7 @@ mod comparison;
 mod curvature_error;
 mod flip;
 mod image_similarity;
+mod measured_original;
 mod open_edges;
 mod painted_mesh;
 mod quick_distance;
@@ -18,14 +19,13 @@ mod triangle_quality;
 mod turned_faces;
 mod volume;
 
-#[doc(hidden)]
-pub use certified_distance::certified_distance_with_budget;
 pub use certified_distance::{CertifiedDistance, DistanceTolerance, certified_distance, largest_distance};
 pub use chamfer::{Chamfer, chamfer};
 pub use comparison::{CompareOptions, Figure, ReferenceMesh, compare};
 pub use curvature_error::curvature_error;
 pub use flip::flip;
 pub use image_similarity::{psnr, silhouette_iou, ssim};
+pub use measured_original::MeasuredOriginal;
 pub use open_edges::{OpenEdges, open_edges};
 pub use painted_mesh::{ColourScale, PaintedMesh, closest_point_tree, colour_scale};
 pub use quick_distance::{QuickDistance, farthest_point, quick_distance};

@@ -57,17 +57,27 @@ pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize
     if original.faces().is_empty() || simplified.faces().is_empty() || n_samples == 0 {
         return None;
     }
-    let (original_tree, simplified_tree) = rayon::join(|| face_tree(original), || face_tree(simplified));
+    let trees = rayon::join(|| face_tree(original), || face_tree(simplified));
+    Some(quick_distance_by_trees([original, simplified], [&trees.0, &trees.1], n_samples, seed))
+}
+
+/// Measures as [`quick_distance`] with the trees of two meshes that have faces.
+pub(super) fn quick_distance_by_trees(
+    [original, simplified]: [&TriMesh; 2],
+    [original_tree, simplified_tree]: [&FaceTree; 2],
+    n_samples: usize,
+    seed: u64,
+) -> QuickDistance {
     let (forward, backward) = rayon::join(
-        || one_way_distance([original, simplified], [&original_tree, &simplified_tree], n_samples, seed),
-        || one_way_distance([simplified, original], [&simplified_tree, &original_tree], n_samples, seed),
+        || one_way_distance([original, simplified], [original_tree, simplified_tree], n_samples, seed),
+        || one_way_distance([simplified, original], [simplified_tree, original_tree], n_samples, seed),
     );
-    Some(QuickDistance {
+    QuickDistance {
         mean: 0.5 * (forward.mean + backward.mean),
         max: forward.max.max(backward.max),
         diagonal: original_tree.diagonal(),
         n_samples: forward.n_samples.min(backward.n_samples),
-    })
+    }
 }
 
 /// Returns the point of either surface farthest from the other; `None` if a mesh has no faces.

@@ -53,27 +53,28 @@ pub fn certified_distance(
     simplified: &TriMesh,
     tolerance: &DistanceTolerance,
 ) -> Option<CertifiedDistance> {
-    certified_distance_with_budget(original, simplified, tolerance, u64::MAX).0
+    if original.faces().is_empty() || simplified.faces().is_empty() {
+        return None;
+    }
+    let [own, other] = [original, simplified].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
+    Some(certified_distance_by_trees([original, simplified], [&own, &other], tolerance, u64::MAX).0)
 }
 
-/// Bounds the distance by at most `most` visits per direction; also returns the number of visits.
-#[doc(hidden)]
-pub fn certified_distance_with_budget(
-    original: &TriMesh,
-    simplified: &TriMesh,
+/// Bounds the distance by at most `most` visits per direction, with the trees of two meshes that have faces.
+///
+/// Also returns the number of visits.
+pub(super) fn certified_distance_by_trees(
+    [original, simplified]: [&TriMesh; 2],
+    [own, other]: [&FaceTree; 2],
     tolerance: &DistanceTolerance,
     most: u64,
-) -> (Option<CertifiedDistance>, u64) {
-    if original.faces().is_empty() || simplified.faces().is_empty() {
-        return (None, 0);
-    }
+) -> (CertifiedDistance, u64) {
     let diagonal = original.diagonal();
     let tolerance = DistanceTolerance { enough: tolerance.enough.max(SMALLEST * diagonal), ..*tolerance };
     let mut bounds = DistanceBounds { lower: 0.0, upper: 0.0, tolerance };
-    let trees = [simplified, original].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
     let n_faces = original.faces().len() + simplified.faces().len();
     let most = most.min(MAX_VISITS[0] * n_faces as u64 + MAX_VISITS[1]);
-    let targets = [TargetSurface::new(original, &trees[1], most), TargetSurface::new(simplified, &trees[0], most)];
+    let targets = [TargetSurface::new(original, own, most), TargetSurface::new(simplified, other, most)];
     // The vertices of both meshes raise the lower bound before the searches.
     let directions = [simplified, original].into_iter().zip(&targets).map(|(from, target)| {
         let direction = DirectedSearch::new(from, target, &bounds);
@@ -89,7 +90,7 @@ pub fn certified_distance_with_budget(
         bounds.upper = farthest_apart(original, simplified);
     }
     let n_visits = targets.iter().map(TargetSurface::n_visits).sum();
-    (Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal }), n_visits)
+    (CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal }, n_visits)
 }
 
 /// Returns a proved upper bound of the largest distance, within 1 % of the true one.
@@ -274,7 +275,10 @@ mod tests {
         };
         assert_eq!(certified_distance(&a, &b, &beyond).unwrap().upper, f64::INFINITY);
         // A few vertices end the search, but not those without faces.
-        let looks = |tolerance: &DistanceTolerance| certified_distance_with_budget(&a, &b, tolerance, u64::MAX).1;
+        let trees = [&a, &b].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
+        let looks = |tolerance: &DistanceTolerance| {
+            certified_distance_by_trees([&a, &b], [&trees[0], &trees[1]], tolerance, u64::MAX).1
+        };
         assert!(looks(&beyond) < looks(&within) / 3, "{} {}", looks(&beyond), looks(&within));
         let mut positions = b.positions().to_vec();
         positions.insert(0, [9.0; 3]);

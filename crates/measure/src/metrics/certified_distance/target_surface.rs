@@ -18,6 +18,8 @@ const MAX_BATCH: usize = 2048;
 const MIN_VISITS_PER_ROUND: u64 = 1_000_000;
 const MIN_BATCH: usize = 16;
 const CHAIN: usize = 32;
+/// Share of the lower bound within which a vertex' closest face need not be known: small faces around it are near, too.
+const NEAR_SHARE: f64 = 0.5;
 
 pub(super) struct TargetSurface<'a> {
     mesh: &'a TriMesh,
@@ -53,7 +55,12 @@ impl<'a> TargetSurface<'a> {
     }
 
     pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> PolygonCorner {
-        let found = self.tree.find_near_with_cost(point, guess, f64::NEG_INFINITY);
+        self.corner_near(point, guess, f64::NEG_INFINITY)
+    }
+
+    /// Measures a point's distance to the surface, or to any face at a squared distance of at most `enough`.
+    fn corner_near(&self, point: DVec3, guess: Option<u32>, enough: f64) -> PolygonCorner {
+        let found = self.tree.find_near_with_cost(point, guess, enough);
         let (face, distance2, looks) = found.unwrap_or((0, f64::INFINITY, SearchCost::default()));
         let n_visits = if self.with_boxes { looks.total() } else { looks.triangles };
         self.n_visits.fetch_add(n_visits.into(), Ordering::Relaxed);
@@ -67,27 +74,30 @@ impl<'a> TargetSurface<'a> {
         if corner.distance <= enough { corner } else { self.corner(point, Some(face)) }
     }
 
+    /// Measures the vertices of a mesh until one is too far: each exactly, or at most at half of the lower bound.
     pub(super) fn vertex_corners(&self, from: &TriMesh, bounds: &DistanceBounds) -> Vec<PolygonCorner> {
         let mut corners: Vec<PolygonCorner> = Vec::with_capacity(from.positions().len());
         let mut is_used = vec![false; from.positions().len()];
         from.faces().iter().flatten().for_each(|&v| is_used[v as usize] = true);
-        let mut is_too_far = bounds.is_too_far();
+        let (mut is_too_far, mut lower) = (bounds.is_too_far(), bounds.lower);
         while corners.len() < is_used.len() && !self.is_exhausted() && !is_too_far {
             let first = corners.len();
             let n = if first == 0 { 2 * MIN_BATCH } else { self.batch_size(MAX_BATCH, 1) };
             let positions = &from.positions()[first..is_used.len().min(first + n)];
-            corners.par_extend(positions.par_chunks(CHAIN).flat_map_iter(|row| self.chained_corners(row)));
-            let is_far =
-                |(corner, &is_used): (&PolygonCorner, &bool)| is_used && corner.distance > bounds.tolerance.too_much;
-            is_too_far = corners[first..].iter().zip(&is_used[first..]).any(is_far);
+            let near = NEAR_SHARE * lower;
+            let enough = if near > 0.0 { near * near } else { f64::NEG_INFINITY };
+            corners.par_extend(positions.par_chunks(CHAIN).flat_map_iter(|row| self.chained_corners(row, enough)));
+            let used = corners[first..].iter().zip(&is_used[first..]).filter(|(_, is_used)| **is_used);
+            lower = used.map(|(corner, _)| corner.distance).fold(lower, f64::max);
+            is_too_far = lower > bounds.tolerance.too_much;
         }
         corners
     }
 
-    fn chained_corners(&self, points: &[[f32; 3]]) -> impl Iterator<Item = PolygonCorner> {
+    fn chained_corners(&self, points: &[[f32; 3]], enough: f64) -> impl Iterator<Item = PolygonCorner> {
         let mut last = None;
         points.iter().map(move |p| {
-            let corner = self.corner(DVec3::from(p.map(f64::from)), last);
+            let corner = self.corner_near(DVec3::from(p.map(f64::from)), last, enough);
             last = Some(corner.face);
             corner
         })

@@ -21,6 +21,9 @@ const LEAST_NESTING_COSINE: f32 = 0.8;
 const TOUCHING: f32 = 1e-5;
 const LONGEST_STEP: f32 = 0.1;
 const ROUNDS: usize = 20;
+/// Rounds go on while one crossing in this many is moved back.
+// On a skull and a chair, two rounds of three to five make 92 to 99 % of the moves.
+const LEAST_MOVED: usize = 10;
 /// Largest number of face pairs tested: a base number, plus a number per face.
 // Thousands of needles that share a corner would be tested in all pairs.
 const MOST_TESTS: [usize; 2] = [100_000, 200];
@@ -84,7 +87,7 @@ pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl 
         // crossings.
         let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest_move(crossing));
         let n_moved = moves.iter().flatten().filter(|moves| try_moves(output, &tree, moves, &mut n_tests_left)).count();
-        if n_moved == 0 {
+        if n_moved * LEAST_MOVED < crossings.len() {
             break;
         }
         // In the next round only the neighbourhood of moved faces can differ.
@@ -116,11 +119,11 @@ fn find_crossings(
             n += 1;
             // Crossings of steep angles are intended, as are those of other scene pieces.
             let is_shell = component(other) == own;
-            let cosine = along.dot(normal(other));
+            let cosine = || along.dot(normal(other));
             let may_cross = if is_shell {
-                has_shells && cosine < -LEAST_NESTING_COSINE
+                has_shells && cosine() < -LEAST_NESTING_COSINE
             } else {
-                piece[component(other) as usize] == piece[own as usize] && cosine.abs() > LEAST_NESTING_COSINE
+                piece[component(other) as usize] == piece[own as usize] && cosine().abs() > LEAST_NESTING_COSINE
             };
             if may_cross && triangles_cross(here, output.coordinates(other)) {
                 crossed.push(Crossing { face, component: component(other), other, is_shell });
@@ -213,6 +216,21 @@ impl ComponentTrees {
     }
 }
 
+/// A point of a crossing face and the closest one of the other component.
+struct FacePoint {
+    weights: [f32; 3],
+    place: Vec3,
+    /// Largest distance between the two.
+    reach: f32,
+    /// The face's direction if both faces are of one component.
+    along: Option<Vec3>,
+    hit: Hit,
+    /// Normal at the closest point.
+    normal: Vec3,
+    /// Distance along that normal.
+    height: f32,
+}
+
 struct NestedComponents<'a> {
     before: &'a OriginalComponents<'a>,
     output: &'a Output,
@@ -224,12 +242,12 @@ struct NestedComponents<'a> {
 impl NestedComponents<'_> {
     /// Finds the corner moves that bring back a face's point deepest on the wrong side of another component.
     fn deepest_move(&self, crossing: &Crossing) -> Option<Moves> {
-        let moves = POINTS.iter().filter_map(|&weights| self.moves(crossing, weights));
-        moves.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, moves)| moves)
+        let mut points: Vec<FacePoint> = POINTS.iter().filter_map(|&w| self.find_point(crossing, w)).collect();
+        points.sort_by(|p, q| q.height.abs().total_cmp(&p.height.abs()));
+        points.iter().find_map(|point| self.find_moves(crossing, point))
     }
 
-    /// Returns a point's depth on the wrong side of the other component, and the corner moves that bring it back.
-    fn moves(&self, crossing: &Crossing, weights: [f32; 3]) -> Option<(f32, Moves)> {
+    fn find_point(&self, crossing: &Crossing, weights: [f32; 3]) -> Option<FacePoint> {
         let output = self.output;
         let here = output.triangle(crossing.face);
         let place = here[0] * weights[0] + here[1] * weights[1] + here[2] * weights[2];
@@ -240,9 +258,16 @@ impl NestedComponents<'_> {
         let accept = |f: u32| along.is_none_or(|along| area_normal(output.triangle(f)).dot(along) < 0.0);
         let triangle = |f: u32| output.coordinates(f);
         let hit = self.now.nearest(crossing.component, (place, f64::from(reach)), &triangle, &accept)?;
-        let foot = hit.point.as_vec3();
         let normal = unit_normal(output.triangle(hit.triangle));
-        let height = (place - foot).dot(normal);
+        let height = (place - hit.point.as_vec3()).dot(normal);
+        Some(FacePoint { weights, place, reach, along, hit, normal, height })
+    }
+
+    /// Returns the corner moves that bring a point back if it is on the wrong side of the other component.
+    fn find_moves(&self, crossing: &Crossing, point: &FacePoint) -> Option<Moves> {
+        let output = self.output;
+        let &FacePoint { weights, place, reach, along, hit, normal, height } = point;
+        let foot = hit.point.as_vec3();
         // The correct side comes from the original, the present side from the output.
         let (side, gap) = self.find_side(crossing, place, along)?;
         // The side is right if it is that of the original.
@@ -263,14 +288,13 @@ impl NestedComponents<'_> {
         // The face moves whose step leads toward the middle of its component: the inner one, so that the visible one
         // stays.
         let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.component(f) as usize] - place) > 0.0;
-        let moves = if shrinks(crossing.face, step) {
+        if shrinks(crossing.face, step) {
             self.corner_moves(crossing.face, weights, step)
         } else if shrinks(hit.triangle, -step) {
             self.corner_moves(hit.triangle, hit.weights.map(|w| w as f32), -step)
         } else {
             None
-        };
-        moves.map(|moves| (height.abs(), moves))
+        }
     }
 
     fn component(&self, f: u32) -> u32 {
