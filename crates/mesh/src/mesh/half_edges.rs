@@ -65,6 +65,27 @@ pub fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
     twins
 }
 
+/// Winds the faces connected to `seeds` over edges with two faces; returns them, nearest first.
+///
+/// `is_against` gets true for faces wound against the seeds, and holds false for these.
+#[doc(hidden)]
+pub fn spread_winding(seeds: Vec<u32>, faces: &[[u32; 3]], twins: &[u32], is_against: &mut [Option<bool>]) -> Vec<u32> {
+    let mut component = seeds;
+    let mut n_done = 0;
+    while let Some(&f) = component.get(n_done) {
+        n_done += 1;
+        for half_edge in 3 * f..3 * f + 3 {
+            let twin = twins[half_edge as usize];
+            if twin != NO_TWIN && is_against[twin as usize / 3].is_none() {
+                let is_opposed = start(faces, half_edge) == start(faces, twin);
+                is_against[twin as usize / 3] = is_against[f as usize].map(|of_face| of_face != is_opposed);
+                component.push(twin / 3);
+            }
+        }
+    }
+    component
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
