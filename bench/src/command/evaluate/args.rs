@@ -9,7 +9,7 @@ use neural_mesh_cli::shared::numbers::{number_parser, parse_seed, parse_thread_c
 const EVALUATE_NOTES: &str = "\
 Methods of neural-mesh: closed (the default), network (with the scores of the network), geometry (without scores), mean, max, normals \
 (--optimize), fast, best, best-mean (--effort), paper (the paper's assembly), paper-closed (with its holes closed), paper-placed (and its vertices placed), paper-quotient (all triangles between three regions, unclassified). Other methods: qem, \
-collapse, collapse-fitted (the collapse of plain meshes, without and with two fit steps), meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa, dse (Delaunay surface elements of learned maps), \
+collapse, collapse-fitted (the collapse of plain meshes, without and with two fit steps), meshopt, meshopt-update, farthest-bpa, uniform-bpa, dse (Delaunay surface elements of learned maps), \
 pointtrinet (farthest points, triangulated by networks), potamias (learned point-cloud simplification and ball pivoting). Tools have \
 their own names; all stands for every method.
 
