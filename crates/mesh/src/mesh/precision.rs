@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::union_find::UnionFind;
+use super::union_find::join_vertices;
 use crate::linalg::Rows;
 
 /// Smallest size of a component whose vertices rounding may merge, in spacings of `f32` numbers.
@@ -67,12 +67,7 @@ struct PositionComponents {
 
 impl PositionComponents {
     fn new(exact: &[u32], faces: &[[u32; 3]]) -> Self {
-        let mut sets = UnionFind::new(exact.len());
-        for face in faces {
-            let [a, b, c] = face.map(|vertex| exact[vertex as usize]);
-            sets.union(a, b);
-            sets.union(b, c);
-        }
+        let mut sets = join_vertices(exact.len(), faces.iter().map(|face| face.map(|vertex| exact[vertex as usize])));
         let mut numbers = FxHashMap::default();
         let mut component_of_face = Vec::with_capacity(faces.len());
         for face in faces {

@@ -8,7 +8,7 @@ use glam::{DMat4, DVec3};
 use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::Rows;
 use crate::mesh::pulse::Pulse;
-use crate::mesh::union_find::UnionFind;
+use crate::mesh::union_find::join_vertices;
 use crate::mesh::{Attributes, Role, UnitedMesh};
 use crate::simplify::limits::Limit;
 use crate::spatial::{Exposure, FaceTree, Labels, exposures};
@@ -100,11 +100,7 @@ pub fn output_components(output: &Output) -> (Vec<u32>, usize) {
 
 /// Returns each vertex's component number (empty for a single component) and the number of components.
 pub fn vertex_components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
-    let mut sets = UnionFind::new(n_vertices);
-    for &[a, b, c] in faces {
-        sets.union(a, b);
-        sets.union(b, c);
-    }
+    let mut sets = join_vertices(n_vertices, faces.iter().copied());
     if sets.n_sets() == 1 {
         return (Vec::new(), 1);
     }
