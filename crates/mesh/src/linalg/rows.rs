@@ -21,8 +21,8 @@ impl<T: Copy + Default> Rows<T> {
     /// # Panics
     /// If there are 2^32 entries or more.
     pub fn new(n_rows: usize, entries: impl Iterator<Item = (u32, T)> + Clone) -> Self {
-        // Counts stand two places behind their row, so that the next free place of a row stands one behind, which ends
-        // as the start of the next row.
+        // Counts are two places after their row, so that the next free place of a row, one after it, ends as the start of
+        // the next row.
         let mut starts = vec![0u32; n_rows + 2];
         entries.clone().for_each(|(row, _)| starts[row as usize + 2] += 1);
         for row in 0..n_rows {
