@@ -141,7 +141,7 @@ fn it_learns_and_writes_down_how() {
     let totals: Vec<f64> = epochs[1..].iter().map(|row| row[validation].parse().unwrap()).collect();
     assert!(totals.len() == 3 && totals[2] < totals[0], "{totals:?}");
     let best = Weights::from_bytes(&std::fs::read(folder.path().join("run/best.safetensors")).unwrap()).unwrap();
-    assert_eq!(*best.architecture(), run.settings.architecture());
+    assert_eq!(*best.architecture(), run.settings.architecture);
 }
 
 #[test]

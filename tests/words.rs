@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::layers::{Source, all_code, library, sources, start_of_tests};
 
 mod lists;
-use lists::{ADVERBS, ED_VERBS, NO_CLOSURE_NAMES, PAST_FORMS, PHRASES, PREFIXES, PREPOSITIONS, SAME_NAMES};
+use lists::{NO_CLOSURE_NAMES, PHRASES, SAME_NAMES};
 
 // Limit of words in the first sentence of a doc comment.
 const MOST_WORDS: usize = 25;
@@ -19,78 +19,43 @@ const MESH_FOLDERS: [&str; 6] = [
     "crates/simplify/",
 ];
 
-// The item of a doc comment or a line.
-enum Item {
-    Function { name: String, has_free_name: bool },
-    Type(String),
-    Other,
-}
-
-// An item with its line, and its docs with their line; the docs of a file belong to [`Item::Other`].
+// Comments and definitions of a formatted file, each with its line.
+#[derive(Default)]
 struct Described {
-    item: Item,
-    line: usize,
-    docs: Vec<String>,
-    docs_line: usize,
-    is_in_tests: bool,
+    comments: Vec<(usize, String)>,
+    // Doc comments outside tests.
+    docs: Vec<(usize, Vec<String>)>,
+    types: Vec<(usize, String)>,
 }
 
-// Reads the items and comments of a formatted file.
-fn read(source: &Source) -> (Vec<Described>, Vec<(usize, String)>) {
+fn read(source: &Source) -> Described {
     let tests_at = source.text[..start_of_tests(&source.text)].lines().count();
-    let (mut items, mut comments, mut docs, mut docs_line) = (Vec::new(), Vec::new(), Vec::new(), 0);
-    let (mut is_test, mut open_brackets, mut trait_impl, mut is_file_doc) = (false, 0, None, false);
-    for (at, line) in source.text.lines().enumerate() {
-        let (text, indent) = (line.trim(), line.len() - line.trim_start().len());
-        if text.starts_with("//") {
-            let words = text.trim_start_matches(['/', '!']).trim().to_string();
-            comments.push((at + 1, words.clone()));
-            if text.starts_with("///") || text.starts_with("//!") {
-                docs_line = if docs.is_empty() { at + 1 } else { docs_line };
-                is_file_doc = text.starts_with("//!");
-                docs.push(words);
+    let (mut read, mut is_in_docs) = (Described::default(), false);
+    for (line, text) in (1..).zip(source.text.lines()) {
+        let trimmed = text.trim();
+        let is_docs = trimmed.starts_with("///") || trimmed.starts_with("//!");
+        if trimmed.starts_with("//") {
+            let words = trimmed.trim_start_matches(['/', '!']).trim().to_string();
+            read.comments.push((line, words.clone()));
+            match read.docs.last_mut().filter(|_| is_in_docs && is_docs) {
+                Some((_, docs)) => docs.push(words),
+                None if is_docs && line <= tests_at => read.docs.push((line, vec![words])),
+                None => {}
             }
-            continue;
         }
-        if open_brackets > 0 || (text.starts_with("#[") && !is_file_doc) {
-            let count = |letters: [char; 2]| text.matches(letters).count() as isize;
-            open_brackets = (open_brackets + count(['[', '(']) - count([']', ')'])).max(0);
-            is_test |= text.starts_with("#[test");
-            continue;
-        }
-        if text.starts_with("impl") || text.starts_with("unsafe impl") {
-            trait_impl = text.contains(" for ").then_some(indent);
-        } else if text == "}" && trait_impl == Some(indent) {
-            trait_impl = None;
-        }
-        let is_of_trait = text.contains("extern \"C\"") || trait_impl.is_some_and(|outer| indent == outer + 4);
-        let item = match item_of(text, indent) {
-            _ if is_file_doc => Item::Other,
-            Item::Function { name, .. } => Item::Function { name, has_free_name: !is_test && !is_of_trait },
-            item => item,
-        };
-        if !docs.is_empty() || !matches!(item, Item::Other) {
-            let docs = std::mem::take(&mut docs);
-            items.push(Described { item, line: at + 1, docs, docs_line, is_in_tests: at >= tests_at });
-        }
-        (is_test, is_file_doc) = (false, false);
+        read.types.extend(type_name(text).map(|name| (line, name)));
+        is_in_docs = is_docs && line <= tests_at;
     }
-    (items, comments)
+    read
 }
 
-fn item_of(text: &str, indent: usize) -> Item {
-    let mut words = text.split(' ').skip_while(|word| {
-        word.starts_with("pub") || ["default", "const", "async", "unsafe", "extern", "\"C\""].contains(word)
-    });
-    let keyword = words.next().unwrap_or_default();
-    let letters = words.next().unwrap_or_default().chars();
-    let name: String = letters.take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect();
-    match keyword {
-        "fn" => Item::Function { name, has_free_name: true },
-        "struct" | "enum" | "trait" | "union" => Item::Type(name),
-        "type" if indent == 0 => Item::Type(name),
-        _ => Item::Other,
-    }
+// Returns the name of the type that a line defines.
+fn type_name(line: &str) -> Option<String> {
+    let mut words = line.trim().split(' ').skip_while(|word| word.starts_with("pub") || *word == "unsafe");
+    let keyword = words.next()?;
+    let is_alias = keyword == "type" && !line.starts_with(' ');
+    let letters = words.next().filter(|_| is_alias || ["struct", "enum", "trait", "union"].contains(&keyword))?.chars();
+    Some(letters.take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect())
 }
 
 // Returns the first sentence of docs, with code in backticks as one word.
@@ -114,15 +79,6 @@ fn blank_code(text: &str) -> String {
 
 fn is_in(list: &str, word: &str) -> bool {
     list.split(' ').any(|known| known == word)
-}
-
-// Returns whether a name has only past forms, prepositions and adverbs.
-fn is_bare(name: &str) -> bool {
-    let words: Vec<&str> = name.trim_matches('_').split('_').collect();
-    let is_past =
-        |word: &str| is_in(PAST_FORMS, word) || (word.ends_with("ed") && word.len() > 3 && !is_in(ED_VERBS, word));
-    let is_weak = |word: &&str| is_past(word) || is_in(PREPOSITIONS, word) || is_in(ADVERBS, word);
-    !(words.len() > 1 && is_in(PREFIXES, words[0])) && words.iter().all(is_weak)
 }
 
 // Returns whether lower-case text has a phrase that is not inside a longer word.
@@ -154,10 +110,8 @@ fn find_equal_types() -> Vec<Finding> {
         // Stubs of features have the names of the types that they replace.
         let is_stub = |source: &Source| source.path.rsplit('/').next().is_some_and(|name| name.starts_with("no_"));
         for source in files.into_iter().filter(|source| !is_stub(source)) {
-            for described in read(&source).0 {
-                if let Item::Type(name) = described.item {
-                    places.entry(name).or_default().push((source.path.clone(), described.line));
-                }
+            for (line, name) in read(&source).types {
+                places.entry(name).or_default().push((source.path.clone(), line));
             }
         }
         places.retain(|name, places| places.len() > 1 && SAME_NAMES.iter().all(|(known, _)| known != name));
@@ -168,18 +122,6 @@ fn find_equal_types() -> Vec<Finding> {
         }
     }
     found
-}
-
-fn find_bare_names() -> Vec<Finding> {
-    find_in_files(|source| {
-        let names = read(source).0.into_iter().filter_map(|described| match described.item {
-            Item::Function { name, has_free_name: true } if is_bare(&name) => {
-                Some((described.line, format!("fn {name}: write a verb and its object, or the quantity")))
-            }
-            _ => None,
-        });
-        names.collect()
-    })
 }
 
 // Lists closures with a name that says nothing of what they do.
@@ -202,11 +144,10 @@ fn closure_name(line: &str) -> Option<&str> {
 
 fn find_long_sentences() -> Vec<Finding> {
     find_in_files(|source| {
-        let described = read(source).0.into_iter().filter(|it| !it.is_in_tests && !it.docs.is_empty());
         let n_words = |docs: &[String]| first_sentence(docs).split_whitespace().count();
-        let long = described.filter(|it| n_words(&it.docs) > MOST_WORDS);
+        let long = read(source).docs.into_iter().filter(|(_, docs)| n_words(docs) > MOST_WORDS);
         let text = format!("the first sentence is too long: write at most {MOST_WORDS} words");
-        long.map(|it| (it.docs_line, text.clone())).collect()
+        long.map(|(line, _)| (line, text.clone())).collect()
     })
 }
 
@@ -214,7 +155,7 @@ fn find_old_phrases() -> Vec<Finding> {
     find_in_files(|source| {
         let mut found = Vec::new();
         let is_of_meshes = MESH_FOLDERS.iter().any(|folder| source.path.starts_with(folder));
-        for (line, text) in read(source).1 {
+        for (line, text) in read(source).comments {
             let prose = blank_code(&text).to_lowercase();
             let phrases = PHRASES.iter().filter(|(phrase, _)| holds(&prose, phrase));
             found.extend(phrases.map(|(phrase, instead)| (line, format!("\"{phrase}\": write {instead}"))));
@@ -233,11 +174,6 @@ fn find_old_phrases() -> Vec<Finding> {
 #[test]
 fn type_names_are_unique_in_a_crate() {
     assert_no_findings(find_equal_types());
-}
-
-#[test]
-fn function_names_are_more_than_past_forms_and_prepositions() {
-    assert_no_findings(find_bare_names());
 }
 
 #[test]
@@ -262,13 +198,10 @@ fn at_most_five_type_names_occur_twice() {
 
 #[test]
 fn the_rules_tell_good_from_bad() {
-    for (name, bad) in
-        [("held", true), ("of", true), ("read_ply", false), ("embed", false), ("is_kept", false), ("len", false)]
-    {
-        assert_eq!(is_bare(name), bad, "{name}");
-    }
     let lines = ["    let mut at = |k: usize| k;", "let of: F = move |x| x", "let at = 3;", "// let by = || 1;"];
     assert_eq!(lines.map(closure_name), [Some("at"), Some("of"), None, Some("by")]);
+    assert_eq!(type_name("    pub(super) struct Area<T> {").as_deref(), Some("Area"));
+    assert_eq!(type_name("    type Item = u32;"), None);
     let docs = ["Adds `a. b` (e.g. one). Then".to_string(), "more.".into()];
     assert_eq!(first_sentence(&docs), "Adds Code (eg one).".replace("eg", "e.g"));
     assert!(holds("what is told here", "told") && !holds("untold", "told"));

@@ -46,7 +46,7 @@ fn rows_without_times(folder: &Path, run: &str) -> Vec<Row> {
 fn every_case_has_its_row_with_sensible_figures() {
     let folder = data_folder(&[("wave.ply", shapes::wavy_sphere(4, 0.5)), ball()]);
     std::fs::write(folder.path().join("data/bad.ply"), "ply\nno mesh\n").unwrap();
-    let more = ["--methods", "closed,qem,clustering,paper", "--ratios", "0.1,0.3"];
+    let more = ["--methods", "closed,qem,uniform-bpa,paper", "--ratios", "0.1,0.3"];
     let done = run(folder.path(), &evaluation("run", &more));
     assert_eq!((done.code, done.stderr.as_str()), (Some(0), ""));
     let said = String::from_utf8(done.stdout).unwrap();
@@ -58,9 +58,9 @@ fn every_case_has_its_row_with_sensible_figures() {
         rows.iter().find(is_it).unwrap()
     };
     for ratio in [0.1, 0.3] {
-        let [ours, qem, clustering] = ["closed", "qem", "clustering"].map(|method| find("wave.ply", ratio, method));
+        let [ours, qem, drawn] = ["closed", "qem", "uniform-bpa"].map(|method| find("wave.ply", ratio, method));
         let number = |row: &Row, name: &str| row[name].parse::<f64>().unwrap();
-        assert!(number(qem, "distance_mean") < number(clustering, "distance_mean"));
+        assert!(number(qem, "distance_mean") < number(drawn, "distance_mean"));
         assert!(number(ours, "seconds") > 0.0 && number(ours, "distance_mean") > 0.0);
         assert_eq!(qem["faces_asked"], ours["faces_out"]);
         assert!(number(qem, "faces_out") <= number(ours, "faces_out"));
@@ -71,7 +71,7 @@ fn every_case_has_its_row_with_sensible_figures() {
     }
     let report = std::fs::read_to_string(folder.path().join("run/report.md")).unwrap();
     for words in
-        ["| closed | 2 of 2 |", "| qem | 2 of 2 |", "| clustering |", "| paper |", "Relative to qem", "bad.ply"]
+        ["| closed | 2 of 2 |", "| qem | 2 of 2 |", "| uniform-bpa |", "| paper |", "Relative to qem", "bad.ply"]
     {
         assert!(report.contains(words), "{words}: {report}");
     }
@@ -245,7 +245,7 @@ fn refusals_say_what_to_do() {
     refused(1, &quick(&[]), "--resume");
     refused(1, &quick(&["--resume", "--seeds", "1"]), "`seeds`");
     refused(1, &quick(&["--resume", "--time-limit", "5"]), "`time-limit`");
-    refused(2, &evaluation("new", &["--methods", "qem,magic"]), "meshopt-sloppy");
+    refused(2, &evaluation("new", &["--methods", "qem,magic"]), "meshopt-update");
     refused(2, &evaluation("new", &["--ratios", "0.5,1.5"]), "1.5");
     refused(2, &evaluation("new", &["--tool", "mine=cp {in}"]), "{out}");
     refused(2, &evaluation("new", &["--methods", "qem", "--relative-to", "paper"]), "--methods");

@@ -262,11 +262,11 @@ pub fn record(
     let job = &request.job;
     let is_plain = job.goal.n_levels().is_none()
         && !job.goal.is_bound()
-        && job.repair.is_none()
+        && job.arguments.repair().is_none()
         && job.arguments.importance.is_none()
         && job.arguments.keep.is_empty()
-        && job.shares.is_empty();
-    if !is_plain || job.prune_below.is_some() {
+        && job.arguments.shares().is_empty();
+    if !is_plain || job.arguments.prune_below().is_some() {
         return Err(Failure::Usage(
             "a record needs --ratio, --vertices or --faces, and excludes --ratio NAME=R, --keep, --importance, --prune, --fill-holes and --printable: leave these out".into(),
         ));

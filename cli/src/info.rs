@@ -42,7 +42,7 @@ struct Info {
     components: usize,
     euler: i64,
     genus: Option<usize>,
-    cleaned: job::CleaningFigures,
+    cleaned: CleanCounts,
     carries: Vec<String>,
     /// Contents of a glTF scene; the other fields describe its meshes joined into one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -155,7 +155,7 @@ fn collect_info(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Fram
         components: figures.components,
         euler: figures.euler,
         genus: figures.genus,
-        cleaned: counts.into(),
+        cleaned: *counts,
         carries: Vec::new(),
         scene: None,
     }

@@ -8,9 +8,10 @@ use crate::escapes::escape_controls;
 use crate::failure::Failure;
 use neural_mesh::io::shorten_name;
 use neural_mesh::job::{
-    BakeFigures, Certified, DistanceFigures, Dropped, JobReport, Level, MeshSize, NamedShare, OutputFigures,
-    RepairFigures, Seconds, TargetWords, percent, stop_reason,
+    BakeFigures, Certified, DistanceFigures, Dropped, JobReport, Level, MeshSize, NamedShare, OutputFigures, Seconds,
+    TargetWords, percent, stop_reason,
 };
+use neural_mesh::repair::RepairCounts;
 
 const MAX_LISTED_NAMES: usize = 4;
 
@@ -157,7 +158,7 @@ pub fn list_names(dropped: &[Dropped], most: usize) -> String {
     names.join(", ")
 }
 
-fn repaired_line(done: &RepairFigures) -> String {
+fn repaired_line(done: &RepairCounts) -> String {
     let named = [
         (done.holes_filled, "holes filled"),
         (done.holes_left, "holes left"),

@@ -100,8 +100,7 @@ fn the_size_of_a_gltf_counts_its_buffer_file() {
 
 #[test]
 fn a_name_without_an_ending_gets_the_formats_that_this_build_writes() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     let line = refuse(folder.path(), &["simplify", "a.obj", "-o", "b", "--ratio", "1"], 2);
     for format in line.rsplit("one of ").next().unwrap().split(", ") {
         let run = run(folder.path(), &["simplify", "a.obj", "-o", "b", "--ratio", "1", "--format", format, "--force"]);

@@ -5,12 +5,16 @@ use std::path::Path;
 use crate::common::{Run, charts, folder, json, run, run_with_input, succeed, test_mesh_path, write_plate};
 use neural_mesh::io::{self, Asset, Format};
 use neural_mesh::picture::{Image, decode_image, encode_png};
+use tempfile::TempDir;
 
-fn write_textured_plate(folder: &Path) {
-    write_plate(folder, "mtllib skin.mtl\n", "");
-    std::fs::write(folder.join("skin.mtl"), "newmtl left\nmap_Kd maps/skin.png\nnewmtl right\nKd 1 0 0\n").unwrap();
-    std::fs::create_dir(folder.join("maps")).unwrap();
-    std::fs::write(folder.join("maps/skin.png"), b"not looked into").unwrap();
+fn textured_plate() -> TempDir {
+    let folder = folder();
+    write_plate(folder.path(), "mtllib skin.mtl\n", "");
+    std::fs::write(folder.path().join("skin.mtl"), "newmtl left\nmap_Kd maps/skin.png\nnewmtl right\nKd 1 0 0\n")
+        .unwrap();
+    std::fs::create_dir(folder.path().join("maps")).unwrap();
+    std::fs::write(folder.path().join("maps/skin.png"), b"not looked into").unwrap();
+    folder
 }
 
 fn read_stdout(run: &Run) -> String {
@@ -83,8 +87,7 @@ fn texels_are_those_of_the_texture() {
 
 #[test]
 fn a_picture_shows_textures_and_materials_before_and_after() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     let green = Image { width: 2, height: 2, rgba: [20, 200, 20, 255].repeat(4) };
     std::fs::write(folder.path().join("maps/skin.png"), encode_png(&green)).unwrap();
     simplify_plate(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
@@ -96,16 +99,14 @@ fn a_picture_shows_textures_and_materials_before_and_after() {
 
 #[test]
 fn a_texture_that_cannot_be_drawn_is_noted() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     let run = simplify_plate(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
     assert!(read_stdout(&run).contains("a texture is left out: it is not PNG, JPEG or WebP"), "{}", read_stdout(&run));
 }
 
 #[test]
 fn an_obj_keeps_its_materials_and_texture() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     std::fs::create_dir(folder.path().join("out")).unwrap();
     simplify_plate(folder.path(), &["-o", "out/plate.obj", "--vertices", "60"]);
     let out = folder.path().join("out");
@@ -127,16 +128,14 @@ fn an_obj_keeps_its_materials_and_texture() {
 
 #[test]
 fn attributes_that_a_format_cannot_hold_are_noted() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     let run = simplify_plate(folder.path(), &["-o", "plate.stl", "--ratio", "0.5"]);
     assert!(read_stdout(&run).contains("note") && read_stdout(&run).contains("only geometry"), "{}", read_stdout(&run));
 }
 
 #[test]
 fn a_scene_stays_a_scene() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     simplify_plate(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
     succeed(folder.path(), &["simplify", "plate.glb", "-o", "lighter.glb", "--faces", "200"]);
     let asset = Asset::read_path(&folder.path().join("lighter.glb")).unwrap();
@@ -148,8 +147,7 @@ fn a_scene_stays_a_scene() {
 
 #[test]
 fn a_picture_of_a_scene_shows_its_meshes_where_nodes_place_them() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     simplify_plate(folder.path(), &["-o", "plate.gltf", "--ratio", "1"]);
     let path = folder.path().join("plate.gltf");
     let text = std::fs::read_to_string(&path).unwrap();
@@ -172,8 +170,7 @@ fn a_picture_of_a_scene_shows_its_meshes_where_nodes_place_them() {
 
 #[test]
 fn the_levels_of_a_scene_are_one_file() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     simplify_plate(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
     succeed(folder.path(), &["simplify", "plate.glb", "-o", "levels.glb", "--lods", "0.5,0.2"]);
     let asset = Asset::read_path(&folder.path().join("levels.glb")).unwrap();
@@ -185,8 +182,7 @@ fn the_levels_of_a_scene_are_one_file() {
 
 #[test]
 fn the_levels_of_a_scene_are_files_of_their_own_where_the_name_says_so() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     simplify_plate(folder.path(), &["-o", "plate.glb", "--ratio", "1"]);
     succeed(folder.path(), &["simplify", "plate.glb", "-o", "{level}-of-it.glb", "--lods", "50%,20%"]);
     let asset = |name: &str| Asset::read_path(&folder.path().join(name)).unwrap();
@@ -261,8 +257,7 @@ fn importance_is_taken_from_an_attribute() {
 
 #[test]
 fn a_material_can_count_more_than_others() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     let on_the_left = |name: &str| {
         let mesh = io::read_path(&folder.path().join(name), None).unwrap();
         mesh.positions.iter().filter(|p| p[0] < 10.0).count()

@@ -11,7 +11,7 @@ use neural_mesh::metrics::psnr;
 use neural_mesh::picture::{DecodedMaterials, Image, ShadedMesh, decode_image, encode_png, encode_webp, view_shaded};
 use serde_json::json;
 
-use crate::common::{OCTAHEDRON, error_line, files, folder, json, refuse, run, succeed};
+use crate::common::{OCTAHEDRON, error_line, files, folder, folder_with_octahedron, json, refuse, run, succeed};
 
 fn ball() -> String {
     let mesh = shapes::wavy_sphere(5, 12.0);
@@ -247,8 +247,7 @@ fn the_meshes_of_a_scene_become_one_with_the_looks_of_all() {
 
 #[test]
 fn unbakeable_requests_are_refused_in_one_line() {
-    let folder = folder();
-    std::fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     std::fs::write(folder.path().join("bent.gltf"), scene(true)).unwrap();
     let before = files(folder.path());
     for (input, output, size, code, words) in [

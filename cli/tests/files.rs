@@ -34,8 +34,7 @@ fn existing_files_are_refused_without_force() {
 
 #[test]
 fn a_mesh_may_replace_its_own_input() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     succeed(folder.path(), &["simplify", "a.obj", "-o", "a.obj", "--ratio", "0.9", "--force"]);
     assert_eq!(info(folder.path(), "a.obj")["vertices"], 5);
 }
@@ -112,8 +111,7 @@ fn a_folder_takes_the_mesh_under_its_name() {
 
 #[test]
 fn a_folder_is_no_way_to_lose_the_input() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     let line = refuse(folder.path(), &["simplify", "a.obj", "-o", ".", "--ratio", "1"], 1);
     assert!(line.contains("a.obj: exists already"), "{line}");
     assert_eq!(fs::read_to_string(folder.path().join("a.obj")).unwrap(), OCTAHEDRON);

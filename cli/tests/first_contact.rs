@@ -20,8 +20,7 @@ fn run_advice(folder: &Path, line: &str) -> Run {
 
 #[test]
 fn a_distance_that_was_meant_in_percent_is_asked_back() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     let line = refused_line(folder.path(), "simplify a.obj -o b.obj --error 5");
     assert!(line.contains("--error 5: is more than half of the diagonal"), "{line}");
     assert!(line.ends_with("did you mean 5%?"), "{line}");
@@ -49,8 +48,7 @@ fn advice_for_a_missing_command_output_or_size_is_a_command_that_works() {
         "simplify a.obj -o b.obj",
         "simplify --ratio=50% a.obj b.obj",
     ] {
-        let folder = folder();
-        fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+        let folder = folder_with_octahedron();
         let line = refused_line(folder.path(), words);
         assert_eq!(files(folder.path()), ["a.obj"]);
         let advised = run_advice(folder.path(), &line);

@@ -62,8 +62,7 @@ fn hidden_components_are_dropped_at_any_target() {
 
 #[test]
 fn excluded_combinations_are_usage_errors() {
-    let folder = folder();
-    std::fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     for other in [&["--assembly", "paper"][..], &["--hidden", "away"]] {
         let asked = [&["simplify", "a.obj", "-o", "b.ply", "--ratio", "0.5", "--hidden", "drop"], other].concat();
         assert_eq!(run(folder.path(), &asked).code, Some(2), "{other:?}");

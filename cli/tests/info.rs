@@ -7,8 +7,7 @@ use crate::common::*;
 use serde_json::Value;
 
 fn folder_of_meshes() -> tempfile::TempDir {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     fs::write(folder.path().join("b.obj"), OCTAHEDRON.strip_suffix("f 1 4 6\n").unwrap()).unwrap();
     fs::write(folder.path().join("bad.ply"), "ply").unwrap();
     folder

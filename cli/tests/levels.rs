@@ -123,10 +123,6 @@ fn avatar_levels_with(engine: &str, output: &str, more: &[&str]) -> tempfile::Te
     folder
 }
 
-fn gltf_json(path: &Path) -> serde_json::Value {
-    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
-}
-
 #[test]
 fn engines_find_levels_as_named_siblings_with_one_skin() {
     let input = {
@@ -137,7 +133,7 @@ fn engines_find_levels_as_named_siblings_with_one_skin() {
     };
     for engine in ["unity", "godot"] {
         let folder = avatar_levels(engine, "out.gltf");
-        let document = gltf_json(&folder.path().join("out.gltf"));
+        let document = json(&folder.path().join("out.gltf"));
         let nodes = document["nodes"].as_array().unwrap();
         let parents = nodes.iter().filter_map(|node| {
             let name = node["name"].as_str()?;
@@ -233,7 +229,7 @@ fn levels_of_a_mesh_for_an_engine_are_those_of_a_scene() {
     let spot = test_mesh_path("spot.ply");
     let words = ["-o", "out.gltf", "--lods", "50%,10%", "--engine", "unity", "--no-check"];
     succeed(folder.path(), &[&["simplify", spot.to_str().unwrap()], &words[..]].concat());
-    let document = gltf_json(&folder.path().join("out.gltf"));
+    let document = json(&folder.path().join("out.gltf"));
     let names: Vec<&str> = document["nodes"].as_array().unwrap().iter().filter_map(|it| it["name"].as_str()).collect();
     assert_eq!(names, ["out", "out_LOD0", "out_LOD1"]);
 }
@@ -247,7 +243,7 @@ fn separate_levels_of_a_scene_share_their_buffer() {
     let buffer = std::fs::read(apart.path().join("out.bin")).unwrap();
     let mut n_bytes = 0;
     for level in [0, 1] {
-        let document = gltf_json(&apart.path().join(format!("out_LOD{level}.gltf")));
+        let document = json(&apart.path().join(format!("out_LOD{level}.gltf")));
         assert_eq!(document["buffers"], serde_json::json!([{"byteLength": buffer.len(), "uri": "out.bin"}]));
         let [one, other] =
             [apart.path().join(format!("out_LOD{level}.gltf")), embedded.path().join(format!("out_LOD{level}.glb"))]

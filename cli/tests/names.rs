@@ -5,7 +5,9 @@ use std::path::Path;
 use crate::common::avatar::Avatar;
 use crate::common::{Run, folder, refuse, run, succeed, write_plate};
 use neural_mesh::io::{self, Asset, AssetPart, ReadMesh};
+use neural_mesh::mesh::RawMesh;
 use serde_json::json;
+use tempfile::TempDir;
 
 fn scene(folder: &Path) {
     let mut avatar = Avatar::new(8);
@@ -25,10 +27,14 @@ fn read(folder: &Path, name: &str) -> ReadMesh {
 
 fn faces_of(read: &ReadMesh, material: &str) -> Vec<Vec<u64>> {
     let named = |group: u32| read.extra.groups[group as usize].material.as_deref() == Some(material);
-    let carried = &read.mesh.attributes;
+    face_bits(&read.mesh, |f| named(read.mesh.attributes.group(f as u32)))
+}
+
+// Lists the bits of faces, each from its least corner on, in an order that no change of numbers changes.
+fn face_bits(mesh: &RawMesh, is_wanted: impl Fn(usize) -> bool) -> Vec<Vec<u64>> {
     let corner = |f: usize, c: usize| {
-        let place = read.mesh.positions[read.mesh.faces[f][c] as usize].map(f64::to_bits).to_vec();
-        let values = carried.channels.iter().flat_map(|channel| channel.value(carried.wedges[f][c]));
+        let place = mesh.positions[mesh.faces[f][c] as usize].map(f64::to_bits).to_vec();
+        let values = mesh.attributes.channels.iter().flat_map(|channel| channel.value(mesh.attributes.wedges[f][c]));
         place.into_iter().chain(values.map(|x| u64::from(x.to_bits()))).collect::<Vec<u64>>()
     };
     let face = |f: usize| {
@@ -37,8 +43,7 @@ fn faces_of(read: &ReadMesh, material: &str) -> Vec<Vec<u64>> {
         corners.rotate_left(least);
         corners.concat()
     };
-    let mut faces: Vec<Vec<u64>> =
-        (0..read.mesh.faces.len()).filter(|&f| named(carried.group(f as u32))).map(face).collect();
+    let mut faces: Vec<Vec<u64>> = (0..mesh.faces.len()).filter(|&f| is_wanted(f)).map(face).collect();
     faces.sort();
     faces
 }
@@ -48,28 +53,19 @@ fn read_part(folder: &Path, file: &str, name: &str) -> AssetPart {
     asset.parts().iter().find(|part| part.name == name).unwrap().clone()
 }
 
-fn corners(part: &AssetPart) -> Vec<Vec<u32>> {
-    let carried = &part.mesh.attributes;
-    let corner = |f: usize, c: usize| {
-        let place = part.mesh.positions[part.mesh.faces[f][c] as usize].map(|x| (x as f32).to_bits()).to_vec();
-        let values = carried.channels.iter().flat_map(|channel| channel.value(carried.wedges[f][c]));
-        place.into_iter().chain(values.map(|x| x.to_bits())).collect::<Vec<u32>>()
-    };
-    let face = |f: usize| {
-        let mut corners = [0, 1, 2].map(|c| corner(f, c));
-        let least = (0..3).min_by_key(|&c| corners[c].clone()).unwrap();
-        corners.rotate_left(least);
-        corners.concat()
-    };
-    let mut faces: Vec<Vec<u32>> = (0..part.mesh.faces.len()).map(face).collect();
-    faces.sort();
-    faces
+fn part_faces(folder: &Path, file: &str, name: &str) -> Vec<Vec<u64>> {
+    face_bits(&read_part(folder, file, name).mesh, |_| true)
+}
+
+fn plate_folder() -> TempDir {
+    let folder = folder();
+    write_plate(folder.path(), "", ".1");
+    folder
 }
 
 #[test]
 fn a_material_that_is_kept_comes_back_as_it_is() {
-    let folder = folder();
-    write_plate(folder.path(), "", ".1");
+    let folder = plate_folder();
     let before = read(folder.path(), "plate.obj");
     simplify(folder.path(), &["plate.obj", "-o", "kept.obj", "--vertices", "260", "--keep", "left"]);
     let after = read(folder.path(), "kept.obj");
@@ -83,8 +79,7 @@ fn a_material_that_is_kept_comes_back_as_it_is() {
 
 #[test]
 fn both_materials_that_are_kept_are_the_whole() {
-    let folder = folder();
-    write_plate(folder.path(), "", ".1");
+    let folder = plate_folder();
     let before = read(folder.path(), "plate.obj");
     let both = ["plate.obj", "-o", "kept.obj", "--ratio", "10%", "--keep", "left", "--keep", "right"];
     let said = String::from_utf8(simplify(folder.path(), &both).stdout).unwrap();
@@ -102,7 +97,7 @@ fn a_node_that_is_kept_keeps_the_meshes_below_it() {
     for name in ["box", "hips", "plain"] {
         let out = format!("{name}.glb");
         simplify(folder.path(), &["scene.glb", "-o", &out, "--ratio", "60%", "--keep", name]);
-        let [before, after] = ["scene.glb", &out].map(|file| corners(&read_part(folder.path(), file, "plain")));
+        let [before, after] = ["scene.glb", &out].map(|file| part_faces(folder.path(), file, "plain"));
         assert!(before == after, "{name}");
         let [before, after] = ["scene.glb", &out].map(|file| read_part(folder.path(), file, "ball").mesh.faces.len());
         assert!(after * 3 < before, "{name}: {after} of {before}");
@@ -114,14 +109,13 @@ fn a_skin_and_its_targets_are_kept_bit_for_bit() {
     let folder = folder();
     scene(folder.path());
     simplify(folder.path(), &["scene.glb", "-o", "out.glb", "--ratio", "60%", "--keep", "body"]);
-    let [before, after] = ["scene.glb", "out.glb"].map(|file| corners(&read_part(folder.path(), file, "ball")));
+    let [before, after] = ["scene.glb", "out.glb"].map(|file| part_faces(folder.path(), file, "ball"));
     assert!(before == after);
 }
 
 #[test]
 fn unknown_names_are_refused_with_a_list_of_known_ones() {
-    let folder = folder();
-    write_plate(folder.path(), "", ".1");
+    let folder = plate_folder();
     scene(folder.path());
     let refused = |more: &[&str]| refuse(folder.path(), &[&["simplify"], more].concat(), 2);
     let obj = refused(&["plate.obj", "-o", "x.obj", "--ratio", "0.5", "--keep", "top"]);
@@ -145,8 +139,7 @@ fn a_node_can_count_more_than_others() {
 
 #[test]
 fn a_batch_keeps_what_has_the_name_and_says_which_mesh_has_none() {
-    let folder = folder();
-    write_plate(folder.path(), "", ".1");
+    let folder = plate_folder();
     std::fs::create_dir(folder.path().join("in")).unwrap();
     std::fs::rename(folder.path().join("plate.obj"), folder.path().join("in/plate.obj")).unwrap();
     std::fs::write(folder.path().join("in/other.obj"), crate::common::OCTAHEDRON).unwrap();
@@ -165,8 +158,7 @@ fn n_faces(folder: &Path, name: &str) -> [usize; 2] {
 
 #[test]
 fn a_name_has_its_share_and_the_rest_makes_up_the_whole() {
-    let folder = folder();
-    write_plate(folder.path(), "", ".1");
+    let folder = plate_folder();
     let words = ["plate.obj", "-o", "a.obj", "--ratio", "40%", "--ratio", "left=60%", "--report", "a.json"];
     simplify(folder.path(), &words);
     let n_vertices = crate::common::read_welded(&folder.path().join("a.obj")).positions().len();
@@ -187,8 +179,7 @@ fn a_name_has_its_share_and_the_rest_makes_up_the_whole() {
 
 #[test]
 fn without_a_size_of_the_whole_the_rest_stays() {
-    let folder = folder();
-    write_plate(folder.path(), "", ".1");
+    let folder = plate_folder();
     simplify(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%"]);
     let [left, right] = n_faces(folder.path(), "a.obj");
     // The border belongs to the simplified name, and takes faces of the other with it.
@@ -199,8 +190,7 @@ fn without_a_size_of_the_whole_the_rest_stays() {
 
 #[test]
 fn shares_go_with_what_is_kept_and_with_formats_without_names() {
-    let folder = folder();
-    write_plate(folder.path(), "", ".1");
+    let folder = plate_folder();
     let before = read(folder.path(), "plate.obj");
     simplify(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%", "--keep", "right"]);
     assert_eq!(faces_of(&read(folder.path(), "a.obj"), "right"), faces_of(&before, "right"));
@@ -228,8 +218,7 @@ fn nodes_of_a_scene_have_shares_at_each_level() {
 
 #[test]
 fn shares_that_cannot_be_are_one_line() {
-    let folder = folder();
-    write_plate(folder.path(), "", ".1");
+    let folder = plate_folder();
     for (words, why) in [
         (
             &["--ratio", "top=50%"][..],

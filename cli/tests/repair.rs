@@ -7,7 +7,9 @@ use neural_mesh::mesh::topology;
 use neural_mesh::metrics::volume;
 use serde_json::json;
 
-use crate::common::{OCTAHEDRON, error_line, files, folder, info, read_welded, refuse, run, sphere, succeed};
+use crate::common::{
+    OCTAHEDRON, error_line, files, folder, folder_with_octahedron, info, read_welded, refuse, run, sphere, succeed,
+};
 
 fn remove_each_nth_face(text: &str, nth: usize) -> String {
     let mut n_faces = 0;
@@ -118,8 +120,7 @@ fn meshes_without_volume_are_refused_in_one_line() {
 
 #[test]
 fn excluded_combinations_are_usage_errors() {
-    let folder = folder();
-    std::fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     let printable = ["--printable", "--printable=1%"];
     for options in [["--printable=small", "--strict"], ["--fill-holes=-1", "--strict"], ["--printable", "--fill-holes"]]
         .into_iter()

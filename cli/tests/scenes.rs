@@ -133,8 +133,7 @@ fn a_folder_of_vrms_stays_one() {
 
 #[test]
 fn other_meshes_are_not_written_as_vrm() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     fs::write(folder.path().join("a.glb"), Avatar::new(8).glb()).unwrap();
     for name in ["a.obj", "a.glb"] {
         let run = run(folder.path(), &["simplify", name, "-o", "b.vrm", "--ratio", "50%"]);

@@ -46,8 +46,7 @@ fn a_compressed_pipe_keeps_its_format_too() {
 
 #[test]
 fn a_file_to_standard_output_keeps_its_format() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     fs::write(folder.path().join("a.dat"), OCTAHEDRON).unwrap();
     for name in ["a.obj", "a.dat"] {
         let run = run(folder.path(), &["simplify", name, "-o", "-", "--ratio", "1"]);
@@ -57,8 +56,7 @@ fn a_file_to_standard_output_keeps_its_format() {
 
 #[test]
 fn json_is_all_that_goes_to_standard_output() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     for json in [&["--json"][..], &["--report", "-"]] {
         let arguments = ["simplify", "a.obj", "-o", "b.obj", "--ratio", "1", "--force", "--explain"];
         let run = succeed(folder.path(), &[&arguments[..], json].concat());
@@ -86,8 +84,7 @@ fn standard_output_takes_one_of_mesh_and_report() {
 
 #[test]
 fn the_json_of_a_comparison_goes_to_standard_output_alone() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     let run = succeed(folder.path(), &["compare", "a.obj", "a.obj", "--samples", "100", "--json", "-"]);
     let figures: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
     assert_eq!(figures["results"][0]["name"], "a.obj");

@@ -151,8 +151,7 @@ fn names_of_files_are_spelled_out() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_standard_output_is_a_failure() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     let cloud = test_mesh_path("suzanne.ply");
     for arguments in [
         &["info", "a.obj"][..],
@@ -178,8 +177,7 @@ fn a_full_standard_output_is_a_failure() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_closed_standard_output_is_a_failure() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     let program = env!("CARGO_BIN_EXE_neural-mesh");
     let by_shell = |arguments: &str| {
         let mut shell = std::process::Command::new("sh");
@@ -201,8 +199,7 @@ fn a_closed_standard_output_is_a_failure() {
 
 #[test]
 fn an_unread_standard_output_is_a_failure() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     for arguments in [&["info", "a.obj"][..], &["info", "a.obj", "--json"], &["compare", "a.obj", "a.obj"]] {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);

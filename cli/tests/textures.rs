@@ -4,13 +4,15 @@ use std::path::Path;
 
 use crate::common::*;
 use neural_mesh::picture::{Image, decode_image, encode_png, encode_webp, image_size};
+use tempfile::TempDir;
 
 fn png(side: usize) -> Vec<u8> {
     let colour = |at: usize| [(at % side * 255 / side) as u8, (at / side * 255 / side) as u8, 90, 255];
     encode_png(&Image { width: side, height: side, rgba: (0..side * side).flat_map(colour).collect() })
 }
 
-fn write_textured_plate(folder: &Path) {
+fn textured_plate() -> TempDir {
+    let folder = folder();
     let n = 8;
     let mut text = String::from("mtllib skin.mtl\nusemtl skin\n");
     for (i, j) in (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j))) {
@@ -22,13 +24,14 @@ fn write_textured_plate(folder: &Path) {
             [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)].map(|v| format!("{v}/{v}"));
         text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
     }
-    std::fs::write(folder.join("plate.obj"), text).unwrap();
+    std::fs::write(folder.path().join("plate.obj"), text).unwrap();
     let library = "newmtl skin\nmap_Kd maps/skin.png\nnorm maps/relief.png\nmap_Ns maps/small.png\n";
-    std::fs::write(folder.join("skin.mtl"), library).unwrap();
-    std::fs::create_dir(folder.join("maps")).unwrap();
+    std::fs::write(folder.path().join("skin.mtl"), library).unwrap();
+    std::fs::create_dir(folder.path().join("maps")).unwrap();
     for (name, side) in [("skin", 64), ("relief", 48), ("small", 16)] {
-        std::fs::write(folder.join(format!("maps/{name}.png")), png(side)).unwrap();
+        std::fs::write(folder.path().join(format!("maps/{name}.png")), png(side)).unwrap();
     }
+    folder
 }
 
 fn simplify_with_textures(folder: &Path, input: &str, output: &str, more: &[&str]) -> Run {
@@ -52,8 +55,7 @@ fn images(glb: &Path) -> (Vec<[usize; 2]>, serde_json::Value) {
 
 #[test]
 fn images_beside_an_obj_keep_their_names_and_those_that_fit_their_bytes() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     std::fs::create_dir(folder.path().join("out")).unwrap();
     simplify_with_textures(folder.path(), "plate.obj", "out/plate.obj", &[]);
     let maps = folder.path().join("out/maps");
@@ -68,8 +70,7 @@ fn images_beside_an_obj_keep_their_names_and_those_that_fit_their_bytes() {
 
 #[test]
 fn images_within_a_glb_shrink_on_the_way_in_and_again_in_a_scene() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &[]);
     let in_folder = |name: &str| folder.path().join(name);
     assert_eq!(images(&in_folder("plate.glb")).0, [[32, 32], [32, 32]]);
@@ -81,8 +82,7 @@ fn images_within_a_glb_shrink_on_the_way_in_and_again_in_a_scene() {
 
 #[test]
 fn levels_share_their_textures_in_every_format() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
     for (output, beside) in [
         ("tree-{level}.gltf", vec!["tree-0.gltf", "tree-1.gltf", "tree.bin", "tree_0.png", "tree_1.png"]),
@@ -105,8 +105,7 @@ fn levels_share_their_textures_in_every_format() {
 
 #[test]
 fn levels_as_json_name_one_set_of_images_and_hold_none() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
     // From a scene with images in its buffer, and from an OBJ as glTF in one file.
     for (input, output, more) in
@@ -136,8 +135,7 @@ fn levels_as_json_name_one_set_of_images_and_hold_none() {
 
 #[test]
 fn a_size_in_bytes_counts_the_small_images() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &["--size", "8kB"]);
     assert!(std::fs::metadata(folder.path().join("plate.glb")).unwrap().len() <= 8000);
     assert_eq!(images(&folder.path().join("plate.glb")).0, [[32, 32], [32, 32]]);
@@ -145,8 +143,7 @@ fn a_size_in_bytes_counts_the_small_images() {
 
 #[test]
 fn unreadable_images_stay_with_a_note_and_formats_without_textures_are_refused() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     std::fs::write(folder.path().join("maps/skin.png"), b"not looked into").unwrap();
     std::fs::create_dir(folder.path().join("out")).unwrap();
     let run = simplify_with_textures(folder.path(), "plate.obj", "out/plate.obj", &[]);
@@ -170,8 +167,7 @@ const KTX2: &[u8] = include_bytes!("../../tests/images/etc1s.ktx2");
 
 #[test]
 fn a_ktx2_stays_such_where_it_fits_and_becomes_a_png_where_not() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     std::fs::write(folder.path().join("maps/skin.png"), KTX2).unwrap();
     simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &[]);
     let (sizes, document) = images(&folder.path().join("plate.glb"));
@@ -203,8 +199,7 @@ fn a_ktx2_stays_such_where_it_fits_and_becomes_a_png_where_not() {
 
 #[test]
 fn a_webp_goes_into_a_glb_as_such() {
-    let folder = folder();
-    write_textured_plate(folder.path());
+    let folder = textured_plate();
     let image = decode_image(&png(64)).unwrap();
     std::fs::write(folder.path().join("maps/skin.png"), encode_webp(&image).unwrap()).unwrap();
     simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &[]);

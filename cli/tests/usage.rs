@@ -85,8 +85,7 @@ fn the_output_format_has_to_be_known() {
 
 #[test]
 fn a_format_other_than_that_of_the_output_name_is_refused() {
-    let folder = folder();
-    std::fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     std::fs::write(folder.path().join("a.dat"), OCTAHEDRON).unwrap();
     let with_format = |input: &str, output: &str, format: &str| {
         run(folder.path(), &["simplify", input, "-o", output, "--ratio", "1", "--force", "--format", format])

@@ -27,8 +27,7 @@ fn the_help_lists_no_more_than_the_build_has() {
 
 #[test]
 fn baking_is_refused_with_what_to_do() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     let line = refuse(folder.path(), &["simplify", "a.obj", "-o", "b.glb", "--ratio", "0.5", "--bake", "64"], 2);
     assert!(
         line.contains("lacks the feature bake") && line.contains("`cargo install --path cli --features bake`"),
@@ -39,8 +38,7 @@ fn baking_is_refused_with_what_to_do() {
 
 #[test]
 fn formats_that_a_build_lacks_are_refused_with_what_to_do() {
-    let folder = folder();
-    fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    let folder = folder_with_octahedron();
     fs::write(folder.path().join("a.fbx"), "; FBX 7.4.0 project file\nObjects:  {\n    Geometry: 1, \"a").unwrap();
     fs::write(folder.path().join("a.3mf"), b"PK\x03\x04 3D/a.model").unwrap();
     let line = refuse(folder.path(), &["simplify", "a.obj", "-o", "b.fbx", "--ratio", "0.5"], 2);

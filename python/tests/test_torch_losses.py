@@ -52,9 +52,6 @@ def test_values_of_the_library() -> None:
     three = double([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
     nearest = nmt.nearest_to(three, three[:1], 3)
     assert check(lambda p: losses.coverage_of_samples(three, three[:1], nearest, p), [0.5] * 3) == (0.25 * 1 + 0.25 * 4) / 4
-    floor, up = double([[0.0, 0, 0], [1, 0, 0], [2, 0, 2]]), double([[0.0, 0, 1]] * 3)
-    order = torch.tensor([[0, 1, 2]])
-    assert check(lambda p: losses.bending_of_samples(floor, up, torch.tensor([0]), order, p), [0.0, 0.5, 0.5]) == 0.5
     kappa = double([0.0, 0.2])
     assert check(lambda p: losses.curvature_of_samples(kappa, kappa, torch.tensor([[0, 1], [1, 0]]), p), [1.0, 0.5]) == pytest.approx(1)
     path = torch.tensor([[0, 1, 1, 2], [1, 0, 2, 1]])

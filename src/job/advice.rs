@@ -13,7 +13,7 @@ pub fn list_advice(job: &Job, document: &Document, output: &OutputFigures) -> Ve
     if output.kept_edges > 0 {
         lines.extend(of_kept_edges(job, document.input(&[], &[]).attributes, document.is_scene()));
     }
-    if job.hold_shape.is_some() {
+    if job.arguments.hold_shape.is_some() {
         lines.push("without --hold-shape shapes give way to the size".into());
     }
     if output.locked_vertices > 0 && job.closed_options().lock_boundaries {

@@ -6,7 +6,7 @@ use crate::simplify::{Effort, Hidden, Optimize, Purpose};
 use super::bake;
 use super::choices::Engine;
 use super::error::JobError;
-use super::request::{Job, Repair};
+use super::request::Job;
 
 // Name of an option, and true if the option is given.
 type Given = (&'static str, bool);
@@ -31,7 +31,9 @@ impl Job {
             Some(size) if !is_gltf && format != Format::Obj => {
                 format!("--bake {size}: {name} cannot store textures: write glb, gltf or obj")
             }
-            _ if self.compress.is_some() && !is_gltf => format!("--compress: {name} is not glTF: write glb or gltf"),
+            _ if self.arguments.compress.is_some() && !is_gltf => {
+                format!("--compress: {name} is not glTF: write glb or gltf")
+            }
             _ if self.arguments.engine == Some(Engine::Gltf) && !is_gltf => {
                 format!("--engine gltf: {name} is not glTF: write glb or gltf")
             }
@@ -55,7 +57,7 @@ impl Job {
         if self.options.assembly.as_closed().is_none() {
             self.check_paper()?;
         }
-        if !self.shares.is_empty() {
+        if !self.arguments.shares().is_empty() {
             reject_first(&self.not_with_shares(), |name| {
                 format!("--ratio NAME=R cannot be used with {name}: leave one out")
             })?;
@@ -68,18 +70,18 @@ impl Job {
         let options = self.closed_options();
         let given = [
             ("--lock-boundaries", options.lock_boundaries),
-            ("--prune", self.prune_below.is_some() && !self.goal.is_by_error()),
-            ("--hold-shape", self.hold_shape.is_some()),
+            ("--prune", self.arguments.prune_below().is_some() && !self.goal.is_by_error()),
+            ("--hold-shape", self.arguments.hold_shape.is_some()),
             ("--hidden", options.hidden != Hidden::Keep),
             ("--keep-components", !options.prune),
             ("--keep-features or --crease-angle", options.crease_angle.is_some()),
             ("--importance", self.arguments.importance.is_some()),
             ("--keep", !self.arguments.keep.is_empty()),
-            ("--ratio NAME=R", !self.shares.is_empty()),
+            ("--ratio NAME=R", !self.arguments.shares().is_empty()),
             ("--optimize", options.optimize != Optimize::Balanced),
             ("--effort", options.effort != Effort::Standard),
             ("--map", options.map),
-            ("--printable", matches!(self.repair, Some(Repair::Printable(_)))),
+            ("--printable", self.arguments.printable.is_some()),
             ("--for", options.purpose != Purpose::Shape),
             ("--error", self.goal.is_by_error() && self.goal.n_levels().is_none()),
             ("--size", self.goal.n_bytes().is_some()),
@@ -103,8 +105,7 @@ fn reject_first(given: &[Given], what: impl Fn(&str) -> String) -> Result<(), Jo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::PackOptions;
-    use crate::job::{Bound, Goal, Size};
+    use crate::job::{Bound, Compression, Goal, Size};
     use crate::simplify::{Assembly, ClosedOptions, Options, PaperOptions, Target};
 
     fn error_message(change: impl FnOnce(&mut Job)) -> String {
@@ -126,14 +127,14 @@ mod tests {
         assert_eq!(by_error, "--error: not available with --assembly paper: leave one out");
         let by_name = error_message(|job| {
             closed(job, ClosedOptions { map: true, ..ClosedOptions::default() });
-            job.shares = vec![("head".into(), 0.5)];
+            job.arguments.ratio_of = [("head".into(), 0.5)].into();
         });
         assert_eq!(by_name, "--ratio NAME=R cannot be used with --map: leave one out");
     }
 
     #[test]
     fn what_the_format_has_no_place_for_is_refused() {
-        let packed = error_message(|job| job.compress = Some(PackOptions { bits: 14, compress: false }));
+        let packed = error_message(|job| job.arguments.compress = Some(Compression::Quantize));
         assert_eq!(packed, "--compress: obj is not glTF: write glb or gltf");
         let textures = error_message(|job| (job.format, job.arguments.textures) = (Format::Stl, Some(512)));
         assert_eq!(textures, "--textures: stl cannot store textures: write glb, gltf, obj or ply");

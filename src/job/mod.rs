@@ -53,9 +53,8 @@ pub use outcome::JobOutcome;
 pub use parse::{RatioOf, number_parser, parse_scaled, ratio_of, seed, share, vertices, whole_number_parser};
 pub use progression::{format_of_progression, make_progression};
 pub use report::{
-    Certified, CleaningFigures, DistanceFigures, Dropped, JobReport, Level, MapFile, MeshSize, NamedShare,
-    OutputFigures, REACHED, RepairFigures, SAMPLES, Seconds, Shape, TargetWords, outcome_words, score_words,
-    stop_reason, target_words,
+    Certified, DistanceFigures, Dropped, JobReport, Level, MapFile, MeshSize, NamedShare, OutputFigures, REACHED,
+    SAMPLES, Seconds, Shape, TargetWords, outcome_words, score_words, stop_reason, target_words,
 };
 pub use request::{Job, Names, Repair};
 pub use run::run;

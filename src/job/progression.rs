@@ -86,13 +86,13 @@ fn check_options(job: &Job) -> Result<(), JobError> {
     let ClosedOptions { effort, frame, .. } = job.closed_options();
     let same = ClosedOptions { effort, frame, ..ClosedOptions::default() };
     let is_plain = job.options.assembly.as_closed() == Some(&same)
-        && job.repair.is_none()
+        && job.arguments.repair().is_none()
         && job.arguments.bake.is_none()
         && job.arguments.weld.is_none()
-        && (job.prune_below.is_none() && job.arguments.seam_error.is_none())
+        && (job.arguments.prune_below().is_none() && job.arguments.seam_error.is_none())
         && (job.arguments.importance.is_none()
             && job.arguments.keep.is_empty()
-            && job.shares.is_empty()
+            && job.arguments.shares().is_empty()
             && job.arguments.ignore.is_empty());
     let what = "a progression has the options with which it was made: give a size, names of files and --effort alone";
     if is_plain { Ok(()) } else { Err(JobError::Options(what.into())) }

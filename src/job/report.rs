@@ -31,10 +31,10 @@ pub struct JobReport {
     /// Seconds per stage.
     pub seconds: Seconds,
     /// Changes made by cleaning.
-    pub cleaned: CleaningFigures,
+    pub cleaned: CleanCounts,
     /// Changes made by `--fill-holes` or `--printable`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub repaired: Option<RepairFigures>,
+    pub repaired: Option<RepairCounts>,
     /// Figures of `--bake`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baked: Option<BakeFigures>,
@@ -316,39 +316,6 @@ pub struct Seconds {
     pub stages: Map<String, Value>,
 }
 
-/// Changes made by cleaning.
-#[derive(Debug, Serialize)]
-pub struct CleaningFigures {
-    welded_vertices: usize,
-    unreferenced_vertices: usize,
-    degenerate_faces: usize,
-    duplicate_faces: usize,
-    non_finite_faces: usize,
-    out_of_range_faces: usize,
-    dropped_faces: usize,
-}
-
-/// Changes made by a repair.
-#[derive(Debug, Serialize)]
-pub struct RepairFigures {
-    /// Boundary loops closed.
-    pub holes_filled: usize,
-    /// Boundary loops left open.
-    pub holes_left: usize,
-    /// Faces added over holes.
-    pub faces_added: usize,
-    /// Faces removed.
-    pub faces_removed: usize,
-    /// Faces reversed.
-    pub faces_turned: usize,
-    /// Components dropped.
-    pub components_dropped: usize,
-    /// Components split off others.
-    pub components_added: usize,
-    /// Components reversed as a whole.
-    pub components_flipped: usize,
-}
-
 /// Samples on each surface: enough for a mean distance within 1 %.
 pub const SAMPLES: usize = 8000;
 
@@ -412,35 +379,6 @@ impl From<Target> for TargetWords {
             Target::Ratio(ratio) => Self::Ratio(ratio),
             Target::Vertices(n) => Self::Vertices(n),
             Target::Faces(n) => Self::Faces(n),
-        }
-    }
-}
-
-impl From<&CleanCounts> for CleaningFigures {
-    fn from(counts: &CleanCounts) -> Self {
-        Self {
-            welded_vertices: counts.welded_vertices,
-            unreferenced_vertices: counts.unreferenced_vertices,
-            degenerate_faces: counts.degenerate_faces,
-            duplicate_faces: counts.duplicate_faces,
-            non_finite_faces: counts.non_finite_faces,
-            out_of_range_faces: counts.out_of_range_faces,
-            dropped_faces: counts.dropped_faces,
-        }
-    }
-}
-
-impl From<&RepairCounts> for RepairFigures {
-    fn from(counts: &RepairCounts) -> Self {
-        Self {
-            holes_filled: counts.holes_filled,
-            holes_left: counts.holes_left,
-            faces_added: counts.faces_added,
-            faces_removed: counts.faces_removed,
-            faces_turned: counts.faces_turned,
-            components_dropped: counts.components_dropped,
-            components_added: counts.components_added,
-            components_flipped: counts.components_flipped,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::io::{Format, PackOptions};
+use crate::io::Format;
 use crate::simplify::{Assembly, ClosedOptions, Options, Target};
 
 use super::arguments::Arguments;
@@ -26,7 +26,7 @@ const FIELD_OF_VIEW: f64 = 60.0;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Job {
-    /// Options as asked for; other fields replace sizes, units and defaults that are resolved.
+    /// Options as asked for.
     pub arguments: Arguments,
     /// Options of the simplifier.
     pub options: Options,
@@ -36,16 +36,6 @@ pub struct Job {
     pub format: Format,
     /// Names of the result files.
     pub names: Names,
-    /// Size below which components are dropped.
-    pub prune_below: Option<Bound>,
-    /// Largest deformation of a component that no requested size may exceed.
-    pub hold_shape: Option<Bound>,
-    /// Repair before simplification.
-    pub repair: Option<Repair>,
-    /// Packing of a glTF.
-    pub compress: Option<PackOptions>,
-    /// Names of materials, groups or objects, and the share of each that stays, above 0 and at most 1.
-    pub shares: Vec<(String, f64)>,
     /// True if topology is reported.
     pub shapes: bool,
 }
@@ -61,11 +51,6 @@ impl Job {
             goal,
             format,
             names: Names::default(),
-            prune_below: None,
-            hold_shape: None,
-            repair: None,
-            compress: None,
-            shares: Vec::new(),
             shapes: false,
         }
     }
@@ -102,7 +87,7 @@ impl Job {
 
     /// Returns whether some vertices are locked: at boundaries or at kept faces.
     pub(super) fn keeps_unmoved_positions(&self) -> bool {
-        self.closed_options().lock_boundaries || !self.arguments.keep.is_empty() || !self.shares.is_empty()
+        self.closed_options().lock_boundaries || !self.arguments.keep.is_empty() || !self.arguments.shares().is_empty()
     }
 
     /// Returns whether some vertices must keep their exact positions.

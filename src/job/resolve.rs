@@ -13,10 +13,10 @@ pub fn options_for(document: &Document, job: &Job) -> Options {
     match &mut options.assembly {
         Assembly::Closed(closed) => {
             closed.frame = document.written_frame(job);
-            closed.prune_below = job.prune_below.map_or(0.0, |size| size.to_absolute(document.diagonal()));
+            closed.prune_below = job.arguments.prune_below().map_or(0.0, |size| size.to_absolute(document.diagonal()));
             let share =
                 |most: Bound| most.to_absolute(document.diagonal()) / document.diagonal().max(f64::MIN_POSITIVE);
-            closed.hold_shape = job.hold_shape.map(share);
+            closed.hold_shape = job.arguments.most_deformation().map(share);
             closed.seam_error =
                 job.arguments.seam_error.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
         }
@@ -27,5 +27,9 @@ pub fn options_for(document: &Document, job: &Job) -> Options {
 
 // Named shares are simplified first and leave fewer vertices, so the ratio of all vertices becomes a number before.
 pub fn resolve_target(target: Target, document: &Document, job: &Job) -> Target {
-    if job.shares.is_empty() { target } else { shares::ratio_to_count(target, document.mesh().positions().len()) }
+    if job.arguments.shares().is_empty() {
+        target
+    } else {
+        shares::ratio_to_count(target, document.mesh().positions().len())
+    }
 }

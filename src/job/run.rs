@@ -108,7 +108,7 @@ fn simplify_document(
     let importance = importance(document, job)?;
     let options = options_for(document, job);
     // The check has refused shares with the paper's assembly.
-    let Some(closed) = options.assembly.as_closed().filter(|_| !job.shares.is_empty()) else {
+    let Some(closed) = options.assembly.as_closed().filter(|_| !job.arguments.shares().is_empty()) else {
         let kept = document.faces_named("--keep", &job.arguments.keep)?;
         let input = document.input(&importance, &kept);
         return simplify_to_goal(document, &input, (weights, &options), job, watch);
@@ -151,7 +151,7 @@ fn simplify_to_goal(
 }
 
 fn bytes_of(document: &Document, result: &Simplified, job: &Job) -> Result<usize, JobError> {
-    let (packing, _) = pack_results(document, &[result], job.compress, job)?;
+    let (packing, _) = pack_results(document, &[result], job.arguments.packing(), job)?;
     let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
     let files = document.to_files(&alone, job, job.names.file(0));
     files.map(|files| files.n_bytes()).map_err(|error| JobError::Output(error.to_string()))
@@ -201,7 +201,7 @@ fn note_missing_poses(document: &Document, job: &Job) -> Option<String> {
 
 // The proof leaves out components dropped by `--prune` and `--hidden`.
 fn note_unproved(job: &Job, result: &Simplified) -> Option<String> {
-    let is_by_name = job.prune_below.is_some() || job.closed_options().hidden == Hidden::Drop;
+    let is_by_name = job.arguments.prune_below().is_some() || job.closed_options().hidden == Hidden::Drop;
     let is_proved = job.goal.is_by_error();
     let what =
         "the proved distance leaves out components dropped by --prune and --hidden; the sampled distance includes them";
@@ -230,8 +230,8 @@ fn make_report(
         seed: job.arguments.seed,
         threads: rayon::current_num_threads(),
         seconds: Seconds::default(),
-        cleaned: (&document.counts).into(),
-        repaired: document.repaired.as_ref().map(Into::into),
+        cleaned: document.counts,
+        repaired: document.repaired,
         baked: None,
         named: Vec::new(),
         distance: first.distance,

@@ -23,8 +23,9 @@ pub fn simplify_named(
     watch: &mut dyn Watch,
 ) -> Result<(SimplifiedGroups, Vec<NamedShare>), JobError> {
     let mut ratios = Vec::new();
-    let kept = job.arguments.keep.iter().map(|name| ("--keep", name, 1.0));
-    for (option, name, ratio) in kept.chain(job.shares.iter().map(|(name, ratio)| ("--ratio", name, *ratio))) {
+    let kept = job.arguments.keep.iter().map(|name| ("--keep", name.as_str(), 1.0));
+    let shares = job.arguments.shares();
+    for (option, name, ratio) in kept.chain(shares.iter().map(|(name, ratio)| ("--ratio", *name, *ratio))) {
         let groups = document.groups_named(name);
         let groups = groups.map_err(|why| JobError::Options(format!("{option} {name}: {why}")))?;
         ratios.push(GroupRatio { groups, ratio });
@@ -41,9 +42,9 @@ pub fn simplify_named(
     let before = &attributes.groups;
     let n_of = |groups: &[u32], of: &[u32]| groups.iter().filter(|group| of.contains(group)).count();
     let named_shares =
-        job.shares.iter().zip(&ratios[job.arguments.keep.len()..]).map(|((name, ratio), group)| NamedShare {
-            name: name.clone(),
-            ratio: *ratio,
+        shares.into_iter().zip(&ratios[job.arguments.keep.len()..]).map(|((name, ratio), group)| NamedShare {
+            name: name.into(),
+            ratio,
             faces_before: n_of(before, &group.groups),
             faces: n_of(&simplified.attributes.groups, &group.groups),
         });

@@ -19,7 +19,7 @@ pub(super) struct SimplifiedResults {
 
 impl SimplifiedResults {
     pub fn new(results: Vec<Simplified>, job: &Job) -> Self {
-        Self { results, certified: Vec::new(), note: None, pack: job.compress, named: Vec::new() }
+        Self { results, certified: Vec::new(), note: None, pack: job.arguments.packing(), named: Vec::new() }
     }
 
     /// Removes levels as large as the one before, which gets their outcome; returns a line that names their sizes.

@@ -47,11 +47,9 @@ impl Arguments {
         let target = goal.sizes().first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX));
         let mut job = Job::new(Options::with_closed(target, self.closed_options(is_paper)?), format);
         (job.arguments, job.goal) = (self.clone(), goal);
-        let named = self.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share)));
-        job.shares = self.ratio_of.clone().into_iter().chain(named).collect::<BTreeMap<_, _>>().into_iter().collect();
-        job.prune_below = self.prune.and_then(|size| size.or(self.error));
-        job.hold_shape = self.hold_shape.map(|most| most.unwrap_or(Bound::Percent(HELD_PERCENT)));
-        (job.repair, job.compress) = (self.repair(), self.packing()?);
+        if self.compress == Some(Compression::Meshopt) {
+            meshopt::check()?;
+        }
         self.set_assembly(is_paper, &mut job)?;
         job.check_options()?;
         Ok(job)
@@ -114,7 +112,24 @@ impl Arguments {
         }
     }
 
-    fn repair(&self) -> Option<Repair> {
+    /// Returns the share of each named material, group or object that stays.
+    pub fn shares(&self) -> BTreeMap<&str, f64> {
+        let named = self.ratio.iter().filter_map(|of| Some((of.name.as_deref()?, of.share)));
+        self.ratio_of.iter().map(|(name, share)| (name.as_str(), *share)).chain(named).collect()
+    }
+
+    /// Returns the size below which components are dropped.
+    pub fn prune_below(&self) -> Option<Bound> {
+        self.prune.and_then(|size| size.or(self.error))
+    }
+
+    /// Returns the largest deformation of a component that no requested size may exceed.
+    pub(super) fn most_deformation(&self) -> Option<Bound> {
+        self.hold_shape.map(|most| most.unwrap_or(Bound::Percent(HELD_PERCENT)))
+    }
+
+    /// Returns the repair before simplification.
+    pub fn repair(&self) -> Option<Repair> {
         let printable = self.printable.map(|size| Repair::Printable(size.unwrap_or(Bound::Percent(PIECE_PERCENT))));
         printable.or(self.fill_holes.map(|most| Repair::FillHoles(most.unwrap_or(usize::MAX))))
     }
@@ -130,13 +145,10 @@ impl Arguments {
         self.writes_scenes(format) && !is_apart
     }
 
-    fn packing(&self) -> Result<Option<PackOptions>, JobError> {
-        let Some(how) = self.compress else { return Ok(None) };
-        let compress = how == Compression::Meshopt;
-        if compress {
-            meshopt::check()?;
-        }
-        Ok(Some(PackOptions { bits: POSITION_BITS, compress }))
+    /// Returns the packing of a glTF.
+    pub(super) fn packing(&self) -> Option<PackOptions> {
+        let pack = |how| PackOptions { bits: POSITION_BITS, compress: how == Compression::Meshopt };
+        self.compress.map(pack)
     }
 
     /// Rejects weights and the paper's assembly if another option rules them out.
@@ -249,12 +261,12 @@ mod tests {
         assert_eq!(job(r#"{"lods": [0.5, "10%"]}"#).unwrap().goal.n_levels(), Some(2));
         let pruned = job(r#"{"error": 0.5, "prune": true, "printable": true}"#).unwrap();
         assert_eq!(
-            (pruned.prune_below, pruned.repair),
+            (pruned.arguments.prune_below(), pruned.arguments.repair()),
             (Some(Bound::Absolute(0.5)), Some(Repair::Printable(Bound::Percent(PIECE_PERCENT))))
         );
         let named = job(r#"{"ratio_of": {"head": "50%"}, "for": "poses", "format": "glb"}"#).unwrap();
         assert_eq!(
-            (named.shares.len(), named.closed_options().purpose, named.format),
+            (named.arguments.shares().len(), named.closed_options().purpose, named.format),
             (1, Purpose::Poses, Format::Glb)
         );
     }

@@ -74,7 +74,7 @@ fn rounding_below(error: f64, pack: Option<&PackOptions>, document: &Document, j
 
 /// Chooses enough bits that rounding takes only a small share of `error`.
 fn pack_below(error: f64, document: &Document, job: &Job) -> Option<PackOptions> {
-    let asked = job.compress?;
+    let asked = job.arguments.packing()?;
     let is_small = |bits: &u32| document.packed_rounding(*bits, error) <= ROUNDING_OF_ERROR * error;
     let most = PackOptions::MOST_BITS;
     Some(PackOptions { bits: (asked.bits..most).find(is_small).unwrap_or(most), ..asked })

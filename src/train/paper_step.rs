@@ -43,12 +43,12 @@ pub(super) fn paper_step(
         return Err(format!("would keep fewer than {LEAST_SAMPLES} samples at the ratio of this step"));
     }
     let as_cloud = settings.clouds > 0.0 && uniform(random) < settings.clouds;
-    let ScoredMesh { mut tape, net, rings, points, normals, scores } = match as_cloud {
+    let ScoredMesh { mut tape, net, rings, points, scores, .. } = match as_cloud {
         false => score_mesh(weights, &mesh),
         true => score_points(weights, mesh.positions(), unknown_normals(&mesh), cloud_graph(mesh.positions())),
     };
     let originals = EdgeFrame::new(mesh.positions(), &rings).apply(original.positions());
-    let surface = SamplerInput { points: &points, originals: &originals, normals: &normals, rings: &rings };
+    let surface = SamplerInput { points: &points, originals: &originals, rings: &rings };
     let of_scores = sampler_terms(&surface, scores.matrix().data(), n_samples, settings, random);
     let mut results = vec![(scores.clone(), of_scores)];
     let mut through_draw = None;

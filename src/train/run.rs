@@ -148,9 +148,9 @@ impl TrainingRun {
         let (settings, tensors) = (&self.settings, &self.state.tensors);
         match &self.about {
             Some(about) => Ok(tensors.to_bytes(about)),
-            None => Ok(Weights::from_named(settings.architecture(), tensors)?
-                .with_objective(&settings.objective)
-                .to_bytes()),
+            None => {
+                Ok(Weights::from_named(settings.architecture, tensors)?.with_objective(&settings.objective).to_bytes())
+            }
         }
     }
 }
@@ -162,7 +162,7 @@ fn begin_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpoi
         (Some(network), _) => (settings, network.tensors.clone()),
         (None, Some(bytes)) => read_initial_weights(bytes, &settings)?,
         (None, None) => {
-            let weights = Weights::random_of(settings.architecture(), settings.seed);
+            let weights = Weights::random_of(settings.architecture, settings.seed);
             (settings, weights.tensors().named_tensors())
         }
     };
@@ -213,7 +213,7 @@ fn start_position(seed: u64) -> Position {
 
 fn resume_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpoint, Settings, DataSet), TrainError> {
     let paper_shapes =
-        |origin: &Origin| Settings::from_toml(&origin.settings).map(|s| s.architecture().shapes().named_tensors());
+        |origin: &Origin| Settings::from_toml(&origin.settings).map(|s| s.architecture.shapes().named_tensors());
     let mut state = read_checkpoint(checkpoint, |origin| match request.network {
         Some(network) => Ok(shapes(&network.tensors)),
         None => paper_shapes(origin),
@@ -224,7 +224,7 @@ fn resume_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpo
     if let Some(text) = request.settings {
         settings = Settings::from_toml(text)?;
         if origin.init.is_some() {
-            settings = settings.with_architecture(&before.architecture())?;
+            settings = settings.with_architecture(&before.architecture)?;
         }
     }
     let settings = apply_overrides(request, settings)?;

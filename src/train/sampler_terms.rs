@@ -5,8 +5,8 @@ use super::random::random_below;
 use crate::autodiff::Tape;
 use crate::linalg::{Csr, Matrix};
 use crate::loss::{
-    NamedTerm, Term, bending_of_samples, coverage_of_samples, curvature_of_samples, deviation_of_samples, inclusion,
-    inclusion_gradient, probabilistic_chamfer, smoothness,
+    NamedTerm, Term, coverage_of_samples, curvature_of_samples, deviation_of_samples, inclusion, inclusion_gradient,
+    probabilistic_chamfer, smoothness,
 };
 use crate::model::inclusion_probabilities;
 use crate::simplify::gumbel_top_k;
@@ -24,8 +24,6 @@ pub(super) struct SamplerInput<'a> {
     pub points: &'a [[f32; 3]],
     /// Positions without noise, n x 3, in the same frame.
     pub originals: &'a [[f32; 3]],
-    /// Unit normals, n x 3.
-    pub normals: &'a [[f32; 3]],
     pub rings: &'a Csr,
 }
 
@@ -54,7 +52,6 @@ pub(super) fn sampler_terms(
     let deviation = || to_scores(deviation_of_samples(points, surface.originals, (&places, &nearest), pi));
     // Without noise all vertices are on the original.
     let lambda_deviation = if settings.noise > 0.0 { settings.lambda_sampler } else { 0.0 };
-    let bending = || to_scores(bending_of_samples(points, surface.normals, &queries, &nearest, pi));
     let curvature = || {
         let of_points = point_curvature(points);
         let of_queries: Vec<f32> = queries.iter().map(|&v| of_points[v as usize]).collect();
@@ -63,7 +60,6 @@ pub(super) fn sampler_terms(
     compute_weighted([
         ("sampler", settings.lambda_sampler, &coverage),
         ("deviation", lambda_deviation, &deviation),
-        ("bending", settings.lambda_bending, &bending),
         ("curvature", settings.lambda_curvature, &curvature),
         ("smoothness", settings.lambda_smoothness, &|| smoothness(scores, surface.rings)),
     ])

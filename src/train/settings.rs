@@ -42,7 +42,6 @@ pub struct Settings {
     pub max_samples: usize,
     pub literal: bool,
     pub lambda_sampler: f64,
-    pub lambda_bending: f64,
     pub lambda_curvature: f64,
     pub lambda_smoothness: f64,
     pub lambda_forward: f64,
@@ -60,17 +59,8 @@ pub struct Settings {
     pub rotation: bool,
     pub scale: f64,
     pub noise: f64,
-    pub point_sampler_inputs: usize,
-    pub point_sampler_layers: usize,
-    pub point_sampler_width: usize,
-    pub point_sampler_hidden: usize,
-    pub edge_predictor_width: usize,
-    pub attention_width: usize,
-    pub edge_knn: usize,
-    pub face_classifier_layers: usize,
-    pub face_classifier_width: usize,
-    pub face_candidates: usize,
-    pub face_knn: usize,
+    #[serde(skip)]
+    pub architecture: Architecture,
     #[serde(skip)]
     table: Table,
 }
@@ -95,8 +85,11 @@ impl Settings {
 
     fn from_table(table: Table) -> Result<Self, TrainError> {
         let settings = table.clone().try_into::<Self>();
-        let settings = settings.map_err(|error| TrainError::Settings(one_line(error.message())))?;
-        let settings = Self { table, ..settings };
+        let mut settings = settings.map_err(|error| TrainError::Settings(one_line(error.message())))?;
+        for (name, size) in settings.architecture.fields() {
+            *size = table.get(name).and_then(Value::as_integer).unwrap_or_default() as usize;
+        }
+        settings.table = table;
         settings.check()?;
         Ok(settings)
     }
@@ -140,36 +133,7 @@ impl Settings {
     /// # Errors
     /// [`TrainError::Settings`] if a size is out of range.
     pub fn with_architecture(&self, sizes: &Architecture) -> Result<Self, TrainError> {
-        self.with_values([
-            ("point_sampler_inputs", sizes.point_sampler_inputs),
-            ("point_sampler_layers", sizes.point_sampler_layers),
-            ("point_sampler_width", sizes.point_sampler_width),
-            ("point_sampler_hidden", sizes.point_sampler_hidden),
-            ("edge_predictor_width", sizes.edge_predictor_width),
-            ("attention_width", sizes.attention_width),
-            ("edge_knn", sizes.edge_knn),
-            ("face_classifier_layers", sizes.face_classifier_layers),
-            ("face_classifier_width", sizes.face_classifier_width),
-            ("face_candidates", sizes.face_candidates),
-            ("face_knn", sizes.face_knn),
-        ])
-    }
-
-    /// Returns the sizes of the network.
-    pub fn architecture(&self) -> Architecture {
-        Architecture {
-            point_sampler_inputs: self.point_sampler_inputs,
-            point_sampler_layers: self.point_sampler_layers,
-            point_sampler_width: self.point_sampler_width,
-            point_sampler_hidden: self.point_sampler_hidden,
-            edge_predictor_width: self.edge_predictor_width,
-            attention_width: self.attention_width,
-            edge_knn: self.edge_knn,
-            face_classifier_layers: self.face_classifier_layers,
-            face_classifier_width: self.face_classifier_width,
-            face_candidates: self.face_candidates,
-            face_knn: self.face_knn,
-        }
+        self.with_values(sizes.sizes())
     }
 
     fn with_values<const N: usize>(&self, sizes: [(&str, usize); N]) -> Result<Self, TrainError> {
@@ -194,7 +158,7 @@ impl Settings {
         for (name, x) in self.positive_settings() {
             check_range(name, x, x > 0.0 && x.is_finite(), "above 0")?;
         }
-        for (name, x) in self.non_negative_settings() {
+        for (name, x) in self.table.iter().filter_map(|(name, value)| Some((name, value.as_float()?))) {
             check_range(name, x, x >= 0.0 && x.is_finite(), "0 or above")?;
         }
         self.check_sizes()
@@ -212,30 +176,8 @@ impl Settings {
         ]
     }
 
-    fn non_negative_settings(&self) -> [(&'static str, f64); 17] {
-        [
-            ("gradient_clip", self.gradient_clip),
-            ("explosion", self.explosion),
-            ("checkpoint_minutes", self.checkpoint_minutes),
-            ("scale", self.scale),
-            ("noise", self.noise),
-            ("lambda_sampler", self.lambda_sampler),
-            ("lambda_bending", self.lambda_bending),
-            ("lambda_curvature", self.lambda_curvature),
-            ("lambda_smoothness", self.lambda_smoothness),
-            ("lambda_forward", self.lambda_forward),
-            ("lambda_reverse", self.lambda_reverse),
-            ("lambda_coverage", self.lambda_coverage),
-            ("lambda_collision", self.lambda_collision),
-            ("lambda_crossings", self.lambda_crossings),
-            ("lambda_overlap", self.lambda_overlap),
-            ("lambda_closure", self.lambda_closure),
-            ("lambda_agreement", self.lambda_agreement),
-        ]
-    }
-
     fn check_sizes(&self) -> Result<(), TrainError> {
-        match self.architecture().bad_size() {
+        match self.architecture.bad_size() {
             None => Ok(()),
             Some((name, size)) => {
                 refuse(format!("`{name}` is {size}: give 1 to 1024, or 3 or 6 for `point_sampler_inputs`"))
@@ -286,7 +228,7 @@ mod tests {
         let settings = Settings::from_toml("").unwrap();
         assert_eq!(Settings::from_toml(DEFAULT_SETTINGS).unwrap(), settings);
         assert_eq!(Settings::from_toml(&settings.to_toml()).unwrap(), settings);
-        assert_eq!(settings.architecture(), Architecture::default());
+        assert_eq!(settings.architecture, Architecture::default());
         let lines =
             |text: &str| text.lines().map(|line| line.split(" = ").next().unwrap().into()).collect::<Vec<String>>();
         assert_eq!(lines(&settings.to_toml()), lines(DEFAULT_SETTINGS));

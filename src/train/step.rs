@@ -47,7 +47,7 @@ pub fn step_from_network<'a>(
     step: impl Fn(&Weights, &TrainingItem, &Settings, &mut Xoshiro256PlusPlus) -> Result<StepResult, String> + 'a,
 ) -> Box<StepFunction<'a>> {
     Box::new(move |tensors, item, settings, random| {
-        let weights = Weights::from_named(settings.architecture(), tensors).map_err(|error| error.to_string())?;
+        let weights = Weights::from_named(settings.architecture, tensors).map_err(|error| error.to_string())?;
         step(&weights, item, settings, random)
     })
 }

@@ -51,7 +51,7 @@ mod tests {
             let mut training = open(&request).unwrap();
             let step = step_function(&training.settings).unwrap();
             assert_eq!(train(&mut training, &step, &mut |_| Wish::Continue).unwrap(), Ending::Finished);
-            let weights = Weights::from_named(training.settings.architecture(), training.tensors());
+            let weights = Weights::from_named(training.settings.architecture, training.tensors());
             (objective.to_owned(), Hash::new().bytes(&weights.unwrap().to_bytes()).value())
         };
         ["bending", "paper", "shape"].map(objective).into()

@@ -17,7 +17,7 @@ struct Lines {
 
 // Counts the lines of a file that are not blank: all of a folder of tests are tests.
 fn count(source: &Source) -> Lines {
-    let is_tests = source.path.split('/').any(|folder| ["tests", "benches", "examples"].contains(&folder));
+    let is_tests = source.path.split('/').any(|folder| ["tests", "examples"].contains(&folder));
     let end = if is_tests { 0 } else { start_of_tests(&source.text) };
     let filled = |text: &str| text.lines().filter(|line| !line.trim().is_empty()).count();
     let (own, tests) = source.text.split_at(end);
@@ -37,9 +37,8 @@ fn room(path: &str) -> String {
 }
 
 fn present_lines() -> BTreeMap<String, Lines> {
-    let packages = [
-        "bench", "benches", "bevy", "c", "cli", "crates", "examples", "fuzz", "python", "src", "tests", "web", "xatlas",
-    ];
+    let packages =
+        ["bench", "bevy", "c", "cli", "crates", "examples", "fuzz", "python", "src", "tests", "web", "xatlas"];
     let mut rooms = BTreeMap::<String, Lines>::new();
     for source in packages.into_iter().flat_map(sources) {
         let of_others = ["target/", "node_modules/", "vendor/"].iter().any(|folder| source.path.contains(folder));

@@ -3,30 +3,6 @@
 // Type names that may occur twice in a crate, each with the reason.
 pub const SAME_NAMES: &[(&str, &str)] = &[];
 
-// Irregular past forms.
-pub const PAST_FORMS: &str = "\
-    begun bent born bought broken brought built caught chosen dealt done drawn fallen felt fled flown foretold found \
-    frozen given gone grown heard held hidden kept known laid led left lost made meant met paid risen said seen sent \
-    shaken shown shrunk sold sought spent spoken spun stood struck stuck sunk swept swung taken thought thrown told \
-    torn undone unwritten won worn wound woven written";
-
-// Words in `ed` that are no past forms.
-pub const ED_VERBS: &str = "\
-    bed bleed breed embed exceed feed heed need proceed red reed seed shed speed succeed wed weed";
-
-pub const PREPOSITIONS: &str = "\
-    about above across after against along alongside amid among around as at before behind below beneath beside \
-    besides between beyond by down during from in inside into near of off on onto out outside over per since than \
-    through throughout to toward towards under until up upon via with within without";
-
-pub const ADVERBS: &str = "\
-    again also anew apart aside away both each else here how instead nothing only others ours rather same so \
-    something still such theirs then there thus together what whatever where wherever whether which why yet";
-
-// First words after which a past form is allowed, as in `is_kept`.
-pub const PREFIXES: &str = "\
-    as can from has into is may needs to try with";
-
 // Names that no closure has.
 pub const NO_CLOSURE_NAMES: &str = "at by it of";
 

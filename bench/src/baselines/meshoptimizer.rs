@@ -1,6 +1,6 @@
-//! meshoptimizer's three simplifiers, without options or error limit.
+//! meshoptimizer's two simplifiers, without options or error limit.
 
-use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_sloppy, simplify_with_update, typed_to_bytes};
+use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_update, typed_to_bytes};
 
 use super::BaselineError;
 use neural_mesh::mesh::{TriMesh, compact};
@@ -28,12 +28,6 @@ pub(super) fn simplify_updating(mesh: &TriMesh, n_faces: usize) -> Result<TriMes
     let n_left =
         simplify_with_update(&mut indices, &mut positions, &mut [], &[], 0, None, n_target, NO_LIMIT, options, None);
     Ok(compact(&positions, indices[..n_left].as_chunks().0.to_vec())?.0)
-}
-
-pub(super) fn simplify_in_grid(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
-    let Some(vertices) = vertex_adapter(mesh) else { return Err(BaselineError::NothingLeft) };
-    let left = simplify_sloppy(mesh.faces().as_flattened(), &vertices, n_indices(mesh, n_faces), NO_LIMIT, None);
-    Ok(compact(mesh.positions(), left.as_chunks().0.to_vec())?.0)
 }
 
 fn vertex_adapter(mesh: &TriMesh) -> Option<VertexDataAdapter<'_>> {

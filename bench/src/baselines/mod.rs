@@ -1,7 +1,6 @@
 //! Competing methods behind one interface, and the collapse of plain meshes, which is not behind the program.
 
 mod ball_pivoting;
-mod clustering;
 mod collapse;
 mod error;
 mod meshoptimizer;
@@ -9,7 +8,6 @@ mod planes;
 mod qem;
 mod sampled;
 
-use clustering::cluster_vertices;
 use neural_mesh::mesh::TriMesh;
 use qem::qem;
 use sampled::{farthest_ball_pivoting, uniform_ball_pivoting};
@@ -31,10 +29,6 @@ pub enum Baseline {
     Meshoptimizer,
     /// meshoptimizer's `simplifyWithUpdate`, which also moves remaining vertices.
     MeshoptimizerUpdate,
-    /// meshoptimizer's `simplifySloppy`, which ignores the topology.
-    MeshoptimizerSloppy,
-    /// Vertex clustering (Rossignac and Borrel 1993).
-    Clustering,
     /// Farthest points (Eldar et al. 1997) and ball pivoting.
     FarthestBallPivoting,
     /// Uniformly drawn vertices and ball pivoting.
@@ -43,14 +37,12 @@ pub enum Baseline {
 
 impl Baseline {
     /// All methods.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 7] = [
         Self::Qem,
         Self::Collapse,
         Self::CollapseFitted,
         Self::Meshoptimizer,
         Self::MeshoptimizerUpdate,
-        Self::MeshoptimizerSloppy,
-        Self::Clustering,
         Self::FarthestBallPivoting,
         Self::UniformBallPivoting,
     ];
@@ -63,8 +55,6 @@ impl Baseline {
             Self::CollapseFitted => "collapse-fitted",
             Self::Meshoptimizer => "meshopt",
             Self::MeshoptimizerUpdate => "meshopt-update",
-            Self::MeshoptimizerSloppy => "meshopt-sloppy",
-            Self::Clustering => "clustering",
             Self::FarthestBallPivoting => "farthest-bpa",
             Self::UniformBallPivoting => "uniform-bpa",
         }
@@ -87,7 +77,7 @@ pub struct Size {
 
 /// Simplifies a mesh by one of the methods, some of which draw points by `seed`.
 ///
-/// Results miss the target size where a method gets stuck; clustering comes as near as a grid does.
+/// Results miss the target size where a method gets stuck.
 ///
 /// # Errors
 /// [`BaselineError::Empty`] for an input without faces, [`BaselineError::NothingLeft`] for such a result.
@@ -101,8 +91,6 @@ pub fn simplify_by(baseline: Baseline, mesh: &TriMesh, size: Size, seed: u64) ->
         Baseline::CollapseFitted => collapse::simplify(mesh, size.faces, 2),
         Baseline::Meshoptimizer => meshoptimizer::simplify(mesh, size.faces),
         Baseline::MeshoptimizerUpdate => meshoptimizer::simplify_updating(mesh, size.faces),
-        Baseline::MeshoptimizerSloppy => meshoptimizer::simplify_in_grid(mesh, size.faces),
-        Baseline::Clustering => cluster_vertices(mesh, size.vertices),
         Baseline::FarthestBallPivoting => farthest_ball_pivoting(mesh, size.vertices, seed),
         Baseline::UniformBallPivoting => uniform_ball_pivoting(mesh, size.vertices, seed),
     }?;

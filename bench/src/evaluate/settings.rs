@@ -12,31 +12,49 @@ use super::tool::Tool;
 use crate::error::EvaluateError;
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 use neural_mesh::model::Weights;
+use neural_mesh_cli::shared::numbers::{number_parser, parse_seed, parse_thread_count, share, whole_number_parser};
 
-/// Settings of an evaluation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Settings of an evaluation, as arguments and in `settings.json`.
+#[derive(Clone, Debug, PartialEq, clap::Args, Serialize, Deserialize)]
 pub struct Settings {
-    /// Names of methods; `all` means every one.
+    /// Methods, separated by commas
+    #[arg(long, value_name = "A,B", value_delimiter = ',', default_value = "all")]
     pub methods: Vec<String>,
-    /// External programs, which all take part.
+    /// External program as a method; can be repeated
+    #[arg(long = "tool", value_name = "NAME='cmd {in} {out} {ratio}'", value_parser = Tool::parse)]
     pub tools: Vec<Tool>,
-    /// Target ratios, above 0 and at most 1.
+    /// Ratios of vertices to keep, such as 0.1 or 10%
+    #[arg(long, value_name = "R,R", value_delimiter = ',', default_value = "0.05,0.1,0.2,0.5", value_parser = share,
+        allow_hyphen_values = true)]
     pub ratios: Vec<f64>,
-    /// Random seeds.
+    /// Seeds of the sampling
+    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "0", value_parser = parse_seed,
+        allow_negative_numbers = true)]
     pub seeds: Vec<u64>,
-    /// Timed runs of each method per case, at least 1; the median counts.
+    /// Timed runs of each method; the median counts
+    #[arg(long = "repeat", value_name = "N", default_value = "3", value_parser = whole_number_parser::<usize>(1, u64::MAX),
+        allow_negative_numbers = true)]
     pub repeats: usize,
-    /// Time limit of a run in seconds.
+    /// Time limit of a run in seconds
+    #[arg(long, value_name = "SECONDS", default_value = "600", allow_negative_numbers = true,
+        value_parser = number_parser("seconds above 0", |x| x > 0.0 && x <= 1e9))]
     pub time_limit: f64,
-    /// Threads per method.
+    /// Threads per method [default: one per core]; times depend on it, figures do not
+    #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true,
+        default_value_t = rayon::current_num_threads(), hide_default_value = true)]
     pub threads: usize,
-    /// Samples per surface.
+    /// Samples on each surface
+    #[arg(long, value_name = "N", default_value = "50000", value_parser = whole_number_parser::<usize>(1, u64::MAX),
+        allow_negative_numbers = true)]
     pub samples: usize,
-    /// True to measure the paper's LE.
+    /// Measure the spectrum (the paper's LE), which takes longer than all the rest
+    #[arg(long)]
     pub spectrum: bool,
-    /// True to compare pictures of original and result.
+    /// Compare pictures of the meshes from six sides
+    #[arg(long)]
     pub appearance: bool,
-    /// Prefixes of mesh files; empty for all.
+    /// Only meshes whose file names begin with one of these
+    #[arg(long, value_name = "PREFIX,PREFIX", value_delimiter = ',')]
     pub only: Vec<String>,
 }
 

@@ -98,7 +98,7 @@ fn simplify_asset(asset: io::Asset, settings: &SimplifySettings) -> Result<Vec<u
         SizeSetting::Faces(n) => Size::Faces(n),
         SizeSetting::Error(error) => Size::Error(Bound::Absolute(error)),
     };
-    let mut job = Job::new(Options::with_closed(Target::Ratio(1.0), settings.to_options()), Format::Glb);
+    let mut job = Job::new(Options::with_closed(Target::Ratio(1.0), settings.options.clone()), Format::Glb);
     (job.goal, job.arguments.no_check) = (Goal::One(size), true);
     job.names.files = vec!["scene.glb".into()];
     let document = Document::from_asset(asset, &job)?;

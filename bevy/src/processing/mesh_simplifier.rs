@@ -33,11 +33,11 @@ impl AssetTransformer for MeshSimplifier {
 }
 
 fn simplify_by_settings(mesh: &Mesh, settings: &SimplifySettings) -> Result<SimplifiedMesh, MeshError> {
-    let options = settings.to_options();
+    let options = &settings.options;
     match settings.size {
-        SizeSetting::Ratio(ratio) => simplify_mesh(mesh, Target::Ratio(ratio), &options),
-        SizeSetting::Vertices(n) => simplify_mesh(mesh, Target::Vertices(n), &options),
-        SizeSetting::Faces(n) => simplify_mesh(mesh, Target::Faces(n), &options),
-        SizeSetting::Error(error) => simplify_mesh_to_error(mesh, error, &options),
+        SizeSetting::Ratio(ratio) => simplify_mesh(mesh, Target::Ratio(ratio), options),
+        SizeSetting::Vertices(n) => simplify_mesh(mesh, Target::Vertices(n), options),
+        SizeSetting::Faces(n) => simplify_mesh(mesh, Target::Faces(n), options),
+        SizeSetting::Error(error) => simplify_mesh_to_error(mesh, error, options),
     }
 }

@@ -1,7 +1,6 @@
 //! `neural-mesh clusters`: writes a hierarchy of clusters, and a page that draws its cuts.
 
 mod in_blocks;
-mod page;
 mod paints;
 mod report;
 mod request;
@@ -20,6 +19,8 @@ use crate::failure::{Failure, display_path};
 use crate::files::{self, OutputPaths};
 use crate::interrupt;
 use crate::names::{check_stdout, is_stream};
+use crate::page::embed_file_with;
+use crate::page::empty_pages::empty_page;
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::read::{open_in_pieces, parse_source};
@@ -85,7 +86,8 @@ fn write_from_memory(
         // The page reads the same bytes, unless the file is Bevy's.
         let file = if is_for_bevy(&args.output) { Cow::Owned(clusters.to_bytes()) } else { Cow::Borrowed(&bytes[..]) };
         let paints = paints::pack_paints(&document, request.job.arguments.allow_outside);
-        let page = page::create_page(&input_name(&args.input), &file, &paints);
+        let data = (&paints.facts, paints.scripts.as_str());
+        let page = embed_file_with(empty_page("clusters.html"), &input_name(&args.input), &file, data);
         notes = paints.notes;
         pending.push(files::prepare_file(path, page.as_bytes(), args.force)?);
     }

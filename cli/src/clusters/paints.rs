@@ -56,13 +56,5 @@ fn describe_paint(look: &Look, first_uv: Option<&str>, gallery: &mut Gallery) ->
     let is_on_first = |texture: &&BaseTexture| texture.channel.is_empty() || Some(texture.channel.as_str()) == first_uv;
     let texture = look.texture.as_ref().filter(|_| first_uv.is_some()).filter(is_on_first);
     let image = texture.map(|texture| gallery.index_of(&texture.image));
-    json!({ "image": image, "isCut": !look.finish.is_opaque, "wrap": texture.map(|texture| texture.wrap).unwrap_or_default().map(name_wrap), "colour": look.colour })
-}
-
-fn name_wrap(wrap: Wrap) -> &'static str {
-    match wrap {
-        Wrap::Repeat => "repeat",
-        Wrap::Clamp => "clamp",
-        Wrap::Mirror => "mirror",
-    }
+    json!({ "image": image, "isCut": !look.finish.is_opaque, "wrap": texture.map(|texture| texture.wrap).unwrap_or_default().map(Wrap::name), "colour": look.colour })
 }

@@ -119,7 +119,7 @@ fn quantise(x: f32, low: f64, step: f64) -> u32 {
 
 fn number_paints(cover: &MeshCover, n_faces: u32, gallery: &mut Gallery) -> (Vec<Paint>, Vec<u32>) {
     let of_looks: Vec<Paint> = cover.looks.iter().map(|look| look_paint(look, cover.has_uvs, gallery)).collect();
-    let white = Paint { image: None, wrap: [wrap_name(Wrap::default()); 2], finish: None };
+    let white = Paint { image: None, wrap: [Wrap::default().name(); 2], finish: None };
     let mut paints: Vec<Paint> = Vec::new();
     let mut number = |face| {
         let paint = of_looks.get(cover.group(face)).unwrap_or(&white);
@@ -134,21 +134,13 @@ fn number_paints(cover: &MeshCover, n_faces: u32, gallery: &mut Gallery) -> (Vec
 
 fn look_paint(look: &Look, has_uvs: bool, gallery: &mut Gallery) -> Paint {
     let image = look.texture.as_ref().filter(|_| has_uvs).map(|texture| gallery.index_of(&texture.image));
-    let wrap = look.main_texture().map(|texture| texture.wrap).unwrap_or_default().map(wrap_name);
+    let wrap = look.main_texture().map(|texture| texture.wrap).unwrap_or_default().map(Wrap::name);
     let maps = look.drawn_maps().filter(|_| has_uvs);
     let maps: Map<String, Value> = maps.map(|(name, map)| (name.into(), gallery.index_of(&map.image).into())).collect();
     let Finish { emission, roughness, metal, normal_scale, occlusion, .. } = &look.finish;
     let finish = json!({ "emission": emission, "roughness": roughness, "metal": metal, "normalScale": normal_scale,
         "occlusion": occlusion, "maps": maps });
     Paint { image, wrap, finish: (!look.finish.is_matte()).then_some(finish) }
-}
-
-fn wrap_name(wrap: Wrap) -> &'static str {
-    match wrap {
-        Wrap::Repeat => "repeat",
-        Wrap::Clamp => "clamp",
-        Wrap::Mirror => "mirror",
-    }
 }
 
 /// Returns the distinct wedges in order of first use, and the wedge of each corner.

@@ -76,6 +76,15 @@ mod tests {
     }
 
     #[test]
+    fn pages_are_filled_and_load_nothing() {
+        for name in ["clusters.html", "progression.html"] {
+            let page = embed_file(empty_pages::empty_page(name), "a.ply", b"bytes");
+            assert!(page.contains("<title>a.ply - ") && page.contains("data-of=\"embedded\""), "{name}");
+            check::check_page_loads_nothing(&page);
+        }
+    }
+
+    #[test]
     fn the_page_holds_the_bytes() {
         let bytes: Vec<u8> = (0..400_000u32).map(|i| (i.wrapping_mul(i) >> 7) as u8).collect();
         let page = embed_file(PAGE, "a.ply", &bytes);

@@ -24,6 +24,12 @@ pub fn folder() -> TempDir {
     tempfile::tempdir().unwrap()
 }
 
+pub fn folder_with_octahedron() -> TempDir {
+    let folder = folder();
+    std::fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
+    folder
+}
+
 pub fn read_welded(path: &Path) -> TriMesh {
     let raw = io::read(&std::fs::read(path).unwrap(), None).unwrap();
     clean(raw, &CleanOptions::default()).unwrap().mesh

@@ -20,7 +20,6 @@ from ._graphs import edge_frame, in_edge_lengths, mesh_graph, triangle_graph
 __all__ = [
     "PRINTED",
     "Objective",
-    "bending_of_samples",
     "closure",
     "collisions",
     "conflicts_by_count",
@@ -87,16 +86,6 @@ def coverage_of_samples(points: Any, queries: Any, nearest: Any, inclusion: Any)
     - `points`: n x 3; `queries`: n_queries x 3; `nearest`: n_queries x k, from `nearest_to`; `inclusion`: n
     """
     return _relative_cost(nearest, _distance2(points[nearest], queries[:, None]), inclusion)
-
-
-def bending_of_samples(points: Any, normals: Any, queries: Any, nearest: Any, inclusion: Any) -> Any:
-    """Computes `coverage_of_samples` with the squared distances along the normals of query and point, their mean, as cost.
-
-    - `normals`: n x 3, unit vectors; `queries`: n_queries, vertices; others as for `coverage_of_samples`
-    """
-    offset = points[queries][:, None] - points[nearest]
-    along = [(offset * n).sum(-1).square() for n in (normals[queries][:, None], normals[nearest])]
-    return _relative_cost(nearest, 0.5 * (along[0] + along[1]), inclusion)
 
 
 def _relative_cost(nearest: Any, costs: Any, inclusion: Any) -> Any:

@@ -5,7 +5,7 @@
 use rustc_hash::FxHashSet;
 
 use crate::clusters::vertices::{Patch, ReducedPatch};
-use crate::mesh::union_find::UnionFind;
+use crate::mesh::union_find::join_vertices;
 use crate::mesh::{Attributes, TriMesh, compact, sides};
 
 use super::sparse_components::MOST_LEAF_FACES;
@@ -43,14 +43,11 @@ fn find_sheets(mesh: &TriMesh, is_single: &[bool]) -> Vec<Vec<u32>> {
     let faces = || (0u32..).zip(mesh.faces());
     let of_single: FxHashSet<[u32; 2]> =
         faces().filter(|(face, _)| is_single[*face as usize]).flat_map(|(_, corners)| sides(*corners)).collect();
-    let mut sets = UnionFind::new(mesh.positions().len());
-    for (_, [a, b, c]) in faces().filter(|(face, _)| !is_single[*face as usize]) {
-        sets.union(*a, *b);
-        sets.union(*b, *c);
-    }
+    let double = || faces().filter(|(face, _)| !is_single[*face as usize]);
+    let mut sets = join_vertices(mesh.positions().len(), double().map(|(_, corners)| *corners));
     let mut sheets: Vec<Vec<u32>> = vec![Vec::new(); mesh.positions().len()];
     let mut is_attached = vec![false; sheets.len()];
-    for (face, corners) in faces().filter(|(face, _)| !is_single[*face as usize]) {
+    for (face, corners) in double() {
         let sheet = sets.find(corners[0]) as usize;
         sheets[sheet].push(face);
         is_attached[sheet] |= sides(*corners).iter().any(|side| of_single.contains(side));

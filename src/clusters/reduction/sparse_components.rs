@@ -8,7 +8,7 @@ use rustc_hash::FxHashSet;
 
 use crate::clusters::vertices::ReducedPatch;
 use crate::geometry::triangle::area_normal_f64;
-use crate::mesh::union_find::UnionFind;
+use crate::mesh::union_find::join_vertices;
 use crate::mesh::{PositionKey, TriMesh, compact, edges, position_key};
 
 /// Most faces of a component that grows.
@@ -63,11 +63,7 @@ pub fn drop_components(reduced: ReducedPatch, locked: &FxHashSet<PositionKey>, n
 }
 
 fn find_components(mesh: &TriMesh, locked: &FxHashSet<PositionKey>) -> Vec<LooseComponent> {
-    let mut sets = UnionFind::new(mesh.positions().len());
-    for [a, b, c] in mesh.faces() {
-        sets.union(*a, *b);
-        sets.union(*b, *c);
-    }
+    let mut sets = join_vertices(mesh.positions().len(), mesh.faces().iter().copied());
     let mut numbers = vec![u32::MAX; mesh.positions().len()];
     let mut components: Vec<LooseComponent> = Vec::new();
     for (number, face) in (0u32..).zip(mesh.faces()) {

@@ -109,7 +109,7 @@ fn least_of_scene(
         SimplifiedPart::new(positions, faces, attributes.select_faces(&first).unwrap_or_default())
     };
     let parts: Vec<SimplifiedPart> = asset.parts().iter().map(least).collect();
-    let packing = job.compress.map(|options| asset.packing(&[&parts], &options).0);
+    let packing = job.arguments.packing().map(|options| asset.packing(&[&parts], &options).0);
     let mut options = SceneOptions::new(job.format, file_name);
     (options.packing, options.images) = (packing.as_ref(), images);
     scene_files(asset, &[parts], &options).map(|files| files.n_bytes())

@@ -146,7 +146,7 @@ impl Document {
     }
 
     fn repair_mesh(mut self, job: &Job) -> Result<Self, JobError> {
-        let repaired = match job.repair {
+        let repaired = match job.arguments.repair() {
             None => return Ok(self),
             Some(Repair::FillHoles(most_edges)) => fill_holes(self.mesh(), self.attributes(), most_edges),
             Some(Repair::Printable(size)) => {

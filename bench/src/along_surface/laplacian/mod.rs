@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use neural_mesh::geometry::side_lengths::{area, opposite_cotangent};
 use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::union_find::UnionFind;
 
 pub use glued_triangles::GluedTriangles;
 
@@ -80,20 +81,9 @@ fn vertex_masses(surface: &GluedTriangles, n_vertices: usize) -> Vec<f64> {
 }
 
 fn components(n_vertices: usize, edges: &[([u32; 2], f64)]) -> Vec<u32> {
-    let mut root: Vec<u32> = (0..n_vertices as u32).collect();
-    for ([a, b], _) in edges {
-        let [a, b] = [*a, *b].map(|v| root_of(&mut root, v));
-        root[a.max(b) as usize] = a.min(b);
-    }
-    (0..n_vertices as u32).map(|v| root_of(&mut root, v)).collect()
-}
-
-fn root_of(root: &mut [u32], mut v: u32) -> u32 {
-    while root[v as usize] != v {
-        root[v as usize] = root[root[v as usize] as usize];
-        v = root[v as usize];
-    }
-    v
+    let mut sets = UnionFind::new(n_vertices);
+    edges.iter().for_each(|([a, b], _)| _ = sets.union(*a, *b));
+    (0..n_vertices as u32).map(|v| sets.find(v)).collect()
 }
 
 #[cfg(test)]

@@ -4,13 +4,14 @@ use glam::DVec3;
 
 use super::glued_triangles::GluedTriangles;
 use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::half_edges::{HalfEdge, for_each_edge, next, start};
 
 pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
     // Copy `2 face` is the face as given, copy `2 face + 1` its reverse.
     let n_half_edges = 6 * mesh.faces().len();
     let mut cover =
         GluedTriangles { start: starts(mesh), twin: vec![0; n_half_edges], length: vec![0.0; n_half_edges] };
-    for_each_edge(mesh.faces(), |ends, half_edges| {
+    for_each_edge(mesh.positions().len(), mesh.faces(), |ends, half_edges| {
         let [from, to] = ends.map(|end| point(mesh, end));
         let length = from.distance(to);
         let order = sort_by_angle(mesh, [from, to], half_edges);
@@ -24,49 +25,16 @@ pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
     cover
 }
 
-// A half-edge, and the vertex with the larger index at its ends.
-#[derive(Clone, Copy)]
-struct HalfEdge {
-    end: u32,
-    half_edge: u32,
-}
-
-impl HalfEdge {
-    fn is_ascending(self, faces: &[[u32; 3]]) -> bool {
-        start(faces, self.half_edge) != self.end
-    }
-}
-
-fn for_each_edge(faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge])) {
-    let ends = |half_edge: u32| [start(faces, half_edge), start(faces, next(half_edge))];
-    let low = |h: &HalfEdge| ends(h.half_edge).into_iter().fold(h.end, u32::min);
-    let half_edges =
-        (0..3 * faces.len() as u32).map(|h| HalfEdge { end: ends(h).into_iter().fold(0, u32::max), half_edge: h });
-    let mut half_edges: Vec<HalfEdge> = half_edges.collect();
-    half_edges.sort_unstable_by_key(|h| (low(h), h.end, h.half_edge));
-    half_edges
-        .chunk_by(|g, h| (low(g), g.end) == (low(h), h.end))
-        .for_each(|edge| visit([low(&edge[0]), edge[0].end], edge));
-}
-
-fn start(faces: &[[u32; 3]], half_edge: u32) -> u32 {
-    faces.as_flattened()[half_edge as usize]
-}
-
-fn next(half_edge: u32) -> u32 {
-    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
-}
-
 fn starts(mesh: &TriMesh) -> Vec<u32> {
     mesh.faces().iter().flat_map(|&[a, b, c]| [a, b, c, a, c, b]).collect()
 }
 
 fn ascending_copy(mesh: &TriMesh, side: HalfEdge) -> usize {
-    half_edge_of_copy(side.half_edge, side.is_ascending(mesh.faces()))
+    half_edge_of_copy(side.half_edge, side.runs_up(mesh.faces()))
 }
 
 fn descending_copy(mesh: &TriMesh, side: HalfEdge) -> usize {
-    half_edge_of_copy(side.half_edge, !side.is_ascending(mesh.faces()))
+    half_edge_of_copy(side.half_edge, !side.runs_up(mesh.faces()))
 }
 
 fn half_edge_of_copy(half_edge: u32, as_it_is: bool) -> usize {

@@ -3,6 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use neural_mesh::linalg::Rows;
+
 use crate::along_surface::laplacian::{GluedTriangles, Laplacian};
 
 /// Estimates the longest shortest path by two sweeps, at least half of it (Dijkstra 1959).
@@ -24,22 +26,16 @@ pub fn longest_path(laplacian: &Laplacian) -> f64 {
 
 struct VertexLinks<'a> {
     surface: &'a GluedTriangles,
-    starts: Vec<u32>,
-    half_edges: Vec<u32>,
+    half_edges: Rows<u32>,
 }
 
 impl<'a> VertexLinks<'a> {
     fn new(surface: &'a GluedTriangles, n_vertices: usize) -> Self {
-        let mut half_edges: Vec<u32> = (0..surface.start.len() as u32).collect();
-        half_edges.sort_by_key(|&half_edge| surface.start[half_edge as usize]);
-        let mut starts = vec![0; n_vertices + 1];
-        surface.start.iter().for_each(|&v| starts[v as usize + 1] += 1);
-        (0..n_vertices).for_each(|v| starts[v + 1] += starts[v]);
-        Self { surface, starts, half_edges }
+        Self { surface, half_edges: Rows::new(n_vertices, surface.start.iter().copied().zip(0..)) }
     }
 
     fn path_lengths(&self, from: &[u32]) -> Vec<f64> {
-        let mut ways = vec![f64::INFINITY; self.starts.len() - 1];
+        let mut ways = vec![f64::INFINITY; self.half_edges.n_rows()];
         from.iter().for_each(|&v| ways[v as usize] = 0.0);
         // Bits of non-negative numbers sort like the numbers.
         let mut front: BinaryHeap<Reverse<(u64, u32)>> = from.iter().map(|&v| Reverse((0, v))).collect();
@@ -48,7 +44,7 @@ impl<'a> VertexLinks<'a> {
             if way > ways[v as usize] {
                 continue;
             }
-            for &half_edge in &self.half_edges[self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize] {
+            for &half_edge in self.half_edges.row(v as usize) {
                 let [_, w] = self.surface.ends(half_edge as usize);
                 let longer = way + self.surface.length[half_edge as usize];
                 if longer < ways[w as usize] {

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::Parser;
 
-use neural_mesh_cli::shared::numbers::{number_parser, parse_seed, parse_thread_count, share, whole_number_parser};
+use crate::evaluate::Settings;
 
 const EVALUATE_NOTES: &str = "\
 Methods of neural-mesh: closed (the default), network (with the scores of the network), geometry (without scores), mean, max, normals \
 (--optimize), fast, best, best-mean (--effort), paper (the paper's assembly), paper-closed (with its holes closed), paper-placed (and its vertices placed), paper-quotient (all triangles between three regions, unclassified). Other methods: qem, \
-collapse, collapse-fitted (the collapse of plain meshes, without and with two fit steps), meshopt, meshopt-update, meshopt-sloppy, clustering, farthest-bpa, uniform-bpa, dse (Delaunay surface elements of learned maps), \
+collapse, collapse-fitted (the collapse of plain meshes, without and with two fit steps), meshopt, meshopt-update, farthest-bpa, uniform-bpa, dse (Delaunay surface elements of learned maps), \
 pointtrinet (farthest points, triangulated by networks), potamias (learned point-cloud simplification and ball pivoting). Tools have \
 their own names; all stands for every method.
 
@@ -34,35 +34,8 @@ pub struct EvaluateArgs {
     /// Folder for the results
     #[arg(long, value_name = "RUN", required_unless_present = "report")]
     pub out: Option<PathBuf>,
-    /// Methods, separated by commas
-    #[arg(long, value_name = "A,B", value_delimiter = ',', default_value = "all")]
-    pub methods: Vec<String>,
-    /// External program as a method; can be repeated
-    #[arg(long = "tool", value_name = "NAME='cmd {in} {out} {ratio}'")]
-    pub tools: Vec<String>,
-    /// Ratios of vertices to keep, such as 0.1 or 10%
-    #[arg(
-        long,
-        value_name = "R,R",
-        value_delimiter = ',',
-        default_value = "0.05,0.1,0.2,0.5",
-        value_parser = share,
-        allow_hyphen_values = true
-    )]
-    pub ratios: Vec<f64>,
-    /// Seeds of the sampling
-    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "0", value_parser = parse_seed, allow_negative_numbers = true)]
-    pub seeds: Vec<u64>,
-    /// Timed runs of each method; the median counts
-    #[arg(long, value_name = "N", default_value = "3", value_parser = whole_number_parser::<usize>(1, u64::MAX), allow_negative_numbers = true)]
-    pub repeat: usize,
-    /// Time limit of a run in seconds
-    #[arg(long, value_name = "SECONDS", default_value = "600", value_parser = number_parser("seconds above 0", |x| x > 0.0 && x <= 1e9),
-        allow_negative_numbers = true)]
-    pub time_limit: f64,
-    /// Only meshes whose file names begin with one of these
-    #[arg(long, value_name = "PREFIX,PREFIX", value_delimiter = ',')]
-    pub only: Vec<String>,
+    #[command(flatten)]
+    pub settings: Settings,
     /// Weights for the method network [default: those that come with the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
@@ -73,18 +46,6 @@ pub struct EvaluateArgs {
     /// program]
     #[arg(long, value_name = "FILE,FILE", value_delimiter = ',')]
     pub learned_weights: Vec<PathBuf>,
-    /// Measure the spectrum (the paper's LE), which takes longer than all the rest
-    #[arg(long)]
-    pub spectrum: bool,
-    /// Compare pictures of the meshes from six sides
-    #[arg(long)]
-    pub appearance: bool,
-    /// Samples on each surface
-    #[arg(long, value_name = "N", default_value = "50000", value_parser = whole_number_parser::<usize>(1, u64::MAX), allow_negative_numbers = true)]
-    pub samples: usize,
-    /// Threads per method [default: one per core]; times depend on it, figures do not
-    #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
-    pub threads: Option<usize>,
     /// Continue with the rows in RUN
     #[arg(long)]
     pub resume: bool,

@@ -6,7 +6,7 @@ mod progress;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::evaluate::{Ending, EvaluateError, REPORT, Request, Settings, Tool, evaluate, write_report};
+use crate::evaluate::{Ending, EvaluateError, REPORT, Request, evaluate, write_report};
 use neural_mesh_cli::shared::{Failure, MessageStream, display_path, stopping};
 
 use super::work::worker;
@@ -50,28 +50,12 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
 fn make_request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Failure> {
     let worker = worker().map_err(|error| Failure::Failed(format!("{error:#}: start it by its full path")))?;
     let mut request = Request::new(data, out, worker);
-    request.settings = make_settings(args)?;
+    request.settings = args.settings.clone();
     request.weights = args.weights.clone();
     request.paper_weights = args.paper_weights.clone();
     request.learned_weights = args.learned_weights.clone();
     request.resume = args.resume;
     Ok(request)
-}
-
-fn make_settings(args: &EvaluateArgs) -> Result<Settings, Failure> {
-    Ok(Settings {
-        methods: args.methods.clone(),
-        tools: args.tools.iter().map(|tool| Tool::parse(tool)).collect::<Result<_, _>>().map_err(to_failure)?,
-        ratios: args.ratios.clone(),
-        seeds: args.seeds.clone(),
-        repeats: args.repeat,
-        time_limit: args.time_limit,
-        threads: args.threads.unwrap_or_else(rayon::current_num_threads),
-        samples: args.samples,
-        spectrum: args.spectrum,
-        appearance: args.appearance,
-        only: args.only.clone(),
-    })
 }
 
 fn to_failure(error: EvaluateError) -> Failure {

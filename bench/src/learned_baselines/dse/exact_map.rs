@@ -5,6 +5,9 @@
 
 use super::Patch;
 use glam::DVec3;
+use neural_mesh::linalg::Rows;
+use neural_mesh::mesh::pulse::Pulse;
+use neural_mesh::mesh::thread_ranges::corner_rows;
 use neural_mesh::mesh::{TriMesh, vertex_normals};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -19,8 +22,7 @@ pub struct WalkSurface {
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
     faces: Vec<[u32; 3]>,
-    begins: Vec<u32>,
-    around: Vec<u32>,
+    around: Rows<u32>,
 }
 
 #[derive(Clone, Copy)]
@@ -40,25 +42,14 @@ struct Front<'a> {
 impl WalkSurface {
     /// Makes the surface of a mesh.
     pub fn new(mesh: &TriMesh) -> Self {
-        let n = mesh.positions().len();
-        let mut begins = vec![0u32; n + 1];
-        mesh.faces().as_flattened().iter().for_each(|&v| begins[v as usize + 1] += 1);
-        (0..n).for_each(|v| begins[v + 1] += begins[v]);
-        let (mut ends, mut around) = (begins.clone(), vec![0; 3 * mesh.faces().len()]);
-        for (face, corners) in mesh.faces().iter().enumerate() {
-            for &v in corners {
-                around[ends[v as usize] as usize] = face as u32;
-                ends[v as usize] += 1;
-            }
-        }
+        let around = corner_rows(Pulse::NONE, mesh.positions().len(), mesh.faces(), |face, _| face);
         let doubles = |rows: &[[f32; 3]]| rows.iter().map(|&row| glam::Vec3::from(row).as_dvec3()).collect();
         let normals: Vec<DVec3> = doubles(&vertex_normals(mesh));
-        Self { positions: doubles(mesh.positions()), normals, faces: mesh.faces().to_vec(), begins, around }
+        Self { positions: doubles(mesh.positions()), normals, faces: mesh.faces().to_vec(), around }
     }
 
     fn faces_around(&self, v: u32) -> impl Iterator<Item = [u32; 3]> {
-        let range = self.begins[v as usize] as usize..self.begins[v as usize + 1] as usize;
-        self.around[range].iter().map(|&face| self.faces[face as usize])
+        self.around.row(v as usize).iter().map(|&face| self.faces[face as usize])
     }
 
     fn edge_length(&self, a: u32, b: u32) -> f64 {

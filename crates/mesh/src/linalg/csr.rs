@@ -3,6 +3,8 @@
 use rayon::prelude::*;
 use std::ops::Range;
 
+use super::Rows;
+
 /// The pattern of a sparse matrix in compressed rows, each with ascending, distinct columns.
 ///
 /// Row `i` holds `columns[offsets[i]..offsets[i + 1]]`; values are kept separately, one per entry.
@@ -66,22 +68,8 @@ impl Csr {
     /// Builds the symmetric graph over `n` nodes with these edges; drops loops and repeats.
     pub fn from_edges(n: usize, edges: impl IntoIterator<Item = [u32; 2], IntoIter: Clone>) -> Self {
         let edges = edges.into_iter().filter(|[a, b]| a != b);
-        let mut starts = vec![0u32; n + 1];
-        edges.clone().for_each(|edge| edge.iter().for_each(|&end| starts[end as usize + 1] += 1));
-        for row in 0..n {
-            starts[row + 1] = starts[row].checked_add(starts[row + 1]).expect("at most 2^32 - 1 entries");
-        }
-        let mut next = starts.clone();
-        let mut append = |columns: &mut [u32], row: u32, column: u32| {
-            columns[next[row as usize] as usize] = column;
-            next[row as usize] += 1;
-        };
-        let mut others = vec![0u32; starts[n] as usize];
-        edges.for_each(|[a, b]| {
-            append(&mut others, a, b);
-            append(&mut others, b, a);
-        });
-        Self::from_unsorted_symmetric(&starts, &others)
+        let Rows { starts, items } = Rows::new(n, edges.flat_map(|[a, b]| [(a, b), (b, a)]));
+        Self::from_unsorted_symmetric(&starts, &items)
     }
 
     /// Builds a symmetric graph from the neighbours of each node, in any order and with repeats.
@@ -110,21 +98,11 @@ impl Csr {
 
     /// Builds rows from (row, column) entries; drops repeats.
     pub fn from_entries(n_rows: usize, n_cols: usize, entries: impl Iterator<Item = [u32; 2]> + Clone) -> Self {
-        let mut offsets = vec![0u32; n_rows + 1];
-        for [row, col] in entries.clone() {
+        let in_range = |[row, col]: [u32; 2]| {
             assert!((col as usize) < n_cols, "column {col} of {n_cols}");
-            offsets[row as usize + 1] += 1;
-        }
-        for row in 0..n_rows {
-            offsets[row + 1] = offsets[row].checked_add(offsets[row + 1]).expect("at most 2^32 - 1 entries");
-        }
-        let mut columns = vec![0u32; offsets[n_rows] as usize];
-        let mut next = offsets.clone();
-        for [row, col] in entries {
-            let slot = &mut next[row as usize];
-            columns[*slot as usize] = col;
-            *slot += 1;
-        }
+            (row, col)
+        };
+        let Rows { starts: mut offsets, items: mut columns } = Rows::new(n_rows, entries.map(in_range));
         sort_rows(&mut offsets, &mut columns);
         Self { offsets, columns, n_cols }
     }
@@ -175,24 +153,9 @@ impl Csr {
     /// assert_eq!(Csr::from_neighbours(3, |i| rows[i]), Csr::from_edges(3, [[0, 1], [0, 2]]));
     /// ```
     pub fn from_neighbours<'a>(n: usize, neighbours: impl Fn(usize) -> &'a [u32]) -> Self {
-        let mut offsets = Vec::with_capacity(n + 1);
-        let mut size = 0usize;
-        offsets.push(0);
-        offsets.extend((0..n).map(|i| {
-            size += neighbours(i).len();
-            size as u32
-        }));
-        assert!(size <= u32::MAX as usize, "at most 2^32 - 1 entries");
-        let mut columns = vec![0u32; size];
-        let mut next = offsets.clone();
-        for i in 0..n {
-            for &j in neighbours(i) {
-                let slot = &mut next[j as usize];
-                columns[*slot as usize] = i as u32;
-                *slot += 1;
-            }
-        }
-        assert!(next[..n] == offsets[1..], "the graph must be symmetric");
+        let mirrored = Rows::new(n, (0..n).flat_map(|i| neighbours(i).iter().map(move |&j| (j, i as u32))));
+        assert!((0..n).all(|i| mirrored.row(i).len() == neighbours(i).len()), "the graph must be symmetric");
+        let Rows { starts: offsets, items: columns } = mirrored;
         Self { offsets, columns, n_cols: n }
     }
 
@@ -275,20 +238,10 @@ impl Csr {
 
     /// Returns the transposed rows, and each entry's index in this pattern.
     pub fn transpose(&self) -> (Self, Vec<u32>) {
-        let mut offsets = vec![0u32; self.n_cols + 1];
-        self.columns.iter().for_each(|&col| offsets[col as usize + 1] += 1);
-        (0..self.n_cols).for_each(|col| offsets[col + 1] += offsets[col]);
-        let mut next = offsets.clone();
-        let (mut columns, mut origin) = (vec![0u32; self.n_entries()], vec![0u32; self.n_entries()]);
         // Rows in order keep the transposed rows ascending.
-        for row in 0..self.n_rows() {
-            for position in self.range(row) {
-                let slot = &mut next[self.columns[position] as usize];
-                columns[*slot as usize] = row as u32;
-                origin[*slot as usize] = position as u32;
-                *slot += 1;
-            }
-        }
+        let entries = |row| self.range(row).map(move |at| (self.columns[at], (row as u32, at as u32)));
+        let Rows { starts: offsets, items } = Rows::new(self.n_cols, (0..self.n_rows()).flat_map(entries));
+        let (columns, origin) = items.into_iter().unzip();
         (Self { offsets, columns, n_cols: self.n_rows() }, origin)
     }
 

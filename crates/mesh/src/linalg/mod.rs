@@ -16,6 +16,7 @@ mod pair_relu;
 mod product;
 #[doc(hidden)]
 pub mod rounded;
+mod rows;
 mod scored_dev_conv;
 mod sparse_product;
 #[cfg(any(test, feature = "test-support"))]
@@ -41,6 +42,8 @@ pub use pair_relu::{PairReluGradients, concat_pair_relu_product, pair_relu, pair
 #[doc(hidden)]
 pub use product::column_sums;
 pub use product::{concat_product, product, product_input_backward, product_weights_backward};
+#[doc(hidden)]
+pub use rows::Rows;
 pub use scored_dev_conv::scored_dev_conv;
 #[doc(hidden)]
 pub use scored_dev_conv::{Stars, scored_stars};

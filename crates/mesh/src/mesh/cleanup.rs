@@ -35,6 +35,7 @@ impl Default for CleanOptions {
 
 /// Numbers of merged vertices and dropped faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CleanCounts {
     /// Vertices welded to another one.
     pub welded_vertices: usize,

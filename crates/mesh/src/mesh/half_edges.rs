@@ -2,6 +2,8 @@
 //!
 //! The index of a half-edge is that of the corner where it starts: `3 * face + corner`.
 
+use crate::linalg::Rows;
+
 #[derive(Clone, Copy, Default)]
 #[doc(hidden)]
 pub struct HalfEdge {
@@ -40,13 +42,13 @@ pub fn next(half_edge: u32) -> u32 {
 /// Calls `visit` with the ends of every edge, the smaller first, and its half-edges, ascending.
 #[doc(hidden)]
 pub fn for_each_edge(n_vertices: usize, faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge])) {
-    let (ends_of_buckets, mut half_edges) = buckets(n_vertices, faces);
-    let mut begin = 0;
-    for (low, end) in (0..).zip(ends_of_buckets) {
-        let bucket = &mut half_edges[begin..end as usize];
-        bucket.sort_unstable_by_key(|h| (h.end, h.half_edge));
-        bucket.chunk_by(|x, y| x.end == y.end).for_each(|edge| visit([low, edge[0].end], edge));
-        begin = end as usize;
+    let side = |half_edge, a: u32, b: u32| (a.min(b), HalfEdge { end: a.max(b), half_edge });
+    let sides = |(f, &[a, b, c]): (u32, &[u32; 3])| [side(3 * f, a, b), side(3 * f + 1, b, c), side(3 * f + 2, c, a)];
+    let mut at_low_ends = Rows::new(n_vertices, (0..).zip(faces).flat_map(sides));
+    for vertex in 0..n_vertices {
+        let half_edges = at_low_ends.row_mut(vertex);
+        half_edges.sort_by_key(|h| h.end);
+        half_edges.chunk_by(|x, y| x.end == y.end).for_each(|edge| visit([vertex as u32, edge[0].end], edge));
     }
 }
 
@@ -63,27 +65,25 @@ pub fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
     twins
 }
 
-fn buckets(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
-    let mut ends = vec![0u32; n_vertices];
-    for [a, b] in sides(faces) {
-        ends[a.min(b) as usize] += 1;
+/// Winds the faces connected to `seeds` over edges with two faces; returns them, nearest first.
+///
+/// `is_against` gets true for faces wound against the seeds, and holds false for these.
+#[doc(hidden)]
+pub fn spread_winding(seeds: Vec<u32>, faces: &[[u32; 3]], twins: &[u32], is_against: &mut [Option<bool>]) -> Vec<u32> {
+    let mut component = seeds;
+    let mut n_done = 0;
+    while let Some(&f) = component.get(n_done) {
+        n_done += 1;
+        for half_edge in 3 * f..3 * f + 3 {
+            let twin = twins[half_edge as usize];
+            if twin != NO_TWIN && is_against[twin as usize / 3].is_none() {
+                let is_opposed = start(faces, half_edge) == start(faces, twin);
+                is_against[twin as usize / 3] = is_against[f as usize].map(|of_face| of_face != is_opposed);
+                component.push(twin / 3);
+            }
+        }
     }
-    let mut n_before = 0;
-    for end in &mut ends {
-        n_before += std::mem::replace(end, n_before);
-    }
-    // Each counter starts at the begin of its bucket and is advanced to its end.
-    let mut half_edges = vec![HalfEdge::default(); 3 * faces.len()];
-    for ([a, b], half_edge) in sides(faces).zip(0..) {
-        let slot = &mut ends[a.min(b) as usize];
-        half_edges[*slot as usize] = HalfEdge { end: a.max(b), half_edge };
-        *slot += 1;
-    }
-    (ends, half_edges)
-}
-
-fn sides(faces: &[[u32; 3]]) -> impl Iterator<Item = [u32; 2]> {
-    faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+    component
 }
 
 #[cfg(test)]

@@ -14,6 +14,18 @@ pub enum Wrap {
     Mirror,
 }
 
+impl Wrap {
+    /// Returns the name in pages.
+    #[doc(hidden)]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Repeat => "repeat",
+            Self::Clamp => "clamp",
+            Self::Mirror => "mirror",
+        }
+    }
+}
+
 /// A texture with its coordinates.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BaseTexture {

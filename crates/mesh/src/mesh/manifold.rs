@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use rustc_hash::FxHashSet;
 
 use super::OneRings;
-use super::half_edges::{NO_TWIN, for_each_edge, next, start, twins};
+use super::half_edges::{for_each_edge, next, spread_winding, start, twins};
 use super::non_manifold_edges::{Partners, partners};
 use super::one_rings::MeetingSheets;
 use super::pulse::Pulse;
@@ -228,13 +228,13 @@ fn half_edge(faces: &[[u32; 3]], corner: u32, other: u32) -> u32 {
 fn orient(n_vertices: usize, faces: &mut [[u32; 3]]) -> usize {
     let twins = twins(n_vertices, faces);
     let mut side = vec![None; faces.len()];
-    let mut component = Vec::with_capacity(faces.len());
     let mut turned = 0;
     for seed in 0..faces.len() {
         if side[seed].is_some() {
             continue;
         }
-        spread_side(seed, faces, &twins, &mut side, &mut component);
+        side[seed] = Some(false);
+        let component = spread_winding(vec![seed as u32], faces, &twins, &mut side);
         let opposed = component.iter().filter(|&&f| side[f as usize] == Some(true)).count();
         let minority = 2 * opposed <= component.len();
         for &f in &component {
@@ -245,24 +245,6 @@ fn orient(n_vertices: usize, faces: &mut [[u32; 3]]) -> usize {
         }
     }
     turned
-}
-
-fn spread_side(seed: usize, faces: &[[u32; 3]], twins: &[u32], side: &mut [Option<bool>], component: &mut Vec<u32>) {
-    side[seed] = Some(false);
-    component.clear();
-    component.push(seed as u32);
-    let mut next = 0;
-    while let Some(&f) = component.get(next) {
-        next += 1;
-        for half in 3 * f..3 * f + 3 {
-            let twin = twins[half as usize];
-            if twin != NO_TWIN && side[twin as usize / 3].is_none() {
-                let opposed = start(faces, half) == start(faces, twin);
-                side[twin as usize / 3] = side[f as usize].map(|side| side != opposed);
-                component.push(twin / 3);
-            }
-        }
-    }
 }
 
 #[cfg(test)]

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::pulse::Pulse;
-use super::thread_ranges::thread_ranges;
+use super::thread_ranges::{corner_rows, split_rows, thread_ranges};
+use crate::linalg::Rows;
 
 /// Largest length of a ring that is ordered without a hash map.
 const LONG_RING: usize = 64;
@@ -65,8 +66,11 @@ impl OneRings {
     }
 
     pub(super) fn new_with_pulse(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, MeetingSheets> {
-        let rows = |share| RingRows::new(pulse, share, faces);
-        let shares: Vec<RingRows> = thread_ranges(n_vertices).into_par_iter().map(rows).collect();
+        let Rows { starts, items: mut opposite_edges } = corner_rows(pulse, n_vertices, faces, |_, [_, b, c]| [b, c]);
+        let shares = thread_ranges(n_vertices);
+        let fans = split_rows(&shares, &mut opposite_edges, |v| starts[v + 1] as usize);
+        let rows = |(share, fans)| RingRows::new(pulse, share, &starts, fans);
+        let shares: Vec<RingRows> = shares.into_par_iter().zip(fans).map(rows).collect();
         let and = |rows: RingRows, after| {
             pulse.beat(0);
             rows.append(after)
@@ -147,36 +151,6 @@ impl OneRings {
     }
 }
 
-fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
-    let pulse = pulse.counting_if(share.start == 0);
-    let own = |v: u32| (v as usize).wrapping_sub(share.start);
-    let mut ends = vec![0u32; share.len()];
-    for faces in pulse.chunks(faces) {
-        for &v in faces.as_flattened() {
-            if let Some(count) = ends.get_mut(own(v)) {
-                *count += 1;
-            }
-        }
-    }
-    pulse.beat(0);
-    let mut n_before = 0;
-    for end in &mut ends {
-        n_before += std::mem::replace(end, n_before);
-    }
-    let mut pairs = vec![[0; 2]; n_before as usize];
-    for faces in pulse.chunks(faces) {
-        for &[a, b, c] in faces {
-            for (v, pair) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
-                if let Some(slot) = ends.get_mut(own(v)) {
-                    pairs[*slot as usize] = pair;
-                    *slot += 1;
-                }
-            }
-        }
-    }
-    (ends, pairs)
-}
-
 #[derive(Default)]
 struct RingRows {
     offsets: Vec<u32>,
@@ -187,16 +161,14 @@ struct RingRows {
 }
 
 impl RingRows {
-    fn new(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> Self {
-        let (ends, mut pairs) = opposite_edges(pulse, share.clone(), faces);
-        pulse.beat(0);
-        let mut rows = Self { offsets: Vec::with_capacity(ends.len() + 1), ..Self::default() };
-        rows.neighbors.reserve(pairs.len());
-        let mut begin = 0;
-        for own in pulse.ranges(0..ends.len()) {
-            for (v, &end) in (share.start + own.start..).zip(&ends[own]) {
-                rows.push(v as u32, &mut pairs[begin..end as usize]);
-                begin = end as usize;
+    fn new(pulse: Pulse, share: Range<usize>, starts: &[u32], mut fans: &mut [[u32; 2]]) -> Self {
+        let mut rows = Self { offsets: Vec::with_capacity(share.len() + 1), ..Self::default() };
+        rows.neighbors.reserve(fans.len());
+        for vertices in pulse.ranges(share) {
+            for v in vertices {
+                let (fan, rest) = std::mem::take(&mut fans).split_at_mut((starts[v + 1] - starts[v]) as usize);
+                rows.push(v as u32, fan);
+                fans = rest;
             }
         }
         rows

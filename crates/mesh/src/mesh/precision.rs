@@ -2,7 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
-use super::union_find::UnionFind;
+use super::union_find::join_vertices;
+use crate::linalg::Rows;
 
 /// Smallest size of a component whose vertices rounding may merge, in spacings of `f32` numbers.
 const STEPS: f64 = 4096.0;
@@ -33,7 +34,7 @@ pub(super) fn find_lost_component(
     let exact = equal_positions(positions);
     let components = PositionComponents::new(&exact, faces);
     let (before, after) = (count_faces(&components, &exact, faces), count_faces(&components, single, faces));
-    (0..components.count).find_map(|component| {
+    (0..components.faces.n_rows() as u32).find_map(|component| {
         let measured = components.measure(component, positions, local, faces);
         let is_hurt =
             measured.size < STEPS * measured.step && components.falls_together(component, &exact, single, faces);
@@ -61,37 +62,24 @@ fn equal_positions(positions: &[[f64; 3]]) -> Vec<u32> {
 
 struct PositionComponents {
     component_of_face: Vec<u32>,
-    order: Vec<u32>,
-    begins: Vec<usize>,
-    count: u32,
+    faces: Rows<u32>,
 }
 
 impl PositionComponents {
     fn new(exact: &[u32], faces: &[[u32; 3]]) -> Self {
-        let mut sets = UnionFind::new(exact.len());
-        for face in faces {
-            let [a, b, c] = face.map(|vertex| exact[vertex as usize]);
-            sets.union(a, b);
-            sets.union(b, c);
-        }
+        let mut sets = join_vertices(exact.len(), faces.iter().map(|face| face.map(|vertex| exact[vertex as usize])));
         let mut numbers = FxHashMap::default();
         let mut component_of_face = Vec::with_capacity(faces.len());
         for face in faces {
             let next = numbers.len() as u32;
             component_of_face.push(*numbers.entry(sets.find(exact[face[0] as usize])).or_insert(next));
         }
-        let mut order: Vec<u32> = (0..faces.len() as u32).collect();
-        order.sort_by_key(|&face| component_of_face[face as usize]);
-        let count = numbers.len() as u32;
-        let begin = |component: u32| order.partition_point(|&face| component_of_face[face as usize] < component);
-        let begins = (0..=count).map(begin).collect();
-        Self { component_of_face, order, begins, count }
+        let faces = Rows::new(numbers.len(), component_of_face.iter().copied().zip(0..));
+        Self { component_of_face, faces }
     }
 
     fn faces<'a>(&'a self, component: u32, faces: &'a [[u32; 3]]) -> impl Iterator<Item = &'a [u32; 3]> {
-        self.order[self.begins[component as usize]..self.begins[component as usize + 1]]
-            .iter()
-            .map(|&f| &faces[f as usize])
+        self.faces.row(component as usize).iter().map(|&f| &faces[f as usize])
     }
 
     fn falls_together(&self, component: u32, exact: &[u32], single: &[u32], faces: &[[u32; 3]]) -> bool {
@@ -117,7 +105,7 @@ impl PositionComponents {
 }
 
 fn count_faces(components: &PositionComponents, first: &[u32], faces: &[[u32; 3]]) -> Vec<usize> {
-    let mut left = vec![0; components.count as usize];
+    let mut left = vec![0; components.faces.n_rows()];
     for (face, &component) in faces.iter().zip(&components.component_of_face) {
         let [a, b, c] = face.map(|vertex| first[vertex as usize]);
         left[component as usize] += usize::from(a != b && b != c && c != a);

@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::pulse::Pulse;
+use crate::linalg::Rows;
 
 const LEAST: usize = 20_000;
 const CHUNK: usize = 8192;
@@ -60,6 +61,38 @@ pub fn add_faces<T: Send, F>(
             }
         }
     });
+}
+
+/// Sorts an item per corner into rows by vertex, in face order.
+///
+/// `item` gets the number of the face and its vertices in order, that of the corner first.
+#[doc(hidden)]
+pub fn corner_rows<T: Copy + Default + Send>(
+    pulse: Pulse,
+    n_vertices: usize,
+    faces: &[[u32; 3]],
+    item: impl Fn(u32, [u32; 3]) -> T + Sync,
+) -> Rows<T> {
+    let mut starts = vec![0u32; n_vertices + 1];
+    add_faces(pulse, &mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
+    (0..n_vertices).for_each(|v| starts[v + 1] += starts[v]);
+    let mut items = vec![T::default(); 3 * faces.len()];
+    let shares = thread_ranges(n_vertices);
+    let parts: Vec<_> = shares.iter().zip(split_rows(&shares, &mut items, |v| starts[v + 1] as usize)).collect();
+    parts.into_par_iter().for_each(|(share, items)| {
+        let mut slots: Vec<u32> = starts[share.clone()].iter().map(|start| start - starts[share.start]).collect();
+        for numbers in pulse.counting_if(share.start == 0).ranges(0..faces.len()) {
+            for (f, &[a, b, c]) in (numbers.start as u32..).zip(&faces[numbers]) {
+                for corner in [[a, b, c], [b, c, a], [c, a, b]] {
+                    if let Some(slot) = slots.get_mut((corner[0] as usize).wrapping_sub(share.start)) {
+                        items[*slot as usize] = item(f, corner);
+                        *slot += 1;
+                    }
+                }
+            }
+        }
+    });
+    Rows { starts, items }
 }
 
 #[doc(hidden)]

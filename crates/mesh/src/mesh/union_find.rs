@@ -64,6 +64,17 @@ impl UnionFind {
     }
 }
 
+/// Joins the vertices of each face.
+#[doc(hidden)]
+pub fn join_vertices(n_vertices: usize, faces: impl Iterator<Item = [u32; 3]>) -> UnionFind {
+    let mut sets = UnionFind::new(n_vertices);
+    faces.for_each(|[a, b, c]| {
+        sets.union(a, b);
+        sets.union(b, c);
+    });
+    sets
+}
+
 /// Joins faces over the edges whose number of faces `is_wanted` accepts.
 #[doc(hidden)]
 pub fn join_faces(n_vertices: usize, faces: &[[u32; 3]], is_wanted: impl Fn(usize) -> bool) -> UnionFind {

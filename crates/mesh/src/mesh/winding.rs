@@ -1,10 +1,8 @@
 //! Consistent, outward winding.
 
-use std::collections::VecDeque;
-
 use glam::DVec3;
 
-use super::half_edges::{NO_TWIN, twins};
+use super::half_edges::{spread_winding, twins};
 
 /// Share of the largest possible volume below which a volume is rounding.
 const FLAT: f64 = 1e-9;
@@ -33,48 +31,26 @@ pub fn orient_outward(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<[u32; 3
 /// Reverses faces of `may_turn` as [`orient_outward`] does; those next to others agree with these.
 pub(super) fn wind(positions: &[[f32; 3]], faces: &mut [[u32; 3]], may_turn: &[bool]) {
     let twins = twins(positions.len(), faces);
-    let mut is_reached: Vec<bool> = may_turn.iter().map(|may_turn| !may_turn).collect();
-    let fixed = (0..faces.len()).filter(|&face| is_reached[face]).collect();
-    wind_component(fixed, &twins, faces, &mut is_reached);
+    // Faces that may not turn are wound as they should be.
+    let mut is_against: Vec<Option<bool>> = may_turn.iter().map(|may_turn| (!may_turn).then_some(false)).collect();
+    let fixed = (0..faces.len() as u32).filter(|&face| !may_turn[face as usize]).collect();
+    wind_component(fixed, &twins, faces, &mut is_against);
     for first in 0..faces.len() {
-        if !std::mem::replace(&mut is_reached[first], true) {
-            let component = wind_component(VecDeque::from([first]), &twins, faces, &mut is_reached);
+        if is_against[first].is_none() {
+            is_against[first] = Some(false);
+            let component = wind_component(vec![first as u32], &twins, faces, &mut is_against);
             if faces_inward(positions, faces, &component) {
-                component.iter().for_each(|&face| turn(&mut faces[face]));
+                component.iter().for_each(|&face| turn(&mut faces[face as usize]));
             }
         }
     }
 }
 
-fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
-    [[a, b], [b, c], [c, a]]
-}
-
-fn wind_component(
-    mut queue: VecDeque<usize>,
-    twins: &[u32],
-    wound: &mut [[u32; 3]],
-    is_reached: &mut [bool],
-) -> Vec<usize> {
-    let mut component = Vec::new();
-    while let Some(face) = queue.pop_front() {
-        component.push(face);
-        let beyond = twins[3 * face..3 * face + 3].iter().filter(|&&twin| twin != NO_TWIN);
-        for other in beyond.map(|twin| *twin as usize / 3) {
-            if !std::mem::replace(&mut is_reached[other], true) {
-                if runs_along(wound[face], wound[other]) {
-                    turn(&mut wound[other]);
-                }
-                queue.push_back(other);
-            }
-        }
-    }
+fn wind_component(seeds: Vec<u32>, twins: &[u32], faces: &mut [[u32; 3]], is_against: &mut [Option<bool>]) -> Vec<u32> {
+    let component = spread_winding(seeds, faces, twins, is_against);
+    let turned = component.iter().filter(|&&face| is_against[face as usize] == Some(true));
+    turned.for_each(|&face| turn(&mut faces[face as usize]));
     component
-}
-
-fn runs_along(face: [u32; 3], other: [u32; 3]) -> bool {
-    let edges = edges_of(other);
-    edges_of(face).iter().any(|edge| edges.contains(edge))
 }
 
 fn turn(face: &mut [u32; 3]) {
@@ -82,8 +58,8 @@ fn turn(face: &mut [u32; 3]) {
 }
 
 /// Returns whether faces span a negative volume with the mean of their corners; flat sheets do not.
-fn faces_inward(positions: &[[f32; 3]], faces: &[[u32; 3]], component: &[usize]) -> bool {
-    let corners = |face: usize| faces[face].map(|v| DVec3::from(positions[v as usize].map(f64::from)));
+fn faces_inward(positions: &[[f32; 3]], faces: &[[u32; 3]], component: &[u32]) -> bool {
+    let corners = |face: u32| faces[face as usize].map(|v| DVec3::from(positions[v as usize].map(f64::from)));
     let sum: DVec3 = component.iter().flat_map(|&face| corners(face)).sum();
     let middle = sum / (3 * component.len()) as f64;
     let (mut volume, mut largest) = (0.0, 0.0);
@@ -102,7 +78,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn is_turned(face: [u32; 3], original: [u32; 3]) -> bool {
-        !edges_of(original).contains(&[face[0], face[1]])
+        let [a, b, c] = original;
+        ![[a, b], [b, c], [c, a]].contains(&[face[0], face[1]])
     }
 
     proptest! {

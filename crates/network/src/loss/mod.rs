@@ -3,7 +3,6 @@
 //! `docs/paper.md` explains the terms that replace printed ones. Functions panic if an index is out of range. Support code
 //! for the main modules; see the front page of the crate.
 
-mod bending;
 mod chamfer;
 mod closure;
 mod collision;
@@ -25,7 +24,6 @@ mod through_draw;
 mod total;
 mod triangles;
 
-pub use bending::bending_of_samples;
 pub use chamfer::{coverage_of_samples, deviation_of_samples, probabilistic_chamfer};
 pub use closure::closure;
 pub use collision::collisions;

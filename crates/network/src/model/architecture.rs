@@ -173,7 +173,9 @@ impl Architecture {
         self.fields().map(|(name, size)| (name, *size))
     }
 
-    fn fields(&mut self) -> [(&'static str, &mut usize); 11] {
+    /// Returns all sizes, to be changed, with their names.
+    #[doc(hidden)]
+    pub fn fields(&mut self) -> [(&'static str, &mut usize); 11] {
         [
             ("point_sampler_inputs", &mut self.point_sampler_inputs),
             ("point_sampler_layers", &mut self.point_sampler_layers),

@@ -1,7 +1,7 @@
 //! Candidate faces, Sec. 3.2.
 
 use crate::autodiff::{Tape, Value};
-use crate::linalg::Csr;
+use crate::linalg::{Csr, Rows};
 use crate::spatial::coherent_order;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -82,16 +82,9 @@ impl CandidateFaces {
     /// Sorts the candidates of [`candidate_faces`] so that near ones are near each other in memory.
     pub fn in_coherent_order(&self, points: &[[f32; 3]]) -> Self {
         // Candidates in lexicographic order are grouped by first corner. The groups are sorted, not the single candidates.
-        let mut ends = vec![0; points.len()];
-        self.triangles.iter().for_each(|triangle| ends[triangle[0] as usize] += 1);
-        let mut n_before = 0;
-        ends.iter_mut().for_each(|end| {
-            n_before += *end;
-            *end = n_before;
-        });
-        let start = |corner: usize| if corner == 0 { 0 } else { ends[corner - 1] };
+        let of_corners = Rows::new(points.len(), self.triangles.iter().map(|triangle| triangle[0]).zip(0..));
         let order = coherent_order(points);
-        self.select(order.iter().flat_map(|&corner| start(corner as usize)..ends[corner as usize]))
+        self.select(order.iter().flat_map(|&corner| of_corners.row(corner as usize)).map(|&at: &u32| at as usize))
     }
 }
 
@@ -101,23 +94,9 @@ impl CandidateFaces {
 /// - `edges`: n_triangles x 3, below `n_edges`
 /// - returns n_triangles x n_triangles, symmetric, without loops
 pub(super) fn join_across_edges(edges: &[[u32; 3]], n_edges: usize) -> Csr {
-    // A counting sort lists the triangles at each edge, one edge after the other.
-    let mut ends = vec![0u32; n_edges + 1];
-    edges.as_flattened().iter().for_each(|&edge| ends[edge as usize + 1] += 1);
-    (0..n_edges).for_each(|edge| ends[edge + 1] += ends[edge]);
-    let mut at_edges = vec![0u32; edges.len() * 3];
-    for (at, edges) in (0..).zip(edges.iter()) {
-        for &edge in edges {
-            at_edges[ends[edge as usize] as usize] = at;
-            ends[edge as usize] += 1;
-        }
-    }
-    let at_edge = |edge: u32| {
-        let start = if edge == 0 { 0 } else { ends[edge as usize - 1] };
-        &at_edges[start as usize..ends[edge as usize] as usize]
-    };
+    let at_edges = Rows::new(n_edges, edges.iter().zip(0u32..).flat_map(|(edges, at)| edges.map(|edge| (edge, at))));
     Csr::from_rows(edges.len(), edges.len(), |at, neighbours| {
-        let others = edges[at].into_iter().flat_map(at_edge);
+        let others = edges[at].into_iter().flat_map(|edge| at_edges.row(edge as usize));
         neighbours.extend(others.filter(|&&other| other != at as u32));
     })
 }

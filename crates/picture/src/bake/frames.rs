@@ -7,6 +7,8 @@ use rustc_hash::FxHashMap;
 
 use super::unfold::Charts;
 use crate::geometry::triangle::area_normal;
+use crate::mesh::pulse::Pulse;
+use crate::mesh::thread_ranges::corner_rows;
 use crate::mesh::{Attributes, Channel, Role, TriMesh};
 
 /// Largest angle in degrees between faces that share normals.
@@ -64,11 +66,11 @@ pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
     let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(mesh.positions()[v as usize]));
     let of_faces: Vec<Vec3> =
         mesh.faces().par_iter().map(|face| area_normal(corners(face)).normalize_or_zero()).collect();
-    let around = FacesAroundVertices::new(mesh);
+    let around = corner_rows(Pulse::NONE, mesh.positions().len(), mesh.faces(), |face, _| face);
     let least = degrees.to_radians().cos() - 1e-5;
     let place = |face: u32, vertex: u32| mesh.faces()[face as usize].iter().position(|&v| v == vertex).unwrap_or(0);
     let normals = |vertex: u32| {
-        let faces = around.faces(vertex);
+        let faces = around.row(vertex as usize);
         // All pairs of faces are compared, which would take too long at a hub.
         let fans = if faces.len() > HUB { vec![0; faces.len()] } else { fans(mesh, faces, vertex, &of_faces, least) };
         let mut sums = vec![Vec3::ZERO; faces.len()];
@@ -83,7 +85,7 @@ pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
     let of_vertices: Vec<Vec<Vec3>> = (0..n_vertices).into_par_iter().map(normals).collect();
     let mut all = vec![[Vec3::ZERO; 3]; mesh.faces().len()];
     for (vertex, normals) in (0..n_vertices).zip(of_vertices) {
-        for (&face, normal) in around.faces(vertex).iter().zip(normals) {
+        for (&face, normal) in around.row(vertex as usize).iter().zip(normals) {
             all[face as usize][place(face, vertex)] = normal;
         }
     }
@@ -110,31 +112,6 @@ fn angle_at(corners: [Vec3; 3], at: usize) -> f32 {
     let [a, b, c] = [corners[at], corners[(at + 1) % 3], corners[(at + 2) % 3]];
     let (ab, ac) = (b - a, c - a);
     ab.cross(ac).length().atan2(ab.dot(ac))
-}
-
-struct FacesAroundVertices {
-    starts: Vec<u32>,
-    faces: Vec<u32>,
-}
-
-impl FacesAroundVertices {
-    fn new(mesh: &TriMesh) -> Self {
-        let mut starts = vec![0u32; mesh.positions().len() + 1];
-        mesh.faces().iter().flatten().for_each(|&v| starts[v as usize + 1] += 1);
-        (1..starts.len()).for_each(|i| starts[i] += starts[i - 1]);
-        let (mut next, mut faces) = (starts.clone(), vec![0; 3 * mesh.faces().len()]);
-        for (face, vertices) in mesh.faces().iter().enumerate() {
-            for &vertex in vertices {
-                faces[next[vertex as usize] as usize] = face as u32;
-                next[vertex as usize] += 1;
-            }
-        }
-        Self { starts, faces }
-    }
-
-    fn faces(&self, vertex: u32) -> &[u32] {
-        &self.faces[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
-    }
 }
 
 /// Computes MikkTSpace tangents at corners, n_faces x 3; texture coordinates have v upwards.

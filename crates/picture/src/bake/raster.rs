@@ -9,6 +9,7 @@ use super::texel::{Texel, TexelPlace, to_byte};
 use super::unfold::Charts;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::area_normal;
+use crate::linalg::Rows;
 use crate::mesh::{TriMesh, srgb};
 
 /// Distance in texels to which a border extends a chart; bilinear filtering reaches no farther.
@@ -23,20 +24,18 @@ struct Canvas<'a> {
     charts: &'a Charts,
     frames: &'a Frames,
     fine: &'a FineSurface<'a>,
-    // Index in `faces` at which each row's faces start.
-    starts: Vec<usize>,
-    faces: Vec<u32>,
+    // Faces that may touch each row.
+    faces: Rows<u32>,
 }
 
 pub(super) fn draw_texels(mesh: &TriMesh, charts: &Charts, frames: &Frames, fine: &FineSurface) -> Vec<Texel> {
-    let (starts, faces) = rows(charts);
-    let canvas = Canvas { mesh, charts, frames, fine, starts, faces };
+    let canvas = Canvas { mesh, charts, frames, fine, faces: rows(charts) };
     let mut texels = vec![Texel::default(); charts.size * charts.size];
     texels.par_chunks_mut(charts.size).enumerate().for_each(|(row, line)| canvas.draw_row(row, line));
     texels
 }
 
-fn rows(charts: &Charts) -> (Vec<usize>, Vec<u32>) {
+fn rows(charts: &Charts) -> Rows<u32> {
     let size = charts.size as f64;
     let range = |face: usize| {
         let ys = charts.corners[face].map(|at| size - at.y);
@@ -45,24 +44,15 @@ fn rows(charts: &Charts) -> (Vec<usize>, Vec<u32>) {
         let first = (low - 0.5 - BORDER).ceil().max(0.0) as usize;
         first..((high - 0.5 + BORDER).floor() + 1.0).clamp(0.0, size) as usize
     };
-    let charted_faces = || (0..charts.corners.len()).filter(|&face| charts.is_in_chart[face]);
-    let mut starts = vec![0; charts.size + 1];
-    charted_faces().flat_map(range).for_each(|row| starts[row + 1] += 1);
-    (0..charts.size).for_each(|row| starts[row + 1] += starts[row]);
-    let (mut next, mut faces) = (starts.clone(), vec![0; starts[charts.size]]);
-    for face in charted_faces() {
-        for row in range(face) {
-            faces[next[row]] = face as u32;
-            next[row] += 1;
-        }
-    }
-    (starts, faces)
+    let charted_faces = (0..charts.corners.len()).filter(|&face| charts.is_in_chart[face]);
+    let entries = charted_faces.flat_map(|face| range(face).map(move |row| (row as u32, face as u32)));
+    Rows::new(charts.size, entries)
 }
 
 impl Canvas<'_> {
     fn draw_row(&self, row: usize, line: &mut [Texel]) {
         let y = (self.charts.size - row) as f64 - 0.5;
-        let faces = &self.faces[self.starts[row]..self.starts[row + 1]];
+        let faces = self.faces.row(row);
         for &face in faces {
             let corners = self.charts.corners[face as usize];
             let Some((low, high)) = crossing(corners, y) else { continue };

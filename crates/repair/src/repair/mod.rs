@@ -33,6 +33,7 @@ pub use solid::printable;
 
 /// Numbers of changes made by a repair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct RepairCounts {
     /// Boundary loops that were closed.

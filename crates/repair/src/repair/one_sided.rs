@@ -1,13 +1,19 @@
 //! One-sided surfaces, such as a Klein bottle.
 
-use crate::mesh::half_edges::{NO_TWIN, start, twins};
+use crate::mesh::half_edges::{NO_TWIN, spread_winding, start, twins};
 
 use super::faces::RepairFaces;
 
 /// Drops a face at each two-face edge where windings cannot agree; returns the number dropped.
 pub(super) fn cut_one_sided(faces: &mut RepairFaces) -> usize {
     let twins = twins(faces.positions.len(), &faces.corners);
-    let sides = sides(&faces.corners, &twins);
+    let mut sides = vec![None; faces.len()];
+    for seed in 0..faces.len() {
+        if sides[seed].is_none() {
+            sides[seed] = Some(false);
+            spread_winding(vec![seed as u32], &faces.corners, &twins, &mut sides);
+        }
+    }
     let is_opposed = |half: usize, twin: u32| {
         let along = start(&faces.corners, half as u32) == start(&faces.corners, twin);
         (sides[half / 3] != sides[twin as usize / 3]) != along
@@ -24,29 +30,6 @@ pub(super) fn cut_one_sided(faces: &mut RepairFaces) -> usize {
         faces.retain(|face| !is_cut[face as usize]);
     }
     n_cut
-}
-
-fn sides(corners: &[[u32; 3]], twins: &[u32]) -> Vec<bool> {
-    let mut side = vec![None; corners.len()];
-    let mut front = std::collections::VecDeque::new();
-    for seed in 0..corners.len() {
-        if side[seed].is_some() {
-            continue;
-        }
-        side[seed] = Some(false);
-        front.push_back(seed);
-        while let Some(face) = front.pop_front() {
-            for half in [3 * face, 3 * face + 1, 3 * face + 2] {
-                let twin = twins[half];
-                if twin != NO_TWIN && side[twin as usize / 3].is_none() {
-                    let along = start(corners, half as u32) == start(corners, twin);
-                    side[twin as usize / 3] = side[face].map(|side| side != along);
-                    front.push_back(twin as usize / 3);
-                }
-            }
-        }
-    }
-    side.into_iter().map(|side| side == Some(true)).collect()
 }
 
 #[cfg(test)]

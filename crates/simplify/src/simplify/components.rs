@@ -2,7 +2,7 @@
 
 use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
-use crate::mesh::union_find::{UnionFind, join_faces};
+use crate::mesh::union_find::{join_faces, join_vertices};
 
 use super::hidden::hidden_components;
 use super::input::Input;
@@ -13,15 +13,9 @@ const TETRAHEDRON: usize = 4;
 
 /// Counts the components of a manifold, and those that no collapse can shrink.
 pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
-    let mut sets = UnionFind::new(mesh.positions().len());
     // A manifold's components share no vertex, so vertices may be joined.
-    for faces in pulse.chunks(mesh.faces()) {
-        for &[a, b, c] in faces {
-            sets.union(a, b);
-            sets.union(b, c);
-        }
-    }
-    let (component, n) = sets.number_sets(pulse);
+    let faces = pulse.chunks(mesh.faces()).flatten().copied();
+    let (component, n) = join_vertices(mesh.positions().len(), faces).number_sets(pulse);
     let mut n_faces = vec![0; n];
     mesh.faces().iter().for_each(|face| n_faces[component[face[0] as usize] as usize] += 1);
     n_faces.retain(|&n| n > 0);

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::triangle::{area_normal, area_normal_f64};
+use crate::linalg::Rows;
 use crate::mesh::TriMesh;
 use crate::spatial::{Occluders, visible_areas, visible_faces};
 
@@ -68,20 +69,20 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
     // Only visible components can hide others from outside.
     let shown = triangles.iter().zip(component).filter(|(_, c)| !hidden[**c as usize]);
     let occluders = Occluders::new(&shown.map(|(corners, _)| *corners).collect::<Vec<_>>());
-    let mut faces = vec![Vec::new(); n];
-    (0..).zip(component).filter(|(_, c)| hidden[**c as usize]).for_each(|(f, &c)| faces[c as usize].push(f));
+    let faces = Rows::new(n, component.iter().copied().zip(0..).filter(|(c, _)| hidden[*c as usize]));
     // The hidden components share one number of rays, so that many of them take no longer.
     let n_hidden = hidden.iter().filter(|hidden| **hidden).count();
     let most_rays = (ALL_RAYS[0] * triangles.len()).max(ALL_RAYS[1]) / n_hidden;
     let start = MARGIN * mesh.diagonal();
-    let is_hidden = |faces: &Vec<u32>| {
+    let is_hidden = |component: usize| {
+        let faces = faces.row(component);
         // The number of rays grows with the number of faces, up to this component's share.
         let n_rays = ((RAYS * faces.len() as f64) as usize).max(LEAST_RAYS).min(most_rays.max(64));
         let corners = |face: u32| triangles[face as usize].map(|corner| DVec3::from(corner.map(f64::from)));
         !faces.is_empty()
             && !any_ray_escapes(&occluders, &faces.iter().map(|&face| corners(face)).collect::<Vec<_>>(), n_rays, start)
     };
-    faces.par_iter().map(is_hidden).collect()
+    (0..n).into_par_iter().map(is_hidden).collect()
 }
 
 /// Returns whether one of `n_rays` rays from the triangles meets nothing beyond `start`.

@@ -136,6 +136,7 @@ pub struct PaperOptions {
 
 /// Options of the closed assembly; end a literal with `..ClosedOptions::default()`, as versions may add fields.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize), serde(default, deny_unknown_fields))]
 // Not `non_exhaustive`, which would forbid such literals to callers.
 pub struct ClosedOptions {
     /// Source of the vertex scores.
@@ -170,6 +171,7 @@ pub struct ClosedOptions {
     /// Returns a [`Map`] between input and output.
     pub map: bool,
     /// Origin and precision of coordinates in the written file, where no two vertices may coincide.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub frame: Frame,
 }
 

@@ -6,8 +6,9 @@ use std::collections::{BTreeMap, BinaryHeap};
 use glam::{DMat4, DVec3};
 
 use crate::geometry::triangle::area_normal_f64;
+use crate::linalg::Rows;
 use crate::mesh::pulse::Pulse;
-use crate::mesh::union_find::UnionFind;
+use crate::mesh::union_find::join_vertices;
 use crate::mesh::{Attributes, Role, UnitedMesh};
 use crate::simplify::limits::Limit;
 use crate::spatial::{Exposure, FaceTree, Labels, exposures};
@@ -99,11 +100,7 @@ pub fn output_components(output: &Output) -> (Vec<u32>, usize) {
 
 /// Returns each vertex's component number (empty for a single component) and the number of components.
 pub fn vertex_components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
-    let mut sets = UnionFind::new(n_vertices);
-    for &[a, b, c] in faces {
-        sets.union(a, b);
-        sets.union(b, c);
-    }
+    let mut sets = join_vertices(n_vertices, faces.iter().copied());
     if sets.n_sets() == 1 {
         return (Vec::new(), 1);
     }
@@ -113,8 +110,7 @@ pub fn vertex_components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, us
 pub struct PlacedComponents<'a> {
     original: &'a Original<'a>,
     attributes: Option<&'a Attributes>,
-    faces: Vec<u32>,
-    ends: Vec<usize>,
+    faces: Rows<u32>,
     /// Transforms of each component from unit size to the scene, largest first.
     transforms: Vec<Vec<DMat4>>,
     component_of_face: &'a [u32],
@@ -129,10 +125,10 @@ impl<'a> PlacedComponents<'a> {
         n: usize,
     ) -> Self {
         // Faces are grouped once, since every component is sampled several times.
-        let (faces, ends) = group_by_component(component_of_face, n);
+        let faces = Rows::new(n, component_of_face.iter().copied().zip(0..));
         let to_mesh = original.surface.scale.to_local();
         let transforms = |component: usize| {
-            let first = faces[if component == 0 { 0 } else { ends[component - 1] }];
+            let first = faces.row(component)[0];
             let (Some(scene), Some(attributes)) = (scene, attributes) else { return vec![to_mesh] };
             let transforms = scene
                 .places(scene.piece_of_group(attributes.group(first)))
@@ -144,12 +140,11 @@ impl<'a> PlacedComponents<'a> {
             transforms
         };
         let transforms = (0..n).map(transforms).collect();
-        Self { original, attributes, faces, ends, transforms, component_of_face }
+        Self { original, attributes, faces, transforms, component_of_face }
     }
 
     fn faces(&self, component: usize) -> &[u32] {
-        let start = if component == 0 { 0 } else { self.ends[component - 1] };
-        &self.faces[start..self.ends[component]]
+        self.faces.row(component)
     }
 
     /// Counts vertices and faces of each component of the input.
@@ -544,23 +539,6 @@ fn measure_components(placed: &PlacedComponents, visual: &VisualProperties) -> V
         Component { n_vertices: 0, n_faces: 0, n_input, area, size2, groups, loss: 0.0, replacement: component }
     };
     (0..placed.transforms.len()).map(of_component).collect()
-}
-
-fn group_by_component(component_of_face: &[u32], n: usize) -> (Vec<u32>, Vec<usize>) {
-    let mut ends = vec![0; n];
-    component_of_face.iter().for_each(|&component| ends[component as usize] += 1);
-    let mut sum = 0;
-    ends.iter_mut().for_each(|end| {
-        sum += *end;
-        *end = sum;
-    });
-    let mut starts: Vec<usize> = std::iter::once(0).chain(ends.iter().copied()).collect();
-    let mut faces = vec![0; component_of_face.len()];
-    for (f, &component) in (0..).zip(component_of_face) {
-        faces[starts[component as usize]] = f;
-        starts[component as usize] += 1;
-    }
-    (faces, ends)
 }
 
 #[cfg(test)]

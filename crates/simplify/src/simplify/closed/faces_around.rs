@@ -1,10 +1,10 @@
 //! Faces around each vertex and across each edge.
 
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use crate::linalg::Rows;
 use crate::mesh::pulse::Pulse;
-use crate::mesh::thread_ranges::{add_faces, split_rows, thread_ranges};
+use crate::mesh::thread_ranges::corner_rows;
 
 /// Valence above which a vertex's edges are in a hash map.
 // In a fan every edge of the hub is looked up, which would be quadratic in a list.
@@ -20,8 +20,7 @@ pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
 
 /// Faces around each vertex: rows in one array, and a map of changed rows.
 pub struct FacesAround {
-    starts: Vec<u32>,
-    rows: Vec<FaceCorner>,
+    rows: Rows<FaceCorner>,
     changed: FxHashMap<u32, Vec<FaceCorner>>,
     hub_edges: FxHashMap<[u32; 2], u32>,
 }
@@ -35,33 +34,20 @@ pub struct FaceCorner {
 
 impl FacesAround {
     pub fn new(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Self {
-        let mut starts = vec![0u32; n_vertices + 1];
-        // Counting sort: numbers of faces, offsets, then rows filled in parallel.
-        add_faces(pulse, &mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
-        (1..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
-        let mut rows = vec![FaceCorner::default(); 3 * faces.len()];
-        let shares = thread_ranges(n_vertices);
-        let parts: Vec<_> = shares.iter().zip(split_rows(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
-        parts.into_par_iter().for_each(|(share, rows)| fill(pulse, rows, &starts[share.clone()], share.start, faces));
+        let rows = corner_rows(pulse, n_vertices, faces, |face, [_, next, _]| FaceCorner { face, next });
         // A long row would be scanned for each of its edges; few vertices need the hash map.
-        let mut around = Self { starts, rows, changed: FxHashMap::default(), hub_edges: FxHashMap::default() };
-        (0..n_vertices as u32)
-            .filter(|&v| around.is_hub(v))
-            .collect::<Vec<_>>()
-            .into_iter()
-            .for_each(|v| around.index_hub(v));
+        let mut around = Self { rows, changed: FxHashMap::default(), hub_edges: FxHashMap::default() };
+        let Self { rows, hub_edges, .. } = &mut around;
+        for v in (0..n_vertices as u32).filter(|&v| rows.row(v as usize).len() > MOST_SEARCHED) {
+            for &FaceCorner { face, next } in rows.row(v as usize) {
+                hub_edges.entry([v, next]).or_insert(face);
+            }
+        }
         around
     }
 
     fn is_hub(&self, vertex: u32) -> bool {
-        (self.starts[vertex as usize + 1] - self.starts[vertex as usize]) as usize > MOST_SEARCHED
-    }
-
-    fn index_hub(&mut self, vertex: u32) {
-        for i in self.starts[vertex as usize]..self.starts[vertex as usize + 1] {
-            let FaceCorner { face, next } = self.rows[i as usize];
-            self.hub_edges.entry([vertex, next]).or_insert(face);
-        }
+        self.rows.row(vertex as usize).len() > MOST_SEARCHED
     }
 
     #[inline]
@@ -71,7 +57,7 @@ impl FacesAround {
         {
             return row;
         }
-        &self.rows[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
+        self.rows.row(vertex as usize)
     }
 
     pub fn faces(&self, vertex: u32) -> impl Iterator<Item = u32> {
@@ -126,21 +112,6 @@ impl FacesAround {
 #[inline]
 fn find_next(row: &[FaceCorner], next: u32) -> Option<u32> {
     row.iter().find(|corner| corner.next == next).map(|corner| corner.face)
-}
-
-fn fill(pulse: Pulse, rows: &mut [FaceCorner], starts: &[u32], first: usize, faces: &[[u32; 3]]) {
-    let before = starts.first().copied().unwrap_or(0);
-    let mut slots: Vec<u32> = starts.iter().map(|start| start - before).collect();
-    for numbers in pulse.counting_if(first == 0).ranges(0..faces.len()) {
-        for (f, &[a, b, c]) in (numbers.start as u32..).zip(&faces[numbers]) {
-            for (v, next) in [(a, b), (b, c), (c, a)] {
-                if let Some(slot) = slots.get_mut((v as usize).wrapping_sub(first)) {
-                    rows[*slot as usize] = FaceCorner { face: f, next };
-                    *slot += 1;
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]

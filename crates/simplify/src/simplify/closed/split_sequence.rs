@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::linalg::Rows;
 use crate::mesh::pulse::Pulse;
 
 use super::collapse::RecordedMerge;
@@ -38,10 +39,8 @@ pub struct SplitSequence {
     face_ends: Vec<u32>,
     /// Corners of each face when it is made, n_faces x 3.
     faces: Vec<[u32; 3]>,
-    /// End of each split's row in `moves`, n_vertices.
-    move_ends: Vec<u32>,
-    /// Corners, 3 x face + k, that move from the parent to the new vertex.
-    moves: Vec<u32>,
+    /// Corners, 3 x face + k, that move from the parent to each new vertex, n_vertices.
+    moves: Rows<u32>,
 }
 
 /// Rank and parent of a vertex of the surface.
@@ -75,8 +74,7 @@ impl SplitSequence {
             vertices,
             face_ends: Vec::new(),
             faces: Vec::new(),
-            move_ends: Vec::new(),
-            moves: Vec::new(),
+            moves: Rows::new(0, std::iter::empty()),
         };
         for (takes_place, merge) in sequence.takes_place.iter_mut().rev().zip(merges) {
             *takes_place = merge.takes_removed_place;
@@ -142,10 +140,8 @@ impl SplitSequence {
     pub fn faces(&self, n: usize) -> Vec<[u32; 3]> {
         let mut faces = self.faces[..self.face_ends[n] as usize].to_vec();
         let corners = faces.as_flattened_mut();
-        let mut start = self.move_ends[self.n_roots - 1] as usize;
-        for (vertex, &end) in (self.n_roots as u32..).zip(&self.move_ends[self.n_roots..n]) {
-            self.moves[start..end as usize].iter().for_each(|&corner| corners[corner as usize] = vertex);
-            start = end as usize;
+        for vertex in self.n_roots..n {
+            self.moves.row(vertex).iter().for_each(|&corner| corners[corner as usize] = vertex as u32);
         }
         faces
     }
@@ -172,7 +168,7 @@ impl SplitSequence {
     fn sort_faces(&mut self, pulse: Pulse, faces: &[[u32; 3]], links: &[Link]) {
         let n = self.vertices.len();
         let n_roots = self.n_roots as u32;
-        let (mut face_ends, mut move_ends) = (vec![0; n + 1], vec![0; n]);
+        let mut face_ends = vec![0; n + 1];
         // Counting sort by the split that makes each face; faces of the smallest mesh count for its last vertex.
         let made = pulse.map(faces, |&face| follow_corners(face, n_roots, links, |_, _| ()));
         made.iter().for_each(|(birth, _)| face_ends[*birth as usize + 1] += 1);
@@ -194,16 +190,8 @@ impl SplitSequence {
             moves
         };
         let moves: Vec<Vec<(u32, u32)>> = faces.par_chunks(CHUNK).zip(slots.par_chunks(CHUNK)).map(moves_of).collect();
-        moves.iter().flatten().for_each(|(vertex, _)| move_ends[*vertex as usize] += 1);
-        let mut sum = 0;
-        move_ends.iter_mut().for_each(|end| sum += std::mem::replace(end, sum));
-        self.moves = vec![0; sum as usize];
-        for (vertex, corner) in moves.into_iter().flatten() {
-            let end = &mut move_ends[vertex as usize];
-            self.moves[*end as usize] = corner;
-            *end += 1;
-        }
-        (self.face_ends, self.move_ends) = (face_ends, move_ends);
+        self.moves = Rows::new(n, moves.iter().flatten().copied());
+        self.face_ends = face_ends;
     }
 }
 

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use super::compaction::Compaction;
+use crate::linalg::Rows;
+use crate::mesh::half_edges::{HalfEdge, for_each_edge};
 
 pub(super) const NONE: u32 = u32::MAX;
-const SORTED_FROM: usize = 32;
 
 #[derive(Clone, Default)]
 pub(super) struct CornerTable {
@@ -69,37 +70,24 @@ impl Iterator for VertexWalk<'_> {
 impl CornerTable {
     /// Builds the table of a closed complex; sorts the faces by their smallest vertices.
     pub fn new(n_vertices: usize, faces: impl Iterator<Item = [u32; 3]> + Clone) -> Self {
-        let smallest = |[a, b, c]: [u32; 3]| a.min(b).min(c) as usize;
-        // Counting sort of the faces by their smallest vertex.
-        let mut places = vec![0u32; n_vertices + 1];
-        faces.clone().for_each(|face| places[smallest(face) + 1] += 4);
-        (0..n_vertices).for_each(|v| places[v + 1] += places[v]);
-        let mut vertices = vec![NONE; places[n_vertices] as usize];
-        for face in faces {
-            let place = &mut places[smallest(face)];
-            vertices[*place as usize..][..3].copy_from_slice(&face);
-            *place += 4;
-        }
-        let mut table = Self { across: vec![NONE; vertices.len()], vertices };
-        // Corners whose opposite edges have one smaller end form a linked list, stored in `across` for now.
-        let mut firsts = vec![NONE; n_vertices];
-        for c in 0..table.vertices.len() as u32 {
-            if c & 3 != 3 {
-                let first = &mut firsts[table.ends(c)[0] as usize];
-                table.across[c as usize] = std::mem::replace(first, c);
+        let faces = Rows::new(n_vertices, faces.map(|[a, b, c]| (a.min(b).min(c), [a, b, c]))).into_items();
+        let mut across = vec![NONE; 4 * faces.len()];
+        let opposite = |side: HalfEdge| previous(side.half_edge / 3 * 4 + side.half_edge % 3);
+        for_each_edge(n_vertices, &faces, |_, sides| {
+            // A lone edge is left open; closed input has none.
+            if let &[one, other] = sides {
+                let [one, other] = [one, other].map(opposite);
+                (across[one as usize], across[other as usize]) = (other, one);
             }
-        }
-        // Within each list, corners with one larger end are then matched.
-        let mut edges = Vec::new();
-        for mut c in firsts {
-            edges.clear();
-            while c != NONE {
-                edges.push((table.ends(c)[1], c));
-                c = table.corner_across(c);
-            }
-            match_edges(&mut edges, &mut table.across);
-        }
-        table
+        });
+        let mut vertices = vec![NONE; across.len()];
+        vertices
+            .as_chunks_mut::<4>()
+            .0
+            .iter_mut()
+            .zip(&faces)
+            .for_each(|(slots, face)| slots[..3].copy_from_slice(face));
+        Self { vertices, across }
     }
 
     pub fn corners(&self) -> impl Iterator<Item = u32> {
@@ -118,11 +106,6 @@ impl CornerTable {
     #[inline(always)]
     pub fn edge(&self, corner: u32) -> [u32; 2] {
         [self.vertex(next(corner)), self.vertex(previous(corner))]
-    }
-
-    fn ends(&self, corner: u32) -> [u32; 2] {
-        let [a, b] = self.edge(corner);
-        [a.min(b), a.max(b)]
     }
 
     #[inline(always)]
@@ -216,27 +199,6 @@ pub(super) fn renumber_corner(faces: &[u32], corner: u32) -> u32 {
     4 * faces[corner as usize / 4] + (corner & 3)
 }
 
-/// Joins the two corners opposite each edge of a vertex; `edges` lists other ends with these corners.
-fn match_edges(edges: &mut [(u32, u32)], across: &mut [u32]) {
-    // Sorting makes partners adjacent, which keeps the search below linear at vertices of high valence.
-    if edges.len() > SORTED_FROM {
-        edges.sort_unstable();
-    }
-    let mut rest = edges;
-    while let [(end, corner), others @ ..] = rest {
-        // A lone edge is left open; closed input has none.
-        if let Some(at) = others.iter().position(|(other, _)| other == end) {
-            let other = others[at].1;
-            (across[*corner as usize], across[other as usize]) = (other, *corner);
-            others.swap(0, at);
-            rest = &mut others[1..];
-        } else {
-            across[*corner as usize] = NONE;
-            rest = others;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -257,7 +219,11 @@ mod tests {
             let (rings, corners) = close_mesh(&mesh);
             for c in corners.corners() {
                 let across = corners.corner_across(c);
-                assert_eq!((corners.corner_across(across), corners.ends(across)), (c, corners.ends(c)));
+                let ends = |corner| {
+                    let [a, b] = corners.edge(corner);
+                    [a.min(b), a.max(b)]
+                };
+                assert_eq!((corners.corner_across(across), ends(across)), (c, ends(c)));
                 assert_eq!(corners.number_of_edge(c), corners.number_of_edge(across));
                 let v = corners.vertex(c);
                 if v as usize >= rings.n_vertices() {

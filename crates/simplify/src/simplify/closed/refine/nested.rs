@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::geometry::crossing::triangles_cross;
 use crate::geometry::triangle::{area_normal, unit_normal};
+use crate::linalg::Rows;
 use crate::simplify::closed::dropping::{output_components, vertex_components};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
@@ -190,15 +191,13 @@ impl<'a> OriginalComponents<'a> {
 
 // Each component has its own tree: one tree over all would visit every component where they overlap.
 struct ComponentTrees {
-    faces: Vec<Vec<u32>>,
+    faces: Rows<u32>,
     trees: Vec<OnceLock<NearestOnTriangles>>,
 }
 
 impl ComponentTrees {
-    fn new(of_faces: impl Iterator<Item = u32>, n: usize) -> Self {
-        let mut faces = vec![Vec::new(); n];
-        (0..).zip(of_faces).for_each(|(f, component)| faces[component as usize].push(f));
-        Self { faces, trees: (0..n).map(|_| OnceLock::new()).collect() }
+    fn new(of_faces: impl Iterator<Item = u32> + Clone, n: usize) -> Self {
+        Self { faces: Rows::new(n, of_faces.zip(0..)), trees: (0..n).map(|_| OnceLock::new()).collect() }
     }
 
     fn nearest(
@@ -208,7 +207,7 @@ impl ComponentTrees {
         triangle: &dyn Fn(u32) -> [[f32; 3]; 3],
         accept: &dyn Fn(u32) -> bool,
     ) -> Option<Hit> {
-        let faces = &self.faces[component as usize];
+        let faces = self.faces.row(component as usize);
         let tree = self.trees[component as usize]
             .get_or_init(|| NearestOnTriangles::new(&faces.iter().map(|&f| triangle(f)).collect::<Vec<_>>()));
         let hit = tree.nearest_within(point.as_dvec3(), within, |i| accept(faces[i as usize]))?;

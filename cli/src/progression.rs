@@ -1,7 +1,5 @@
 //! `neural-mesh progression`: one collapse whose levels `simplify` reads, and a page that shows them.
 
-mod page;
-
 use std::path::Path;
 
 use neural_mesh::io::{FilesRead, Format};
@@ -15,6 +13,8 @@ use crate::files::{self, OutputPaths};
 use crate::interrupt;
 use crate::messages::{MessageStream, group_digits};
 use crate::names::is_stream;
+use crate::page::embed_file;
+use crate::page::empty_pages::empty_page;
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::request::Request;
@@ -59,7 +59,7 @@ fn write_progression(args: &ProgressionArgs, read: &FilesRead) -> Result<(), Fai
     check_reopens(&bytes, &request)?;
     let mut pending = vec![files::prepare_file(&args.output, &bytes, args.force)?];
     if let Some(path) = &args.html {
-        let page = page::create_page(&progression.files[0].0, &bytes);
+        let page = embed_file(empty_page("progression.html"), &progression.files[0].0, &bytes);
         pending.push(files::prepare_file(path, page.as_bytes(), args.force)?);
     }
     let seconds = progress.seconds();
