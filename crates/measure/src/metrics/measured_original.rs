@@ -33,11 +33,7 @@ impl<'a> MeasuredOriginal<'a> {
 
     /// Measures the distance with `n_samples` per surface.
     pub fn quick_distance(&self, simplified: &TriMesh, n_samples: usize, seed: u64) -> Option<QuickDistance> {
-        if self.mesh.faces().is_empty() || simplified.faces().is_empty() || n_samples == 0 {
-            return None;
-        }
-        let tree = face_tree(simplified);
-        Some(quick_distance_by_trees([self.mesh, simplified], [&self.tree, &tree], n_samples, seed))
+        quick_distance_by_trees([self.mesh, simplified], [&self.tree, &face_tree(simplified)], n_samples, seed)
     }
 
     /// Bounds the distance by at most `most` visits per direction; also returns the number of visits.
@@ -47,12 +43,6 @@ impl<'a> MeasuredOriginal<'a> {
         tolerance: &DistanceTolerance,
         most: u64,
     ) -> (Option<CertifiedDistance>, u64) {
-        if self.mesh.faces().is_empty() || simplified.faces().is_empty() {
-            return (None, 0);
-        }
-        let tree = face_tree(simplified);
-        let trees = [&self.tree, &tree];
-        let (distance, n_visits) = certified_distance_by_trees([self.mesh, simplified], trees, tolerance, most);
-        (Some(distance), n_visits)
+        certified_distance_by_trees([self.mesh, simplified], [&self.tree, &face_tree(simplified)], tolerance, most)
     }
 }

@@ -54,30 +54,30 @@ pub struct QuickDistance {
 /// assert_eq!((distance.mean, distance.max), (0.5, 0.5));
 /// ```
 pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize, seed: u64) -> Option<QuickDistance> {
-    if original.faces().is_empty() || simplified.faces().is_empty() || n_samples == 0 {
-        return None;
-    }
     let trees = rayon::join(|| face_tree(original), || face_tree(simplified));
-    Some(quick_distance_by_trees([original, simplified], [&trees.0, &trees.1], n_samples, seed))
+    quick_distance_by_trees([original, simplified], [&trees.0, &trees.1], n_samples, seed)
 }
 
-/// Measures as [`quick_distance`] with the trees of two meshes that have faces.
+/// Measures as [`quick_distance`] with the trees of both meshes.
 pub(super) fn quick_distance_by_trees(
     [original, simplified]: [&TriMesh; 2],
     [original_tree, simplified_tree]: [&FaceTree; 2],
     n_samples: usize,
     seed: u64,
-) -> QuickDistance {
+) -> Option<QuickDistance> {
+    if original.faces().is_empty() || simplified.faces().is_empty() || n_samples == 0 {
+        return None;
+    }
     let (forward, backward) = rayon::join(
         || one_way_distance([original, simplified], [original_tree, simplified_tree], n_samples, seed),
         || one_way_distance([simplified, original], [simplified_tree, original_tree], n_samples, seed),
     );
-    QuickDistance {
+    Some(QuickDistance {
         mean: 0.5 * (forward.mean + backward.mean),
         max: forward.max.max(backward.max),
         diagonal: original_tree.diagonal(),
         n_samples: forward.n_samples.min(backward.n_samples),
-    }
+    })
 }
 
 /// Returns the point of either surface farthest from the other; `None` if a mesh has no faces.

@@ -39,3 +39,36 @@ pub fn edges(mesh: &TriMesh) -> Vec<Edge> {
     });
     edges
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
+    use std::collections::BTreeMap;
+
+    fn naive(mesh: &TriMesh) -> Vec<Edge> {
+        let mut found: BTreeMap<[u32; 2], Edge> = BTreeMap::new();
+        for (face, &[a, b, c]) in (0..).zip(mesh.faces()) {
+            for [a, b] in [[a, b], [b, c], [c, a]] {
+                let ends = [a.min(b), a.max(b)];
+                let edge = found.entry(ends).or_insert(Edge { ends, up: 0, down: 0, face });
+                *(if a < b { &mut edge.up } else { &mut edge.down }) += 1;
+            }
+        }
+        found.into_values().collect()
+    }
+
+    #[test]
+    fn agree_with_a_map_on_random_soups() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+        for round in 0..40 {
+            let n = 4 + round % 9;
+            let mut vertex = || rng.next_u32() % n;
+            let faces: Vec<[u32; 3]> = (0..3 * round).map(|_| [vertex(), vertex(), vertex()]).collect();
+            let faces = faces.into_iter().filter(|&[a, b, c]| a != b && b != c && c != a).collect();
+            let mesh = TriMesh::new(vec![[0.0; 3]; n as usize], faces).unwrap();
+            assert_eq!(edges(&mesh), naive(&mesh));
+        }
+    }
+}

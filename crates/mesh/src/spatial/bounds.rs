@@ -20,21 +20,6 @@ impl Bounds {
         points.iter().map(of_point).reduce(|all, point| all.union(&point)).unwrap_or(Self::EMPTY)
     }
 
-    /// Returns the bounding box of a triangle, as [`from_points`](Self::from_points).
-    #[inline(always)]
-    pub fn from_triangle([a, b, c]: &[[f32; 3]; 3]) -> Self {
-        let of_point = |&p: &[f32; 3]| Self { low: p, high: p };
-        of_point(a).union(&of_point(b)).union(&of_point(c))
-    }
-
-    /// Returns the squared distance of a point from the box, 0 inside.
-    #[inline(always)]
-    pub fn distance2_to(&self, p: [f32; 3]) -> f32 {
-        let outside = |k: usize| (self.low[k] - p[k]).max(p[k] - self.high[k]).max(0.0);
-        let [x, y, z] = [outside(0), outside(1), outside(2)];
-        x * x + y * y + z * z
-    }
-
     /// Returns the smallest box around two boxes.
     #[inline(always)]
     pub fn union(&self, other: &Self) -> Self {

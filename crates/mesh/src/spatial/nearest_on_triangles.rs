@@ -220,12 +220,7 @@ impl<A: Fn(u32) -> bool> TreeQuery for ClosestQuery<'_, A> {
             return;
         }
         self.n_visits += 1;
-        // Most triangles of a leaf are out of reach by their boxes already.
-        let corners = &self.tree.corners[i];
-        if Bounds::from_triangle(corners).distance2_to(self.p.as_vec3().to_array()) > self.limit {
-            return;
-        }
-        let hit = hit_triangle(corners, triangle, self.p);
+        let hit = hit_triangle(&self.tree.corners[i], triangle, self.p);
         if (hit.distance2, hit.triangle) < (self.hit.distance2, self.hit.triangle) {
             self.hit = hit;
             self.limit = if self.is_any { f32::NEG_INFINITY } else { limit(hit.distance2, self.p) };

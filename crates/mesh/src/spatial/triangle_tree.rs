@@ -57,12 +57,6 @@ pub(super) trait TreeQuery {
     /// Returns distances to the children's boxes, by which they are visited; infinite for a box that is left out.
     fn distances(&mut self, node: &TriangleNode) -> [f32; 4];
 
-    /// Returns the order in which the children are visited: by distance.
-    #[inline(always)]
-    fn order(&self, distances: &[f32; 4]) -> [usize; 4] {
-        sort_by_distance(distances)
-    }
-
     /// Returns whether a box at this distance can still change the result.
     fn reaches(&self, distance: f32) -> bool;
 
@@ -97,7 +91,7 @@ impl TriangleTree {
     fn descend(&self, node: u32, query: &mut impl TreeQuery) {
         let node = &self.nodes[node as usize];
         let distances = query.distances(node);
-        for child in query.order(&distances) {
+        for child in sort_by_distance(&distances) {
             let first = node.first[child];
             match node.len[child] {
                 NO_CHILD => {}
@@ -142,11 +136,8 @@ impl<V: FnMut(u32)> TreeQuery for OverlapQuery<'_, V> {
                     & (self.bounds.low[axis] <= node.high[axis][child]);
             }
         }
-        overlaps.map(|overlaps| if overlaps { 0.0 } else { f32::INFINITY })
-    }
-
-    fn order(&self, _: &[f32; 4]) -> [usize; 4] {
-        [0, 1, 2, 3]
+        // The children's numbers keep their order.
+        std::array::from_fn(|child| if overlaps[child] { child as f32 } else { f32::INFINITY })
     }
 
     fn reaches(&self, distance: f32) -> bool {
@@ -154,7 +145,7 @@ impl<V: FnMut(u32)> TreeQuery for OverlapQuery<'_, V> {
     }
 
     fn test(&mut self, i: usize) {
-        if Bounds::from_triangle(&self.tree.corners[i]).overlaps(&self.bounds) {
+        if Bounds::from_points(&self.tree.corners[i]).overlaps(&self.bounds) {
             (self.visit)(self.tree.triangle_idx[i]);
         }
     }

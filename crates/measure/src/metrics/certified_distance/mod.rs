@@ -53,14 +53,11 @@ pub fn certified_distance(
     simplified: &TriMesh,
     tolerance: &DistanceTolerance,
 ) -> Option<CertifiedDistance> {
-    if original.faces().is_empty() || simplified.faces().is_empty() {
-        return None;
-    }
     let [own, other] = [original, simplified].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
-    Some(certified_distance_by_trees([original, simplified], [&own, &other], tolerance, u64::MAX).0)
+    certified_distance_by_trees([original, simplified], [&own, &other], tolerance, u64::MAX).0
 }
 
-/// Bounds the distance by at most `most` visits per direction, with the trees of two meshes that have faces.
+/// Bounds the distance by at most `most` visits per direction, with the trees of both meshes.
 ///
 /// Also returns the number of visits.
 pub(super) fn certified_distance_by_trees(
@@ -68,7 +65,10 @@ pub(super) fn certified_distance_by_trees(
     [own, other]: [&FaceTree; 2],
     tolerance: &DistanceTolerance,
     most: u64,
-) -> (CertifiedDistance, u64) {
+) -> (Option<CertifiedDistance>, u64) {
+    if original.faces().is_empty() || simplified.faces().is_empty() {
+        return (None, 0);
+    }
     let diagonal = original.diagonal();
     let tolerance = DistanceTolerance { enough: tolerance.enough.max(SMALLEST * diagonal), ..*tolerance };
     let mut bounds = DistanceBounds { lower: 0.0, upper: 0.0, tolerance };
@@ -90,7 +90,7 @@ pub(super) fn certified_distance_by_trees(
         bounds.upper = farthest_apart(original, simplified);
     }
     let n_visits = targets.iter().map(TargetSurface::n_visits).sum();
-    (CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal }, n_visits)
+    (Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal }), n_visits)
 }
 
 /// Returns a proved upper bound of the largest distance, within 1 % of the true one.
