@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use glam::{DVec3, Vec3};
 use neural_mesh::mesh::{TriMesh, shapes};
-use neural_mesh::simplify::{Options, Record, Simplified, SimplifyError, Target, simplify_recorded};
+use neural_mesh::simplify::{Options, Record, Simplified, SimplifyError, Size, simplify_recorded};
 use neural_mesh::spatial::NearestOnTriangles;
 
 /// Descents between two simplifications; the connectivity is constant between them.
@@ -40,7 +40,7 @@ fn loss(vertices: &[[f32; 3]], faces: &[[u32; 3]], points: &[Vec3]) -> (f64, Vec
 
 /// Simplifies `mesh` to 300 vertices, with the record of the run.
 fn simplified(mesh: &TriMesh) -> Result<(Simplified, Record), SimplifyError> {
-    simplify_recorded(mesh, None, &Options::new(Target::Vertices(300)), &mut |_| ControlFlow::Continue(()))
+    simplify_recorded(mesh, None, &Options::new(Size::Vertices(300)), &mut |_| ControlFlow::Continue(()))
 }
 
 /// Smooths a gradient: each vertex gets the mean over the faces around it.

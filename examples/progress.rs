@@ -11,7 +11,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use neural_mesh::mesh::{TriMesh, shapes};
-use neural_mesh::simplify::{Event, Options, SimplifyError, Target, simplify};
+use neural_mesh::simplify::{Event, Options, SimplifyError, Size, simplify};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     // The torus has twice as many vertices around as across.
     let across = (faces / 4.0).sqrt().round() as u32;
     let mesh = shapes::torus(2 * across, across, 1.0, 0.4);
-    let options = Options::new(Target::Ratio(ratio));
+    let options = Options::new(Size::Ratio(ratio));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build()?;
     let whole = pool.install(|| stages(&mesh, &options))?;
     match stops {

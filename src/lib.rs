@@ -6,7 +6,7 @@
 //! ```
 //! use std::ops::ControlFlow;
 //! use neural_mesh::mesh::{RawMesh, cleanup::{CleanOptions, clean}, shapes};
-//! use neural_mesh::simplify::{ClosedOptions, Options, Target, simplify};
+//! use neural_mesh::simplify::{ClosedOptions, Options, Size, simplify};
 //!
 //! // Positions and triangles from any source; `io::read` reads them from a file.
 //! let (positions, faces) = shapes::torus(64, 32, 1.0, 0.4).into_parts();
@@ -15,7 +15,7 @@
 //!
 //! // The frame says how coordinates are rounded when written.
 //! let closed = ClosedOptions { frame: input.frame, ..ClosedOptions::default() };
-//! let options = Options::with_closed(Target::Ratio(0.1), closed);
+//! let options = Options::with_closed(Size::Ratio(0.1), closed);
 //! let result = simplify(&input.mesh, None, &options, &mut |_| ControlFlow::Continue(()))?;
 //! assert_eq!(result.mesh.positions().len(), 204); // of 2048
 //! assert!(neural_mesh::mesh::topology(&result.mesh).is_closed_manifold());

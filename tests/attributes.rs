@@ -9,7 +9,7 @@ use neural_mesh::mesh::{
     Attributes, Channel, FeatureEdge, Role, TriMesh, edges, seams, shapes, topology, vertex_normals, with_flat_normals,
 };
 use neural_mesh::metrics::quick_distance;
-use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, SEAM_ERROR, Simplified, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, SEAM_ERROR, Simplified, Size, simplify};
 
 fn simplify_with_attributes(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Simplified {
     let input = with_changes(Input::bare(mesh), |input| input.attributes = attributes);
@@ -57,8 +57,7 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
         (false, 150, SEAM_ERROR),
     ] {
         attributes.groups = if with_groups { groups.clone() } else { Vec::new() };
-        let options =
-            Options::with_closed(Target::Vertices(n), ClosedOptions { seam_error, ..ClosedOptions::default() });
+        let options = Options::with_closed(Size::Vertices(n), ClosedOptions { seam_error, ..ClosedOptions::default() });
         let result = simplify_with_attributes(&mesh, &attributes, &options);
         assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
         assert!(topology(&result.mesh).is_closed_manifold());
@@ -112,7 +111,7 @@ fn stripes_from_a_palette_keep_their_areas() {
         dark / all
     };
     let before = dark_share(&mesh, &attributes);
-    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Ratio(0.05)));
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Size::Ratio(0.05)));
     assert_eq!(result.report.outcome, Outcome::Reached);
     let after = dark_share(&result.mesh, &result.attributes);
     assert!((after - before).abs() < 0.02, "{before} {after}");
@@ -145,7 +144,7 @@ fn a_seam_within_one_chart_stays_a_seam() {
     let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
     let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
     let attributes = Attributes { wedges, channels, groups: Vec::new() };
-    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(300)));
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Size::Vertices(300)));
     for wedges in &result.attributes.wedges {
         let u = wedges.map(|wedge| result.attributes.channels[0].value(wedge)[0]);
         let width = u.iter().copied().fold(f32::MIN, f32::max) - u.iter().copied().fold(f32::MAX, f32::min);
@@ -171,7 +170,7 @@ fn held_vertices_never_spoil_the_rest() {
     let (mesh, attributes) = build_patches(12.0);
     let far = |found: &TriMesh| quick_distance(&mesh, found, 8000, 0).unwrap().mean;
     for n in [4000, 700, 500] {
-        let options = Options::new(Target::Vertices(n));
+        let options = Options::new(Size::Vertices(n));
         let [held, bare] =
             [&attributes, &Attributes::default()].map(|it| simplify_with_attributes(&mesh, it, &options));
         let (held_far, bare_far) = (far(&held.mesh), far(&bare.mesh));
@@ -182,7 +181,7 @@ fn held_vertices_never_spoil_the_rest() {
     }
     // With held shapes the size gives way instead.
     let holding = ClosedOptions { hold_shape: Some(0.01), ..ClosedOptions::default() };
-    let held = simplify_with_attributes(&mesh, &attributes, &Options::with_closed(Target::Vertices(500), holding));
+    let held = simplify_with_attributes(&mesh, &attributes, &Options::with_closed(Size::Vertices(500), holding));
     assert!(matches!(&held.report.outcome, Outcome::Stopped(why) if why.contains("would damage the shape")));
     assert!((501..4000).contains(&held.mesh.positions().len()));
 }
@@ -202,7 +201,7 @@ fn free_curves_keep_materials_and_charts_apart() {
     let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
     let attributes = Attributes { groups, wedges, channels };
     for n in [400, 60, 12] {
-        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(n)));
+        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Size::Vertices(n)));
         assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
         for (face, (wedges, group)) in
             result.mesh.faces().iter().zip(result.attributes.wedges.iter().zip(&result.attributes.groups))
@@ -220,7 +219,7 @@ fn free_curves_keep_materials_and_charts_apart() {
 fn flat_shading_holds_nothing_and_stays_flat() {
     let mesh = shapes::wavy_sphere(5, 6.0);
     let flat = with_flat_normals(&mesh, &Attributes::default(), "NORMAL");
-    let options = Options::new(Target::Vertices(150));
+    let options = Options::new(Size::Vertices(150));
     let [result, bare] = [&flat, &Attributes::default()].map(|it| simplify_with_attributes(&mesh, it, &options));
     assert_eq!((&result.report.outcome, &result.mesh), (&Outcome::Reached, &bare.mesh));
     assert_eq!(result.attributes, with_flat_normals(&bare.mesh, &Attributes::default(), "NORMAL"));
@@ -241,7 +240,7 @@ fn hard_edges_make_way_and_stay_where_they_are() {
     let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
     let attributes = Attributes { wedges, channels, groups: Vec::new() };
     for n in [400, 40] {
-        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(n)));
+        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Size::Vertices(n)));
         assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
         assert!(topology(&result.mesh).is_closed_manifold());
         let off = |seam: &FeatureEdge| {
@@ -269,7 +268,7 @@ fn small_charts_yield_to_the_requested_size() {
     let wedges = (0..n_faces).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
     let channels = vec![Channel { name: "uv".into(), role: Role::Uv, width: 2, values }];
     let attributes = Attributes { wedges, channels, groups: Vec::new() };
-    let size = Target::Vertices(230);
+    let size = Size::Vertices(230);
     let held = simplify_with_attributes(
         &mesh,
         &attributes,
@@ -301,7 +300,7 @@ fn locked_boundaries_keep_every_bit() {
     };
     for n in [1500, 250, 150] {
         let options = Options::with_closed(
-            Target::Vertices(n),
+            Size::Vertices(n),
             ClosedOptions { lock_boundaries: true, ..ClosedOptions::default() },
         );
         let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
@@ -310,7 +309,7 @@ fn locked_boundaries_keep_every_bit() {
         assert_eq!(result.report.locked_vertices, 120);
     }
     let options =
-        Options::with_closed(Target::Vertices(50), ClosedOptions { lock_boundaries: true, ..ClosedOptions::default() });
+        Options::with_closed(Size::Vertices(50), ClosedOptions { lock_boundaries: true, ..ClosedOptions::default() });
     let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
     assert!(result.mesh.positions().len() >= 120 && result.report.outcome != Outcome::Reached);
     assert_eq!(boundary(&result.mesh), boundary(&mesh));
@@ -321,7 +320,7 @@ fn a_subset_moves_no_vertex() {
     let mesh = shapes::wavy_sphere(5, 7.0);
     for n in [2000, 300] {
         let options =
-            Options::with_closed(Target::Vertices(n), ClosedOptions { subset: true, ..ClosedOptions::default() });
+            Options::with_closed(Size::Vertices(n), ClosedOptions { subset: true, ..ClosedOptions::default() });
         let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
         let sources = result.source_vertices.unwrap();
         assert_eq!(result.mesh.positions().len(), n);
@@ -335,7 +334,7 @@ fn a_subset_moves_no_vertex() {
 #[test]
 fn the_map_leads_from_every_corner_to_a_point_near_it() {
     let (mesh, attributes) = charted_sphere();
-    let options = Options::with_closed(Target::Vertices(700), ClosedOptions { map: true, ..ClosedOptions::default() });
+    let options = Options::with_closed(Size::Vertices(700), ClosedOptions { map: true, ..ClosedOptions::default() });
     for attributes in [&attributes, &Attributes::default()] {
         let result = simplify_with_attributes(&mesh, attributes, &options);
         let map = result.map.unwrap();
@@ -356,7 +355,7 @@ fn the_map_leads_from_every_corner_to_a_point_near_it() {
     let whole = simplify_with_attributes(
         &mesh,
         &attributes,
-        &Options::with_closed(Target::Ratio(1.0), ClosedOptions { map: true, ..ClosedOptions::default() }),
+        &Options::with_closed(Size::Ratio(1.0), ClosedOptions { map: true, ..ClosedOptions::default() }),
     );
     assert_eq!(whole.map.unwrap().output_vertices, (0..mesh.positions().len() as u32).collect::<Vec<_>>());
 }
@@ -365,7 +364,7 @@ fn the_map_leads_from_every_corner_to_a_point_near_it() {
 fn creases_stay_edges() {
     let mesh = shapes::cuboid([1.0, 0.6, 0.3], 24);
     let options = Options::with_closed(
-        Target::Vertices(60),
+        Size::Vertices(60),
         ClosedOptions { crease_angle: Some(40.0), ..ClosedOptions::default() },
     );
     let result = simplify_with_attributes(&mesh, &Attributes::default(), &options);
@@ -386,7 +385,7 @@ fn attributes_of_another_mesh_are_refused() {
     let mesh = shapes::icosphere(1);
     let attributes = Attributes { groups: vec![1], ..Attributes::default() };
     let input = with_changes(Input::bare(&mesh), |input| input.attributes = &attributes);
-    let result = simplify(input, None, &Options::new(Target::Vertices(9)), &mut |_| ControlFlow::Continue(()));
+    let result = simplify(input, None, &Options::new(Size::Vertices(9)), &mut |_| ControlFlow::Continue(()));
     assert!(result.is_err_and(|error| error.to_string().contains("attributes")));
 }
 
@@ -437,7 +436,7 @@ fn rough(x: f32, y: f32) -> f32 {
 fn the_boundary_of_a_rough_terrain_stays_straight() {
     let mesh = terrain(80, rough);
     for ratio in [0.3, 0.1] {
-        let result = simplify_with_attributes(&mesh, &Attributes::default(), &Options::new(Target::Ratio(ratio)));
+        let result = simplify_with_attributes(&mesh, &Attributes::default(), &Options::new(Size::Ratio(ratio)));
         let boundary = edges(&result.mesh).into_iter().filter(|edge| edge.n_faces() == 1).flat_map(|edge| edge.ends);
         let off = |v: u32| {
             let [x, y, _] = result.mesh.positions()[v as usize];
@@ -455,7 +454,7 @@ fn values_are_fitted_over_the_faces() {
     for (role, width) in [(Role::Colour, 3), (Role::Uv, 2)] {
         let attributes = at_vertices(&mesh, role, width, |p| vec![meant(p); width]);
         let options =
-            Options::with_closed(Target::Vertices(150), ClosedOptions { map: true, ..ClosedOptions::default() });
+            Options::with_closed(Size::Vertices(150), ClosedOptions { map: true, ..ClosedOptions::default() });
         let result = simplify_with_attributes(&mesh, &attributes, &options);
         let map = result.map.unwrap();
         let nearest = |f: usize| {
@@ -479,7 +478,7 @@ fn values_of_vertices_that_stay_are_those_of_the_input() {
     let subset = ClosedOptions { subset: true, ..ClosedOptions::default() };
     let locked = ClosedOptions { lock_boundaries: true, ..ClosedOptions::default() };
     for (options, is_locked) in [(subset, false), (locked, true)] {
-        let result = simplify_with_attributes(&mesh, &attributes, &Options::with_closed(Target::Ratio(0.2), options));
+        let result = simplify_with_attributes(&mesh, &attributes, &Options::with_closed(Size::Ratio(0.2), options));
         let is_inner = |p: Vec3| is_locked && [p.x, p.y].iter().all(|x| (0.001..0.999).contains(x));
         for (face, wedges) in result.mesh.faces().iter().zip(&result.attributes.wedges) {
             for (&v, &wedge) in face.iter().zip(wedges) {
@@ -495,7 +494,7 @@ fn vertices_stay_where_colours_change() {
     let mesh = shapes::grid(60, 60);
     let meant = |p: Vec3| (4.0 * ((p.x - 0.5).powi(2) + (p.y - 0.5).powi(2)).sqrt() - 0.6).clamp(0.0, 1.0);
     let attributes = at_vertices(&mesh, Role::Colour, 3, |p| vec![meant(p); 3]);
-    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(80)));
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Size::Vertices(80)));
     let error = error(&result.mesh, |f| at_corners(&result.attributes, f), meant);
     assert!(error < 0.03, "{error}");
 }
@@ -512,7 +511,7 @@ fn small_charts_do_not_hold_what_is_around_them() {
     cells.dedup();
     let groups = groups.iter().map(|cell| cells.binary_search(cell).unwrap() as u32).collect();
     let attributes = Attributes { groups, ..Attributes::default() };
-    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(1200)));
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Size::Vertices(1200)));
     assert!(topology(&result.mesh).is_closed_manifold());
     let left: BTreeSet<u32> = result.attributes.groups.iter().copied().collect();
     assert_eq!((result.report.outcome, left.len()), (Outcome::Reached, cells.len()));
@@ -545,7 +544,7 @@ fn normals_are_fitted_over_the_faces() {
         Vec3::new(-slope[0], -slope[1], 1.0).normalize()
     };
     let attributes = at_vertices(&mesh, Role::Normal, 3, |p| meant(p).to_array().to_vec());
-    let options = Options::with_closed(Target::Vertices(150), ClosedOptions { map: true, ..ClosedOptions::default() });
+    let options = Options::with_closed(Size::Vertices(150), ClosedOptions { map: true, ..ClosedOptions::default() });
     let result = simplify_with_attributes(&mesh, &attributes, &options);
     let map = result.map.unwrap();
     let nearest = |f: usize| {
@@ -569,7 +568,7 @@ fn shading_does_not_jump_where_only_texture_or_material_does() {
     let groups = std::mem::take(&mut attributes.groups);
     for (with_groups, n) in [(false, 150), (true, 800), (false, 2000)] {
         attributes.groups = if with_groups { groups.clone() } else { Vec::new() };
-        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(n)));
+        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Size::Vertices(n)));
         assert!(topology(&result.mesh).is_closed_manifold());
         let mut of_vertices = vec![None; result.mesh.positions().len()];
         for (f, face) in result.mesh.faces().iter().enumerate() {
@@ -604,7 +603,7 @@ fn normals_follow_faces_that_were_wound_the_other_way() {
     let both = shapes::unite([&alone, &shapes::place(&strip, |[x, y, z]| [x + 9.0, y, z])]);
     for (mesh, follow) in [(&alone, true), (&alone, false), (&both, true)] {
         let (mesh, attributes) = with_inward_cap(mesh, follow);
-        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(300)));
+        let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Size::Vertices(300)));
         let triangle = |face: &[u32; 3]| face.map(|v| Vec3::from(result.mesh.positions()[v as usize]));
         let of_sphere = result.mesh.faces().iter().map(triangle).enumerate().filter(|(_, corners)| corners[0].x < 5.0);
         for (f, [a, b, c]) in of_sphere {
@@ -620,7 +619,7 @@ fn vertices_stay_where_normals_change() {
     // A flat sheet is shaded as if it bent in the middle.
     let meant = |p: Vec3| Vec3::new(0.8 * (1.0 - 4.0 * (p - 0.5).truncate().length()).max(0.0), 0.0, 1.0).normalize();
     let attributes = at_vertices(&mesh, Role::Normal, 3, |p| meant(p).to_array().to_vec());
-    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Target::Vertices(80)));
+    let result = simplify_with_attributes(&mesh, &attributes, &Options::new(Size::Vertices(80)));
     let error = normal_error(&result.mesh, |f| normals_at_corners(&result.attributes, f), meant);
     assert!(error < 0.03, "{error}");
 }

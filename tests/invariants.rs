@@ -11,10 +11,10 @@ use neural_mesh::linalg::test_values::run_on_threads;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh, shapes, topology};
 use neural_mesh::metrics::{Surface, surface_distance};
-use neural_mesh::simplify::{ClosedOptions, Options, Outcome, Simplified, SimplifyError, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, Outcome, Simplified, SimplifyError, Size, simplify};
 use proptest::prelude::*;
 
-fn simplify_to(mesh: &TriMesh, target: Target) -> Simplified {
+fn simplify_to(mesh: &TriMesh, target: Size) -> Simplified {
     simplify_valid(mesh, &Options::new(target))
 }
 
@@ -30,7 +30,7 @@ fn corners_and_creases_of_large_parts_stay() {
     let size = [3.0, 2.0, 1.0];
     let mesh = shapes::cuboid(size, 60);
     assert!(mesh.positions().len() > 20_000);
-    let lighter = simplify_to(&mesh, Target::Ratio(0.01));
+    let lighter = simplify_to(&mesh, Size::Ratio(0.01));
     let bounds: [f32; 3] = size.map(|x| x as f32);
     for corner in 0..8 {
         let place: [f32; 3] = std::array::from_fn(|k| if corner >> k & 1 == 1 { bounds[k] } else { 0.0 });
@@ -84,7 +84,7 @@ fn subdivide(mesh: &TriMesh) -> TriMesh {
 
 // Expects a closed mesh of the target size that survives welding, with all components but those reported as dropped.
 fn check(original: &TriMesh, ratio: f64) {
-    let target = Target::Ratio(ratio);
+    let target = Size::Ratio(ratio);
     let result = check_with(original, ratio, &Options::new(target));
     let components = topology(original).components - result.report.components_pruned;
     assert_eq!(topology(&result.mesh).components, components);
@@ -123,7 +123,7 @@ proptest! {
         let rotation = Quat::from_scaled_axis(turn.into());
         let turned = fine.positions().iter().map(|&p| (rotation * Vec3::from(p)).to_array()).collect();
         let fine = TriMesh::new(turned, fine.faces().to_vec()).unwrap();
-        let result = simplify_to(&fine, Target::Vertices(coarse.positions().len()));
+        let result = simplify_to(&fine, Size::Vertices(coarse.positions().len()));
         prop_assert_eq!(result.mesh.positions().len(), coarse.positions().len());
         assert_closed_manifold(&result.mesh);
         let [found, expected] = [&result.mesh, &fine].map(|mesh| Surface::new(mesh, 2000, 0));
@@ -158,7 +158,7 @@ fn closed_shapes_stay_closed() {
 fn threads_and_repetition_change_no_bit() {
     // The second mesh is large enough for parallel runs and blocks.
     for (mesh, ratio) in [(shapes::wavy_sphere(5, 20.0), 0.1), (shapes::torus(600, 300, 1.0, 0.4), 0.15)] {
-        let with = |n| run_on_threads(n, || simplify_to(&mesh, Target::Ratio(ratio)));
+        let with = |n| run_on_threads(n, || simplify_to(&mesh, Size::Ratio(ratio)));
         let first = with(1);
         for n_threads in [1, 2, 8] {
             assert_eq!(with(n_threads), first);
@@ -170,7 +170,7 @@ fn threads_and_repetition_change_no_bit() {
 fn what_is_collapsed_in_blocks_is_closed_and_of_the_size_asked_for() {
     let mesh = shapes::torus(600, 300, 1.0, 0.4);
     for ratio in [0.02, 0.15, 0.5, 0.9] {
-        let lighter = simplify_to(&mesh, Target::Ratio(ratio));
+        let lighter = simplify_to(&mesh, Size::Ratio(ratio));
         assert_eq!(lighter.mesh.positions().len(), (ratio * mesh.positions().len() as f64) as usize);
         assert_closed_manifold(&lighter.mesh);
         assert_same_topology(&mesh, &lighter.mesh);
@@ -181,7 +181,7 @@ fn what_is_collapsed_in_blocks_is_closed_and_of_the_size_asked_for() {
 fn progress_moves_forward_and_can_stop_the_run() {
     let mesh = shapes::icosphere(4);
     let mut stages: Vec<&str> = Vec::new();
-    let options = Options::new(Target::Ratio(0.1));
+    let options = Options::new(Size::Ratio(0.1));
     let done = simplify(&mesh, None, &options, &mut |event| {
         assert!((0.0..=1.0).contains(&event.done));
         if stages.last() != Some(&event.stage) {

@@ -8,7 +8,7 @@ use neural_mesh::io::read_path;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::metrics::{Surface, surface_distance};
-use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, ScoreSource, Simplified, Target};
+use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, ScoreSource, Simplified, Size};
 use neural_mesh::spatial::FaceTree;
 
 const NAMES: [&str; 2] = ["nefertiti.ply", "spot.ply"];
@@ -20,7 +20,7 @@ fn mesh(name: &str) -> TriMesh {
 
 fn simplify_to_ratio(mesh: &TriMesh, ratio: f64, optimize: Optimize, effort: Effort) -> Simplified {
     let options = ClosedOptions { optimize, effort, ..ClosedOptions::default() };
-    simplify_valid(mesh, &Options::with_closed(Target::Ratio(ratio), options))
+    simplify_valid(mesh, &Options::with_closed(Size::Ratio(ratio), options))
 }
 
 // Returns the logarithms of mean distance, largest distance and normal error, summed over meshes and ratios.
@@ -67,7 +67,7 @@ fn count_spikes(original: &FaceTree, result: &TriMesh, least: f64) -> usize {
 
 fn largest_component(mesh: &TriMesh) -> TriMesh {
     let options = ClosedOptions { prune_below: f64::MAX, ..ClosedOptions::default() };
-    let whole = Options::with_closed(Target::Ratio(1.0), options);
+    let whole = Options::with_closed(Size::Ratio(1.0), options);
     simplify_valid(mesh, &whole).mesh
 }
 

@@ -5,7 +5,7 @@ use crate::common::{
 };
 use glam::{DMat4, DVec3, Quat, Vec3};
 use neural_mesh::mesh::{Attributes, ScenePiece, TriMesh, UnitedMesh, shapes, topology};
-use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, ScoreSource, Simplified, Target};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, ScoreSource, Simplified, Size};
 
 fn simplify_to_ratio(mesh: &TriMesh, ratio: f64) -> Simplified {
     simplify_with_scores(mesh, ratio, ScoreSource::Network)
@@ -13,7 +13,7 @@ fn simplify_to_ratio(mesh: &TriMesh, ratio: f64) -> Simplified {
 
 fn simplify_with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
     let options = ClosedOptions { scores, prune: false, ..ClosedOptions::default() };
-    simplify_valid(mesh, &Options::with_closed(Target::Ratio(ratio), options))
+    simplify_valid(mesh, &Options::with_closed(Size::Ratio(ratio), options))
 }
 
 // Expects the target size, or a larger result with a reason.
@@ -132,7 +132,7 @@ fn shells_in_two_meshes_of_one_place_do_not_cross() {
         let input = with_changes(Input::bare(&united.mesh), |input| {
             (input.attributes, input.scene) = (&united.attributes, Some(&united));
         });
-        let options = Options::new(Target::Ratio(0.02));
+        let options = Options::new(Size::Ratio(0.02));
         let result = simplify_valid(input, &options);
         let pieces = united.split(&result.mesh, &result.attributes);
         n_outside([&pieces[0].0, &pieces[1].0])

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shapes, topology};
 use neural_mesh::metrics::quick_distance;
-use neural_mesh::simplify::{ClosedOptions, Input, Options, Purpose, Simplified, SimplifyError, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Purpose, Simplified, SimplifyError, Size, simplify};
 
 // Bends a point of a slab into three quarters of a ring.
 fn bend_point([x, y, z]: [f32; 3]) -> [f32; 3] {
@@ -23,7 +23,7 @@ fn slab() -> (TriMesh, Attributes) {
     (mesh, attributes)
 }
 
-fn for_purpose(target: Target, purpose: Purpose) -> Options {
+fn for_purpose(target: Size, purpose: Purpose) -> Options {
     Options::with_closed(target, ClosedOptions { purpose, ..ClosedOptions::default() })
 }
 
@@ -51,7 +51,7 @@ fn apply_pose(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {
 fn flat_regions_keep_vertices_that_bend_in_other_poses() {
     let (mesh, attributes) = slab();
     let distances = [Purpose::Shape, Purpose::Poses].map(|purpose| {
-        let options = for_purpose(Target::Vertices(60), purpose);
+        let options = for_purpose(Size::Vertices(60), purpose);
         let result = simplify_with_attributes(&mesh, &attributes, &options).unwrap();
         assert_eq!(result.mesh.positions().len(), 60);
         assert!(topology(&result.mesh).is_closed_manifold());
@@ -71,7 +71,7 @@ fn unknown_poses_are_nearer_with_the_pull_for_poses() {
     let limb = moved(&shapes::open_cylinder(24, 96), |[x, y, z]| [4.0 * z, 0.3 * y, 0.3 * x]);
     let ring = |mesh: &TriMesh| moved(mesh, bend_point);
     let [in_pose, in_pose_bending] = [Purpose::Shape, Purpose::Poses].map(|purpose| {
-        let options = for_purpose(Target::Vertices(150), purpose);
+        let options = for_purpose(Size::Vertices(150), purpose);
         let result = simplify_with_attributes(&limb, &Attributes::default(), &options).unwrap();
         assert_eq!(result.mesh.positions().len(), 150);
         assert!(quick_distance(&limb, &result.mesh, 20_000, 0).unwrap().mean < 0.02);
@@ -84,7 +84,7 @@ fn unknown_poses_are_nearer_with_the_pull_for_poses() {
 fn a_mesh_without_area_bends_nowhere() {
     let line =
         TriMesh::new((0..9).map(|i| [i as f32, 0.0, 0.0]).collect(), vec![[0, 3, 8], [1, 4, 7], [2, 5, 6]]).unwrap();
-    let options = for_purpose(Target::Ratio(0.5), Purpose::Poses);
+    let options = for_purpose(Size::Ratio(0.5), Purpose::Poses);
     let result = simplify_with_attributes(&line, &Attributes::default(), &options).unwrap();
     assert!(result.mesh.positions().iter().flatten().all(|x| x.is_finite()));
 }

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use neural_mesh::mesh::{TriMesh, shapes};
-use neural_mesh::simplify::{ClosedOptions, Options, Purpose, Record, Simplified, Target, simplify, simplify_recorded};
+use neural_mesh::simplify::{ClosedOptions, Options, Purpose, Record, Simplified, Size, simplify, simplify_recorded};
 
 fn simplify_and_record(mesh: &TriMesh, options: &Options) -> (Simplified, Record) {
     simplify_recorded(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
@@ -40,24 +40,21 @@ fn check(mesh: &TriMesh, options: &Options) -> Record {
 
 #[test]
 fn results_are_functions_of_the_input() {
-    for target in [Target::Ratio(0.05), Target::Ratio(0.3), Target::Ratio(0.7), Target::Faces(300)] {
+    for target in [Size::Ratio(0.05), Size::Ratio(0.3), Size::Ratio(0.7), Size::Faces(300)] {
         check(&shapes::wavy_sphere(3, 5.0), &Options::new(target));
         check(&shapes::torus(32, 14, 1.0, 0.3), &Options::new(target));
     }
-    check(&shapes::icosphere(2), &Options::new(Target::Ratio(1.0)));
+    check(&shapes::icosphere(2), &Options::new(Size::Ratio(1.0)));
     check(
         &shapes::wavy_sphere(3, 5.0),
-        &Options::with_closed(
-            Target::Ratio(0.2),
-            ClosedOptions { purpose: Purpose::Poses, ..ClosedOptions::default() },
-        ),
+        &Options::with_closed(Size::Ratio(0.2), ClosedOptions { purpose: Purpose::Poses, ..ClosedOptions::default() }),
     );
 }
 
 #[test]
 fn moving_and_scaling_the_input_moves_and_scales_the_result() {
     for mesh in [shapes::wavy_sphere(3, 5.0), shapes::open_cylinder(24, 12), shapes::bolt(24)] {
-        let (result, record) = simplify_and_record(&mesh, &Options::new(Target::Ratio(0.2)));
+        let (result, record) = simplify_and_record(&mesh, &Options::new(Size::Ratio(0.2)));
         let g = directions(result.mesh.positions().len(), 3);
         let gradient = record.backward(mesh.positions(), &g);
         for axis in 0..3 {
@@ -76,7 +73,7 @@ fn vertices_that_took_no_part_have_no_gradient() {
     let unused = vec![[9.0; 3]];
     let faces = boxes.faces().iter().map(|face| face.map(|v| v + 1)).collect();
     let mesh = TriMesh::new([&unused, boxes.positions()].concat(), faces).unwrap();
-    let (result, record) = simplify_and_record(&mesh, &Options::new(Target::Vertices(40)));
+    let (result, record) = simplify_and_record(&mesh, &Options::new(Size::Vertices(40)));
     assert!(result.report.components_pruned > 0);
     let outputs = record.output_vertices();
     let gradient = record.backward(mesh.positions(), &directions(result.mesh.positions().len(), 4));

@@ -13,9 +13,9 @@ use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::metrics::CompareOptions;
 use neural_mesh::model::Weights;
 use neural_mesh::picture::{Image, PictureOptions, Scale, encode_png, render_painted};
-use neural_mesh::simplify::{Options, PaperOptions, Target, simplify};
+use neural_mesh::simplify::{Options, PaperOptions, Size, simplify};
 use neural_mesh_bench::along_surface::{Eigenpairs, HeatMethod, IntrinsicOptions, Judge, Laplacian};
-use neural_mesh_bench::baselines::{Baseline, Size, simplify_by};
+use neural_mesh_bench::baselines::{Baseline, TargetCounts, simplify_by};
 
 const EIGENPAIRS: usize = 200;
 // Lines of equal distance in a picture.
@@ -60,10 +60,10 @@ fn upright(mesh: &TriMesh) -> Result<TriMesh, Failure> {
 }
 
 fn results(mesh: &TriMesh, weights: &Weights) -> Result<Vec<(&'static str, TriMesh)>, Failure> {
-    let target = Target::Ratio(RATIO);
+    let target = Size::Ratio(RATIO);
     let ours = simplify_with(mesh, &Options::new(target), None)?;
     let paper = simplify_with(mesh, &Options::with_paper(target, PaperOptions::default()), Some(weights))?;
-    let size = Size { vertices: ours.positions().len(), faces: ours.faces().len() };
+    let size = TargetCounts { vertices: ours.positions().len(), faces: ours.faces().len() };
     let qem = simplify_by(Baseline::Qem, mesh, size, 0)?;
     Ok(vec![("closed", ours), ("paper", paper), ("qem", qem)])
 }

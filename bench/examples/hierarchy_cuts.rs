@@ -13,7 +13,7 @@ use neural_mesh::job::{Arguments, Document, RatioOf};
 use neural_mesh::mesh::topology;
 use neural_mesh::metrics::quick_distance;
 use neural_mesh::search::simplify_to_error;
-use neural_mesh::simplify::{ClosedOptions, Options, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, Size, simplify};
 
 /// Triangles of the mesh over the most of a cut.
 const SHARES: [usize; 4] = [4, 16, 64, 256];
@@ -45,7 +45,7 @@ fn measure_cuts(path: &Path) -> Result<(), Box<dyn Error>> {
         let Some((error, cut)) = cut_of_size(&clusters, mesh.faces().len() / share) else { continue };
         let (cut, _) = clusters.mesh_of(&cut);
         let n = cut.faces().len();
-        let alike = simplify(input, None, &Options::with_closed(Target::Faces(n), closed.clone()), go_on)?.mesh;
+        let alike = simplify(input, None, &Options::with_closed(Size::Faces(n), closed.clone()), go_on)?.mesh;
         let [own, other] = [&cut, &alike].map(|made| appearance(mesh, made, HEIGHT).ok_or("no faces"));
         let (own, other) = (own?, other?);
         let sampled = quick_distance(mesh, &cut, N_SAMPLES, 0).ok_or("no faces")?.max;

@@ -9,7 +9,7 @@ use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh};
 use neural_mesh::metrics::{CompareOptions, Surface, self_intersecting_faces, surface_distance};
-use neural_mesh::simplify::{Options, Target, simplify};
+use neural_mesh::simplify::{Options, Size, simplify};
 use neural_mesh_bench::along_surface::{Eigenpairs, HeatMethod, IntrinsicOptions, Judge, Laplacian};
 
 const PAIRS: usize = 200;
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [mesh, folder] = &arguments[..] else { return Err("usage: measure MESH OUT_DIR".into()) };
     let original = clean(read_path(Path::new(mesh), None)?, &CleanOptions::default())?.mesh;
-    let options = Options::new(Target::Ratio(0.1));
+    let options = Options::new(Size::Ratio(0.1));
     let simplified = simplify(&original, None, &options, &mut |_| std::ops::ControlFlow::Continue(()))?.mesh;
     let folder = Path::new(folder);
     std::fs::create_dir_all(folder)?;

@@ -2,16 +2,16 @@
 
 use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::metrics::{Surface, surface_distance, turned_faces};
-use neural_mesh_bench::baselines::{Baseline, BaselineError, Size, ball_pivoting, simplify_by};
+use neural_mesh_bench::baselines::{Baseline, BaselineError, TargetCounts, ball_pivoting, simplify_by};
 use proptest::prelude::*;
 
 const BY_FACES: [Baseline; 3] = [Baseline::Qem, Baseline::Meshoptimizer, Baseline::MeshoptimizerUpdate];
 
-fn size(vertices: usize) -> Size {
-    Size { vertices, faces: (2 * vertices).saturating_sub(4) }
+fn size(vertices: usize) -> TargetCounts {
+    TargetCounts { vertices, faces: (2 * vertices).saturating_sub(4) }
 }
 
-fn simplify_valid(baseline: Baseline, mesh: &TriMesh, size: Size) -> TriMesh {
+fn simplify_valid(baseline: Baseline, mesh: &TriMesh, size: TargetCounts) -> TriMesh {
     let simplified = simplify_by(baseline, mesh, size, 1).unwrap_or_else(|error| panic!("{baseline:?}: {error}"));
     assert_eq!(topology(&simplified).unreferenced_vertices, 0, "{baseline:?}");
     simplified
@@ -59,7 +59,7 @@ fn a_sphere_stays_near_and_at_its_size() {
 #[test]
 fn collapses_end_at_the_number_of_faces() {
     for n in [100, 250, 501, 1000] {
-        let sphere = simplify_valid(Baseline::Qem, &shapes::icosphere(4), Size { vertices: 0, faces: n });
+        let sphere = simplify_valid(Baseline::Qem, &shapes::icosphere(4), TargetCounts { vertices: 0, faces: n });
         assert_eq!(sphere.faces().len(), n / 2 * 2);
         assert!(topology(&sphere).is_closed_manifold());
     }
@@ -75,7 +75,7 @@ fn optimal_placement_beats_the_vertices_of_the_input() {
 #[test]
 fn a_flat_grid_loses_nothing_by_qem() {
     let grid = shapes::grid(20, 20);
-    let simplified = simplify_valid(Baseline::Qem, &grid, Size { vertices: 0, faces: 40 });
+    let simplified = simplify_valid(Baseline::Qem, &grid, TargetCounts { vertices: 0, faces: 40 });
     assert_eq!(simplified.faces().len(), 40);
     assert!((area(&simplified) - 1.0).abs() < 1e-5 && distance(&grid, &simplified) < 1e-6);
     for corner in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]] {
@@ -119,7 +119,7 @@ fn balls_cover_a_plane_once() {
     let covered = TriMesh::new(grid.positions().to_vec(), ball_pivoting(grid.positions(), &normals)).unwrap();
     assert!((area(&covered) - 1.0).abs() < 1e-5);
     assert!(turned_faces(&Surface::new(&grid, 1, 0), &covered).is_empty());
-    let sampled = simplify_valid(Baseline::FarthestBallPivoting, &grid, Size { vertices: 300, faces: 0 });
+    let sampled = simplify_valid(Baseline::FarthestBallPivoting, &grid, TargetCounts { vertices: 300, faces: 0 });
     assert!(area(&sampled) > 0.95 && area(&sampled) < 1.0 + 1e-5, "{}", area(&sampled));
     assert!(turned_faces(&Surface::new(&grid, 1, 0), &sampled).is_empty());
 }
@@ -147,7 +147,7 @@ fn run_all(mesh: &TriMesh) {
     for (baseline, n) in
         Baseline::ALL.into_iter().flat_map(|baseline| [0, 1, 3, n / 3, n, usize::MAX].map(|n| (baseline, n)))
     {
-        let size = Size { vertices: n, faces: n.saturating_mul(2) };
+        let size = TargetCounts { vertices: n, faces: n.saturating_mul(2) };
         match simplify_by(baseline, mesh, size, 3) {
             Ok(simplified) => {
                 assert!(!simplified.faces().is_empty() && topology(&simplified).unreferenced_vertices == 0)

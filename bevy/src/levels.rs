@@ -7,7 +7,7 @@ use bevy_mesh::Mesh;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{DistanceTolerance, certified_distance};
 use neural_mesh::search::simplify_to_error;
-use neural_mesh::simplify::{ClosedOptions, Report, Simplified, Target, simplify_levels_of_detail};
+use neural_mesh::simplify::{ClosedOptions, Report, Simplified, Size, simplify_levels_of_detail};
 
 use crate::mesh_source::MeshSource;
 use crate::result_mesh::make_mesh;
@@ -113,7 +113,7 @@ fn simplify_to_ratios(
     ratios: &[f64],
     options: &ClosedOptions,
 ) -> Result<Vec<(Simplified, f64)>, MeshError> {
-    let targets: Vec<Target> = ratios.iter().copied().map(Target::Ratio).collect();
+    let targets: Vec<Size> = ratios.iter().copied().map(Size::Ratio).collect();
     let go_on = &mut |_| ControlFlow::Continue(());
     let results = simplify_levels_of_detail(source.input(), None, options, &targets, go_on)?;
     let with_bound = |result: Simplified| {

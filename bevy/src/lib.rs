@@ -9,14 +9,14 @@
 //!
 //! ```
 //! use bevy_mesh::{Indices, Mesh, PrimitiveTopology};
-//! use neural_mesh_bevy::{ClosedOptions, Target, simplify_mesh};
+//! use neural_mesh_bevy::{ClosedOptions, Size, simplify_mesh};
 //! # let (positions, faces) = neural_mesh::mesh::shapes::icosphere(3).into_parts();
 //! # let mesh = Mesh::new(PrimitiveTopology::TriangleList, Default::default())
 //! #     .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
 //! #     .with_inserted_indices(Indices::U32(faces.into_flattened()));
 //!
 //! // A tenth of the vertices; `mesh` is any list of triangles.
-//! let light = simplify_mesh(&mesh, Target::Ratio(0.1), &ClosedOptions::default())?.mesh;
+//! let light = simplify_mesh(&mesh, Size::Ratio(0.1), &ClosedOptions::default())?.mesh;
 //! assert_eq!((mesh.count_vertices(), light.count_vertices()), (642, 64));
 //! # Ok::<(), neural_mesh_bevy::MeshError>(())
 //! ```
@@ -46,7 +46,7 @@ pub use screen::Screen;
 pub use simplify::{SimplifiedMesh, simplify_mesh, simplify_mesh_to_error};
 pub use spawn::spawn_levels;
 
-pub use neural_mesh::simplify::{ClosedOptions, Outcome, Report, Target};
+pub use neural_mesh::simplify::{ClosedOptions, Outcome, Report, Size};
 
 // The examples of the README are tested like all others.
 #[cfg(doctest)]

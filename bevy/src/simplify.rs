@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use bevy_mesh::Mesh;
 use neural_mesh::search;
-use neural_mesh::simplify::{ClosedOptions, Options, Report, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, Report, Size, simplify};
 
 use crate::MeshError;
 use crate::mesh_source::MeshSource;
@@ -33,16 +33,16 @@ pub struct SimplifiedMesh {
 ///
 /// ```
 /// use bevy_mesh::{Indices, Mesh, PrimitiveTopology};
-/// use neural_mesh_bevy::{ClosedOptions, Target, simplify_mesh};
+/// use neural_mesh_bevy::{ClosedOptions, Size, simplify_mesh};
 /// # let (positions, faces) = neural_mesh::mesh::shapes::icosphere(3).into_parts();
 /// let sphere = Mesh::new(PrimitiveTopology::TriangleList, Default::default())
 ///     .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
 ///     .with_inserted_indices(Indices::U32(faces.into_flattened()));
-/// let light = simplify_mesh(&sphere, Target::Faces(200), &ClosedOptions::default())?.mesh;
+/// let light = simplify_mesh(&sphere, Size::Faces(200), &ClosedOptions::default())?.mesh;
 /// assert_eq!(light.indices().map(Indices::len), Some(600));
 /// # Ok::<(), neural_mesh_bevy::MeshError>(())
 /// ```
-pub fn simplify_mesh(mesh: &Mesh, target: Target, options: &ClosedOptions) -> Result<SimplifiedMesh, MeshError> {
+pub fn simplify_mesh(mesh: &Mesh, target: Size, options: &ClosedOptions) -> Result<SimplifiedMesh, MeshError> {
     let source = MeshSource::read(mesh)?;
     let options = Options::with_closed(target, in_frame(options, &source));
     let result = simplify(source.input(), None, &options, &mut |_| ControlFlow::Continue(()))?;

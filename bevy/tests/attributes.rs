@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use bevy_mesh::{Mesh, MeshVertexAttribute, VertexAttributeValues};
-use neural_mesh_bevy::{ClosedOptions, Target, simplify_mesh};
+use neural_mesh_bevy::{ClosedOptions, Size, simplify_mesh};
 
 use crate::helpers::{BLEND, Expected, FLOW, SEAM, expect_at, floats, long, positions, torus};
 
@@ -60,7 +60,7 @@ fn joint_weights(mesh: &Mesh) -> Vec<[f32; 2]> {
 fn vertices_that_stay_in_place_keep_all_their_values() {
     let mesh = torus(long);
     let options = ClosedOptions { subset: true, ..ClosedOptions::default() };
-    let light = simplify_mesh(&mesh, Target::Ratio(0.2), &options).unwrap().mesh;
+    let light = simplify_mesh(&mesh, Size::Ratio(0.2), &options).unwrap().mesh;
     assert!(light.count_vertices() < mesh.count_vertices() / 3);
     let mut known: HashMap<_, Vec<Row>> = HashMap::new();
     for (position, row) in positions(&mesh).iter().zip(rows(&mesh)) {
@@ -77,7 +77,7 @@ fn vertices_that_stay_in_place_keep_all_their_values() {
 #[test]
 fn vertices_that_move_get_the_values_of_their_place() {
     let mesh = torus(long);
-    let light = simplify_mesh(&mesh, Target::Ratio(0.3), &ClosedOptions::default()).unwrap().mesh;
+    let light = simplify_mesh(&mesh, Size::Ratio(0.3), &ClosedOptions::default()).unwrap().mesh;
     let values = FLOATS.map(|attribute| floats(&light, attribute));
     let joints = joint_weights(&light);
     for (v, &position) in positions(&light).iter().enumerate() {
@@ -100,7 +100,7 @@ fn vertices_that_move_get_the_values_of_their_place() {
 #[test]
 fn morph_targets_keep_their_names_and_offsets() {
     let mesh = torus(long);
-    let light = simplify_mesh(&mesh, Target::Ratio(0.3), &ClosedOptions::default()).unwrap().mesh;
+    let light = simplify_mesh(&mesh, Size::Ratio(0.3), &ClosedOptions::default()).unwrap().mesh;
     assert_eq!(light.morph_target_names(), mesh.morph_target_names());
     let n = light.count_vertices();
     let targets = light.morph_targets().unwrap();
@@ -118,7 +118,7 @@ fn usage_and_raytracing_stay() {
     let mut mesh = torus(long);
     mesh.enable_raytracing = false;
     mesh.generate_skinned_mesh_bounds().unwrap();
-    let light = simplify_mesh(&mesh, Target::Ratio(0.3), &ClosedOptions::default()).unwrap().mesh;
+    let light = simplify_mesh(&mesh, Size::Ratio(0.3), &ClosedOptions::default()).unwrap().mesh;
     assert_eq!((light.asset_usage, light.enable_raytracing), (mesh.asset_usage, false));
     assert_eq!(light.skinned_mesh_bounds().unwrap().aabbs.len(), 2);
 }
@@ -128,7 +128,7 @@ fn quantised_colours_and_weights_come_back_in_their_formats() {
     let mut mesh = torus(long);
     mesh.quantize_colors(bevy_mesh::AttributeQuantization::Unorm8).unwrap();
     mesh.quantize_joint_weights(bevy_mesh::AttributeQuantization::Unorm16).unwrap();
-    let light = simplify_mesh(&mesh, Target::Ratio(0.3), &ClosedOptions::default()).unwrap().mesh;
+    let light = simplify_mesh(&mesh, Size::Ratio(0.3), &ClosedOptions::default()).unwrap().mesh;
     let Some(VertexAttributeValues::Unorm8x4(colours)) = light.attribute(Mesh::ATTRIBUTE_COLOR) else {
         panic!("colours changed their format")
     };

@@ -2,12 +2,12 @@
 
 use bevy_mesh::{Indices, Mesh, MeshAttributeCompressionFlags, MeshCompressionArgs, MeshVertexAttribute};
 use bevy_mesh::{PrimitiveTopology, VertexAttributeValues, VertexFormat};
-use neural_mesh_bevy::{ClosedOptions, MeshError, Target, simplify_mesh};
+use neural_mesh_bevy::{ClosedOptions, MeshError, Size, simplify_mesh};
 
 use crate::helpers::{long, positions, torus};
 
 fn error_of(mesh: &Mesh) -> MeshError {
-    let error = simplify_mesh(mesh, Target::Ratio(0.5), &ClosedOptions::default()).expect_err("no error");
+    let error = simplify_mesh(mesh, Size::Ratio(0.5), &ClosedOptions::default()).expect_err("no error");
     let text = error.to_string();
     assert!(!text.contains('\n') && !text.ends_with('.') && text.contains(": "), "{text}");
     error
@@ -83,7 +83,7 @@ fn meshes_of_the_render_world_are_refused() {
 fn bad_sizes_are_refused() {
     let mesh = torus(long);
     for ratio in [0.0, 1.5, f64::NAN] {
-        let result = simplify_mesh(&mesh, Target::Ratio(ratio), &ClosedOptions::default());
+        let result = simplify_mesh(&mesh, Size::Ratio(ratio), &ClosedOptions::default());
         assert!(matches!(result, Err(MeshError::Simplify(_))));
     }
 }

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use bevy_mesh::{Mesh, Mesh3d};
 use bevy_transform::components::Transform;
 use neural_mesh_bevy::{
-    Level, LevelOptions, LevelSizes, MeshError, Outcome, Screen, Target, make_levels, simplify_mesh, spawn_levels,
+    Level, LevelOptions, LevelSizes, MeshError, Outcome, Screen, Size, make_levels, simplify_mesh, spawn_levels,
 };
 
 use crate::helpers::{is_closed, long, n_points, torus};
@@ -44,7 +44,7 @@ fn levels_by_ratio_grow_in_error_and_distance() {
     assert!(levels.windows(2).all(|pair| pair[0].error < pair[1].error));
     check_ranges(&levels, &options);
     // The first level is what it would be alone.
-    let alone = simplify_mesh(&mesh, Target::Ratio(0.5), &options.simplify).unwrap();
+    let alone = simplify_mesh(&mesh, Size::Ratio(0.5), &options.simplify).unwrap();
     assert_eq!((&levels[0].mesh, &levels[1].mesh), (&mesh, &alone.mesh));
 }
 

@@ -119,7 +119,7 @@ fn a_meta_file_makes_a_glb_smaller() {
 
 #[test]
 fn an_error_bounds_the_size() {
-    let folder = folder_with("(simplify: (size: Error(0.05), options: (effort: fast)))");
+    let folder = folder_with("(simplify: (error: Some(0.05), options: (effort: fast)))");
     let (mesh, _) = process(folder.path(), "ball.glb").unwrap();
     assert!((20..600).contains(&mesh.faces().len()), "{} faces", mesh.faces().len());
     let distance = neural_mesh::metrics::largest_distance(&shapes::icosphere(3), &mesh).unwrap();

@@ -3,7 +3,7 @@
 use bevy_asset::RenderAssetUsages;
 use bevy_mesh::{Indices, Mesh, PrimitiveTopology};
 use neural_mesh::mesh::shapes;
-use neural_mesh_bevy::{ClosedOptions, Outcome, Target, simplify_indices, simplify_mesh, simplify_mesh_to_error};
+use neural_mesh_bevy::{ClosedOptions, Outcome, Size, simplify_indices, simplify_mesh, simplify_mesh_to_error};
 
 use crate::helpers::{corners, is_closed, long, n_points, none, positions, short, torus};
 
@@ -11,7 +11,7 @@ use crate::helpers::{corners, is_closed, long, n_points, none, positions, short,
 fn closed_stays_closed_with_indices_of_the_same_size() {
     for (indices, is_short) in [(short as fn(_) -> _, true), (long, false), (none, true)] {
         let mesh = torus(indices);
-        let light = simplify_mesh(&mesh, Target::Ratio(0.1), &ClosedOptions::default()).unwrap();
+        let light = simplify_mesh(&mesh, Size::Ratio(0.1), &ClosedOptions::default()).unwrap();
         assert_eq!(light.report.outcome, Outcome::Reached);
         let light = light.mesh;
         assert!(is_closed(&light));
@@ -48,7 +48,7 @@ fn fewer_triangles_over_the_same_vertices_stay_closed_with_all_attributes() {
 
 #[test]
 fn a_mesh_without_indices_gives_the_result_of_one_with_indices() {
-    let simplify = |mesh: &Mesh| simplify_mesh(mesh, Target::Faces(300), &ClosedOptions::default()).unwrap().mesh;
+    let simplify = |mesh: &Mesh| simplify_mesh(mesh, Size::Faces(300), &ClosedOptions::default()).unwrap().mesh;
     let (indexed, loose) = (simplify(&torus(long)), simplify(&torus(none)));
     let triangles = |mesh: &Mesh| -> Vec<[f32; 3]> {
         corners(mesh).iter().map(|&corner| positions(mesh)[corner as usize]).collect()
@@ -63,7 +63,7 @@ fn long_indices_are_used_where_short_ones_do_not_suffice() {
     let loose: Vec<[f32; 3]> = faces.as_flattened().iter().map(|&v| positions[v as usize]).collect();
     let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, loose);
-    let whole = simplify_mesh(&mesh, Target::Ratio(1.0), &ClosedOptions::default()).unwrap().mesh;
+    let whole = simplify_mesh(&mesh, Size::Ratio(1.0), &ClosedOptions::default()).unwrap().mesh;
     assert_eq!(whole.count_vertices(), 80_000);
     assert!(matches!(whole.indices(), Some(Indices::U32(_))) && is_closed(&whole));
 }
@@ -76,7 +76,7 @@ fn a_box_keeps_its_edges_and_normals() {
         sides.faces().as_flattened().iter().map(|&v| sides.positions()[v as usize]).collect::<Vec<_>>(),
     );
     flat.compute_flat_normals();
-    let light = simplify_mesh(&flat, Target::Faces(12), &ClosedOptions::default()).unwrap().mesh;
+    let light = simplify_mesh(&flat, Size::Faces(12), &ClosedOptions::default()).unwrap().mesh;
     assert!(is_closed(&light));
     assert_eq!((n_points(&light), corners(&light).len()), (8, 36));
     assert!((24..=36).contains(&light.count_vertices()));
@@ -101,6 +101,6 @@ fn the_error_of_a_result_is_kept() {
 #[test]
 fn results_repeat_bit_for_bit() {
     let mesh = torus(short);
-    let simplify = || simplify_mesh(&mesh, Target::Ratio(0.15), &ClosedOptions::default()).unwrap().mesh;
+    let simplify = || simplify_mesh(&mesh, Size::Ratio(0.15), &ClosedOptions::default()).unwrap().mesh;
     assert_eq!(simplify(), simplify());
 }

@@ -21,7 +21,7 @@ fn every_kind_of_size_is_understood() {
     assert_eq!(n_points(&transform("(size: Ratio(0.25))")), 512);
     assert_eq!(n_points(&transform("(size: Vertices(300), options: (effort: best, optimize: looks))")), 300);
     assert_eq!(corners(&transform("(size: Faces(400), options: (effort: fast, purpose: poses))")).len(), 1200);
-    let within = transform("(size: Error(0.02), options: (subset: true))");
+    let within = transform("(error: Some(0.02), options: (subset: true))");
     assert!(n_points(&within) < 1500 && is_closed(&within));
     let given: Vec<[f32; 3]> = positions(&torus(long)).to_vec();
     assert!(positions(&within).iter().all(|position| given.contains(position)));

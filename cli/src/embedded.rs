@@ -9,7 +9,7 @@ use neural_mesh::io::{Folder, Format, ReadMesh};
 use neural_mesh::job::{Arguments, Document, Job, JobStage, Watch, make_progression};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Assembly, Listener, Options, Progression, Record, Simplified, Target, simplify_recorded};
+use neural_mesh::simplify::{Assembly, Listener, Options, Progression, Record, Simplified, Size, simplify_recorded};
 use serde::Deserialize;
 
 use crate::failure::display_path;
@@ -182,7 +182,7 @@ impl OpenProgression {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Failure> {
         let failed = |error: &dyn std::fmt::Display| Failure::Failed(error.to_string());
         let progression = Progression::from_bytes(bytes).map_err(|error| failed(&error))?;
-        let job = Job::new(Options::new(Target::Ratio(1.0)), Format::Ply);
+        let job = Job::new(Options::new(Size::Ratio(1.0)), Format::Ply);
         Document::from_progression(progression, &job).map(Self).map_err(|error| failed(&error))
     }
 
@@ -273,9 +273,8 @@ pub fn record(
     }
     let weights = read_weights(request.weights.as_deref(), &job.options.assembly)?;
     let cleaned = read::clean_mesh(raw, &request.source)?;
-    let target = request.job.target(cleaned.mesh.faces().len());
-    let mut options = request.job.options;
-    options.target = target;
+    let mut options = request.job.options.clone();
+    options.target = request.job.target();
     if let Assembly::Closed(closed) = &mut options.assembly {
         closed.frame = cleaned.frame;
     }

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use neural_mesh::io::shorten_name;
 use neural_mesh::job::{
     BakeFigures, Certified, DistanceFigures, Dropped, JobReport, Level, MeshSize, NamedShare, OutputFigures, Seconds,
-    TargetWords, percent, stop_reason,
+    percent, stop_reason,
 };
 use neural_mesh::repair::RepairCounts;
 
@@ -96,12 +96,11 @@ pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
         notes.push(format!("stopped   {why}"));
         notes.extend(report.free.iter().map(|how| format!("try       {how}")));
     } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) {
-        notes.push(match &report.target {
-            TargetWords::Error(_) | TargetWords::ErrorPercent(_) | TargetWords::LodsError(_) => {
-                "unchanged no smaller mesh was found within the requested distance: allow a larger one".into()
-            }
-            _ => "unchanged the mesh already has the requested size".into(),
-        });
+        let what = match report.target.is_by_error() {
+            true => "no smaller mesh was found within the requested distance: allow a larger one",
+            false => "the mesh already has the requested size",
+        };
+        notes.push(format!("unchanged {what}"));
     }
     notes
 }
@@ -211,9 +210,7 @@ pub fn explain_lines(report: &JobReport) -> Vec<String> {
         lines.push("limit     only the shape: no edge is kept and no vertex locked".into());
     }
     let result = match (stop_reason(&report.outcome), &report.target) {
-        (None, TargetWords::Error(_) | TargetWords::ErrorPercent(_) | TargetWords::LodsError(_)) => {
-            "the requested distance is kept".to_string()
-        }
+        (None, goal) if goal.is_by_error() => "the requested distance is kept".to_string(),
         (None, _) => "the requested size was reached".to_string(),
         (Some(why), _) => format!("the target was not reached: {why}"),
     };

@@ -8,12 +8,11 @@ use neural_mesh::blocks::{OutOfCoreError, OutOfCoreResult, WorkingSpace, simplif
 use neural_mesh::io::{self, Extra, Model, Pieces, WriteOptions};
 use neural_mesh::job::{
     DistanceFigures, JobReport, JobStage, MeshSize, OutputFigures, SAMPLES, Seconds, outcome_words, score_words,
-    target_words,
 };
 use neural_mesh::mesh::Attributes;
 use neural_mesh::metrics::QuickDistance;
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Assembly, Hidden, Purpose, SimplifyError, Target};
+use neural_mesh::simplify::{Assembly, Hidden, Purpose, SimplifyError};
 
 use crate::failure::Failure;
 use crate::files;
@@ -45,7 +44,7 @@ pub fn simplify_in_blocks(
     check_options(request, &pieces)?;
     let room = working_space(request.output.as_deref(), n_bytes);
     let mut options = request.job.options.clone();
-    options.target = request.job.target(usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX));
+    options.target = request.job.target();
     let check_cost = if request.job.arguments.no_check { 0.0 } else { CHECK_COST };
     progress.set_plan(Plan::new(&[(JobStage::Simplify, SIMPLIFY_COST), (JobStage::Check, check_cost)]));
     let to_failure = |error| match error {
@@ -59,7 +58,7 @@ pub fn simplify_in_blocks(
     let n_samples = if request.job.arguments.no_check { 0 } else { SAMPLES };
     let distance = result.distance(n_samples, 0, &mut show_step(progress, JobStage::Check)).map_err(to_failure)?;
     seconds.check = began.elapsed().as_secs_f64();
-    prepare_output(request, result, (options.target, distance), seconds).map(Some)
+    prepare_output(request, result, distance, seconds).map(Some)
 }
 
 /// Returns the memory for blocks of `n_bytes`, and the folder of the output: its disk must have room anyway.
@@ -123,7 +122,7 @@ pub fn check_content(request: &Request, pieces: &Pieces) -> Result<(), Failure> 
 fn prepare_output(
     request: &Request,
     result: OutOfCoreResult,
-    (target, distance): (Target, Option<QuickDistance>),
+    distance: Option<QuickDistance>,
     mut seconds: Seconds,
 ) -> Result<FinishedRun, Failure> {
     let began = Instant::now();
@@ -139,7 +138,7 @@ fn prepare_output(
     seconds.write = began.elapsed().as_secs_f64();
     let in_blocks = format!("simplified in {} blocks to save memory", result.n_blocks);
     let notes = written.notes.into_iter().chain([in_blocks]).collect();
-    let mut report = JobReport { notes, seconds, ..create_report(request, &result, target) };
+    let mut report = JobReport { notes, seconds, ..create_report(request, &result) };
     report.output.vertices_written = written.n_vertices;
     report.distance = distance.as_ref().map(DistanceFigures::new);
     let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut pending)?;
@@ -148,12 +147,12 @@ fn prepare_output(
     Ok(FinishedRun { report, cleaned, bytes, pending, extra_files: None, force: request.force, read })
 }
 
-fn create_report(request: &Request, result: &OutOfCoreResult, target: Target) -> JobReport {
+fn create_report(request: &Request, result: &OutOfCoreResult) -> JobReport {
     let simplified = &result.simplified;
     JobReport {
         input: MeshSize { vertices: result.n_vertices, faces: result.n_faces, shape: None },
         output: OutputFigures::new(MeshSize::measure(&simplified.mesh, request.report.is_some()), &simplified.report),
-        target: target_words(&request.job.goal, target),
+        target: request.job.goal.clone(),
         outcome: outcome_words(&simplified.report.outcome),
         scores: score_words(simplified.report.scores),
         seed: request.job.arguments.seed,

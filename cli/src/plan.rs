@@ -1,7 +1,7 @@
 //! Steps of a run with their costs, so that the progress bar moves evenly.
 
 use neural_mesh::io::Format;
-use neural_mesh::job::{Goal, JobStage, Size};
+use neural_mesh::job::{Goal, JobStage};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::simplify::Assembly;
 
@@ -64,9 +64,9 @@ impl Plan {
         };
         // A search repeats the run several times, and proofs take most of its time.
         let simplify = match &request.job.goal {
-            Goal::One(Size::Error(_)) => single_run * SEARCH_RUNS / SEARCH_SHARE,
-            Goal::One(Size::Bytes(_)) => single_run * SEARCH_RUNS,
-            goal if goal.is_by_error() => n_levels * interpolate(ratio, SIMPLIFY_COSTS) * SEARCH_RUNS / SEARCH_SHARE,
+            Goal::Error(_) => single_run * SEARCH_RUNS / SEARCH_SHARE,
+            Goal::Bytes(_) => single_run * SEARCH_RUNS,
+            Goal::ErrorLevels(_) => n_levels * interpolate(ratio, SIMPLIFY_COSTS) * SEARCH_RUNS / SEARCH_SHARE,
             _ => single_run,
         };
         let cost_if = |is_requested: bool, cost: f64| if is_requested { cost } else { 0.0 };
@@ -94,7 +94,7 @@ fn expected_ratio(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
         return None;
     }
     let size = *request.job.goal.sizes().first()?;
-    size.share().or_else(|| mesh.map(|mesh| size.target(mesh.faces().len()).share_of(mesh)))
+    size.share().or_else(|| mesh.map(|mesh| size.share_of(mesh.positions().len(), mesh.faces().len())))
 }
 
 fn reading_cost(request: &Request) -> f64 {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use neural_mesh::io::{FilesRead, Format};
 use neural_mesh::job::{Arguments, Document, Job, JobStage, RatioOf, Watch, make_progression};
-use neural_mesh::simplify::{Options, Progression, Target};
+use neural_mesh::simplify::{Options, Progression, Size};
 
 use crate::args::ProgressionArgs;
 use crate::document::{self, is_progression_name};
@@ -81,7 +81,7 @@ fn write_progression(args: &ProgressionArgs, read: &FilesRead) -> Result<(), Fai
 
 /// Opens the document again from the written bytes, so that a file that cannot be used is not written.
 fn check_reopens(bytes: &[u8], request: &Request) -> Result<(), Failure> {
-    let mut job = Job::new(Options::new(Target::Ratio(1.0)), request.job.format);
+    let mut job = Job::new(Options::new(Size::Ratio(1.0)), request.job.format);
     job.arguments.no_weld = request.job.arguments.no_weld;
     let reopened = Progression::from_bytes(bytes).map_err(|error| Failure::in_file(&request.source.path, error))?;
     Document::from_progression(reopened, &job).map(drop).map_err(|error| request.failure(error))

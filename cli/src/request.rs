@@ -265,7 +265,7 @@ pub fn is_strict(args: &SimplifyArgs) -> bool {
 
 fn check_level_placeholder(request: &Request) -> Result<(), Failure> {
     match (&request.output, &request.job.goal) {
-        (_, Goal::Levels(_)) | (None, _) => Ok(()),
+        (_, Goal::Levels(_) | Goal::ErrorLevels(_)) | (None, _) => Ok(()),
         (Some(path), _) if !has_level_placeholder(path) => Ok(()),
         (Some(path), _) => {
             let what = format!("{}: {LEVEL_PLACEHOLDER} is for levels of detail: add --lods", path.display());

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{RawMesh, Topology, TriMesh, shapes, topology};
-use neural_mesh::simplify::{ClosedOptions, Options, Outcome, Simplified, SimplifyError, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, Outcome, Simplified, SimplifyError, Size, simplify};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let [shape, size, flags, edits @ ..] = bytes else { return };
@@ -19,9 +19,9 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     cleaning.weld = flags & 1 == 0;
     let Ok(cleaned) = clean(raw, &cleaning) else { return };
     let target = match flags >> 1 & 3 {
-        0 => Target::Ratio(f64::from(*size) / 255.0),
-        1 => Target::Vertices(*size as usize),
-        _ => Target::Faces(*size as usize),
+        0 => Size::Ratio(f64::from(*size) / 255.0),
+        1 => Size::Vertices(*size as usize),
+        _ => Size::Faces(*size as usize),
     };
     let (prune, frame) = (flags & 8 != 0, cleaned.frame);
     let options = Options::with_closed(target, ClosedOptions { prune, frame, ..ClosedOptions::default() });
@@ -130,9 +130,9 @@ fn check_topology(before: &Topology, after: &Topology, n_pruned: usize, story: &
 // Checks that the size is the target's, unless components were pruned or the input was already smaller.
 fn check_size(before: &Topology, after: &Topology, options: &Options, result: &Simplified, story: &str) {
     let (was, is, asked) = match options.target {
-        Target::Ratio(ratio) => (before.vertices, after.vertices, ((ratio * before.vertices as f64) as usize).max(1)),
-        Target::Vertices(target) => (before.vertices, after.vertices, target),
-        Target::Faces(target) => (before.faces, after.faces, target),
+        Size::Ratio(ratio) => (before.vertices, after.vertices, ((ratio * before.vertices as f64) as usize).max(1)),
+        Size::Vertices(target) => (before.vertices, after.vertices, target),
+        Size::Faces(target) => (before.faces, after.faces, target),
     };
     if result.report.outcome == Outcome::Reached {
         let split = if was <= asked { result.report.split_vertices } else { 0 };

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use neural_mesh::job::{Arguments, Goal, Size, target_words};
+use neural_mesh::job::{Arguments, Goal, Size};
 use neural_mesh_cli::embedded::Failure;
 use neural_mesh_collapse::{
     CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, PassListener, collapse, weld,
@@ -58,9 +58,6 @@ pub fn simplify_plain(
     let arguments: Arguments = parse_options(options)?;
     let job = arguments.job().map_err(option_error)?;
     let Goal::One(size) = job.goal else { return Ok(None) };
-    if !(size.is_of_vertices() || size.is_of_faces()) {
-        return Ok(None);
-    }
     let meshes: Vec<PlainMesh> = meshes.iter().map(PlainMesh::read).collect::<PyResult<_>>()?;
     let n_faces: usize = meshes.iter().map(|mesh| mesh.faces.len()).sum();
     let task = Task { size, n_fit_steps, locks_boundaries, welds };
@@ -70,7 +67,7 @@ pub fn simplify_plain(
     } else {
         run_in_background(py, threads, progress, move |channel| Ok::<_, Failure>(simplify_all(&meshes, task, channel)))?
     };
-    let target = serde_json::to_value(target_words(&job.goal, job.options.target)).map_err(option_error)?;
+    let target = serde_json::to_value(&job.goal).map_err(option_error)?;
     let convert = |lighter: Option<Lighter>| {
         lighter.map(|lighter| lighter.convert(py, values::to_python(py, &target)?, keeps_merges)).transpose()
     };

@@ -16,7 +16,7 @@ use crate::mesh::Frame;
 use crate::mesh::cleanup::{CleanCounts, CleanError, origin_within};
 use crate::metrics::{BlockDistances, QuickDistance, StreamedDistance};
 use crate::model::Weights;
-use crate::simplify::{Assembly, ClosedOptions, Options, Simplified, SimplifyError, Target, simplify};
+use crate::simplify::{Assembly, ClosedOptions, Options, Simplified, SimplifyError, simplify};
 use crate::spatial::Bounds;
 
 /// Upper estimate of the memory in bytes per face of a mesh during simplification.
@@ -177,10 +177,10 @@ impl From<SimplifyError> for OutOfCoreError {
 /// ```
 /// use std::ops::ControlFlow;
 /// use neural_mesh::blocks::{WorkingSpace, simplify_pieces};
-/// use neural_mesh::{io::Pieces, simplify::{Options, Target}};
+/// use neural_mesh::{io::Pieces, simplify::{Options, Size}};
 /// let pieces = Pieces::open("tests/meshes/spot.ply".as_ref()).unwrap();
 /// let room = WorkingSpace { n_bytes: 1 << 30, folder: "".as_ref() };
-/// let options = Options::new(Target::Ratio(0.1));
+/// let options = Options::new(Size::Ratio(0.1));
 /// let found = simplify_pieces(&pieces, None, &options, &room, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!((found.n_vertices, found.simplified.mesh.positions().len()), (2930, 293));
 /// ```
@@ -202,7 +202,7 @@ fn simplify_with_block_size(
     listener: &mut ProgressCallback,
 ) -> Result<OutOfCoreResult, OutOfCoreError> {
     let n_faces = usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX);
-    let share = (VERTEX_SURPLUS * target_share(options.target, n_faces)).min(1.0);
+    let share = (VERTEX_SURPLUS * options.target.share_of(n_faces / 2, n_faces)).min(1.0);
     check_room(pieces, share, room)?;
     let mut hear = |done: f64| report_progress(listener, done);
     hear(0.0)?;
@@ -219,9 +219,8 @@ fn simplify_with_block_size(
         return Err(SimplifyError::Empty.into());
     }
     hear(JOINED_PROGRESS)?;
-    if let Target::Ratio(ratio) = options.target {
-        options.target = Target::Vertices(((ratio * totals.n_vertices as f64) as usize).max(1));
-    }
+    // Shares are those of the file, which the joined blocks are not.
+    options.target = options.target.to_number(totals.n_vertices, totals.n_faces);
     let simplified = simplify(&joined, weights, &options, &mut |event| {
         hear(JOINED_PROGRESS + (1.0 - JOINED_PROGRESS) * f64::from(event.total))
             .map_or(ControlFlow::Break(()), ControlFlow::Continue)
@@ -320,15 +319,6 @@ impl Blocks<'_> {
     }
 }
 
-fn target_share(target: Target, n_faces: usize) -> f64 {
-    let divide = |n: usize, n_all: usize| n as f64 / n_all.max(1) as f64;
-    match target {
-        Target::Ratio(ratio) => ratio,
-        Target::Vertices(n) => divide(n, n_faces / 2),
-        Target::Faces(n) => divide(n, n_faces),
-    }
-}
-
 /// Returns an error if the run needs more memory than allowed.
 pub(crate) fn check_room(pieces: &Pieces, share: f64, room: &WorkingSpace) -> Result<(), OutOfCoreError> {
     let n_faces = pieces.n_faces();
@@ -388,12 +378,13 @@ mod tests {
     use crate::io::{Format, write};
     use crate::mesh::{TriMesh, shapes, topology};
     use crate::metrics::quick_distance;
+    use crate::simplify::Size;
 
     fn simplify_file(
         mesh: &TriMesh,
         format: Format,
         n_bytes: u64,
-        target: Target,
+        target: Size,
     ) -> Result<OutOfCoreResult, OutOfCoreError> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(format!("a.{}", format.name()));
@@ -413,7 +404,7 @@ mod tests {
     #[test]
     fn closed_stays_closed_at_the_requested_size_and_as_near_as_in_memory() {
         let mesh = shapes::wavy_sphere(5, 9.0);
-        let options = Options::new(Target::Ratio(0.1));
+        let options = Options::new(Size::Ratio(0.1));
         let whole = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap().mesh;
         let distance = |result: &TriMesh| quick_distance(&mesh, result, 20_000, 0).unwrap();
         let mut first = None;
@@ -437,7 +428,7 @@ mod tests {
     #[test]
     fn neither_memory_nor_threads_change_a_bit() {
         let mesh = shapes::torus(120, 60, 1.0, 0.4);
-        let result = |n_bytes| simplify_file(&mesh, Format::Ply, n_bytes, Target::Faces(1000)).unwrap().simplified.mesh;
+        let result = |n_bytes| simplify_file(&mesh, Format::Ply, n_bytes, Size::Faces(1000)).unwrap().simplified.mesh;
         let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
         let first = pool(1).install(|| result(200 << 20));
         assert_eq!(first.faces().len(), 1000);
@@ -449,7 +440,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_refused_before_any_work() {
         let mesh = shapes::icosphere(5);
-        let refused = simplify_file(&mesh, Format::Ply, 1 << 20, Target::Ratio(0.5)).unwrap_err();
+        let refused = simplify_file(&mesh, Format::Ply, 1 << 20, Size::Ratio(0.5)).unwrap_err();
         assert!(matches!(refused, OutOfCoreError::TooLittle(n) if n > 1 << 20), "{refused}");
         assert!(
             refused.to_string().contains("GiB of memory: allow more memory or choose a smaller target"),

@@ -10,7 +10,8 @@ use super::option_json;
 #[cfg(feature = "clap")]
 use super::parse;
 use super::parse::RatioOf;
-use super::size::{Bound, Size};
+use super::size::Bound;
+use crate::simplify::Size;
 use crate::simplify::{Draw, Effort, Hidden, Optimize, Purpose, ScoreSource};
 
 /// Headings of the option groups in the program's help.
@@ -39,10 +40,10 @@ const COMPRESS_HELP: [&str; 2] = [
 /// The docs of an option are its help. Numbers in JSON may be text, such as `"10%"`, as sizes and distances are written.
 ///
 /// ```
-/// use neural_mesh::job::{Arguments, Bound, Goal, Size};
+/// use neural_mesh::job::{Arguments, Bound, Goal};
 ///
 /// let arguments: Arguments = serde_json::from_str(r#"{"error": "0.5%", "format": "glb", "effort": "best"}"#).unwrap();
-/// assert_eq!(arguments.job().unwrap().goal, Goal::One(Size::Error(Bound::Percent(0.5))));
+/// assert_eq!(arguments.job().unwrap().goal, Goal::Error(Bound::Percent(0.5)));
 /// assert!(serde_json::from_str::<Arguments>(r#"{"rato": 0.1}"#).is_err());
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -58,11 +59,11 @@ pub struct Arguments {
         its vertices"))]
     pub ratio: Vec<RatioOf>,
     /// Number of faces to keep: 5000, 10k, 1.5M or 10%
-    #[serde(deserialize_with = "option_json::faces")]
+    #[serde(deserialize_with = "option_json::faces", serialize_with = "option_json::write_size")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = parse::faces, allow_hyphen_values = true))]
     pub faces: Option<Size>,
     /// Number of vertices to keep: 5000, 10k, 1.5M or 10%
-    #[serde(deserialize_with = "option_json::vertices")]
+    #[serde(deserialize_with = "option_json::vertices", serialize_with = "option_json::write_size")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = parse::vertices, allow_hyphen_values = true))]
     pub vertices: Option<Size>,
     /// Largest distance to the original, in units of the mesh or with % of its diagonal; finds the smallest mesh

@@ -105,11 +105,11 @@ fn reject_first(given: &[Given], what: impl Fn(&str) -> String) -> Result<(), Jo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::{Bound, Compression, Goal, Size};
-    use crate::simplify::{Assembly, ClosedOptions, Options, PaperOptions, Target};
+    use crate::job::{Bound, Compression, Goal};
+    use crate::simplify::{Assembly, ClosedOptions, Options, PaperOptions, Size};
 
     fn error_message(change: impl FnOnce(&mut Job)) -> String {
-        let mut job = Job::new(Options::new(Target::Ratio(0.5)), Format::Obj);
+        let mut job = Job::new(Options::new(Size::Ratio(0.5)), Format::Obj);
         assert_eq!(job.check(), Ok(()));
         change(&mut job);
         job.check().err().map_or(String::new(), |error| error.to_string())
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(error_message(paper), "");
         let by_error = error_message(|job| {
             paper(job);
-            job.goal = Goal::One(Size::Error(Bound::Percent(1.0)));
+            job.goal = Goal::Error(Bound::Percent(1.0));
         });
         assert_eq!(by_error, "--error: not available with --assembly paper: leave one out");
         let by_name = error_message(|job| {

@@ -3,32 +3,44 @@
 use super::choices::LodsBy;
 use super::error::JobError;
 use super::parse::{bound, faces, share, vertices};
-use super::size::Size;
+use super::size::Goal;
+use crate::simplify::Size;
 
 /// Parses `--lods`.
 ///
 /// # Errors
 /// [`JobError::Options`] if a level is invalid or finer than the one before.
-pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Vec<Size>, JobError> {
-    let parse = |text: &String| size(text, by).map_err(|why| JobError::Options(format!("--lods {text}: {why}")));
-    let sizes: Vec<Size> = lods.iter().map(parse).collect::<Result<_, _>>()?;
-    let is_ordered = |pair: &[Size]| match (pair[0], pair[1]) {
+pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Goal, JobError> {
+    if by == Some(LodsBy::Error) {
+        let what = "rising distances, like 0.1%,0.5%,2%, all in percent or all in the unit of the mesh";
+        return ordered(lods, bound, |before, next| before.is_at_most(*next), what).map(Goal::ErrorLevels);
+    }
+    let is_ordered = |before: &Size, next: &Size| match (*before, *next) {
         (Size::Ratio(before), Size::Ratio(next)) | (Size::FaceRatio(before), Size::FaceRatio(next)) => next <= before,
         (Size::Vertices(before), Size::Vertices(next)) | (Size::Faces(before), Size::Faces(next)) => next <= before,
-        (Size::Error(before), Size::Error(next)) => before.is_at_most(next),
         // A share and a number can be compared only when the mesh is known.
         _ => true,
     };
-    if sizes.windows(2).all(is_ordered) {
-        return Ok(sizes);
+    let what = match by {
+        None => "falling shares, like 50%,25%,10% or 0.5,0.25,0.1",
+        Some(_) => "falling sizes, like 20k,5k,1k or 50%,25%,10% or 0.5,0.25,0.1",
+    };
+    ordered(lods, |text| size(text, by), is_ordered, what).map(Goal::Levels)
+}
+
+/// Parses levels, each of which must follow the one before; `what` they are otherwise is said.
+fn ordered<T>(
+    lods: &[String],
+    parse: impl Fn(&str) -> Result<T, String>,
+    is_ordered: impl Fn(&T, &T) -> bool,
+    what: &str,
+) -> Result<Vec<T>, JobError> {
+    let parse = |text: &String| parse(text).map_err(|why| JobError::Options(format!("--lods {text}: {why}")));
+    let levels: Vec<T> = lods.iter().map(parse).collect::<Result<_, _>>()?;
+    if levels.windows(2).all(|pair| is_ordered(&pair[0], &pair[1])) {
+        return Ok(levels);
     }
-    Err(JobError::Options(match by {
-        None => "--lods: give falling shares, like 50%,25%,10% or 0.5,0.25,0.1".into(),
-        Some(LodsBy::Error) => {
-            "--lods: give rising distances, like 0.1%,0.5%,2%, all in percent or all in the unit of the mesh".into()
-        }
-        Some(_) => "--lods: give falling sizes, like 20k,5k,1k or 50%,25%,10% or 0.5,0.25,0.1".into(),
-    }))
+    Err(JobError::Options(format!("--lods: give {what}")))
 }
 
 // Without `by`, a level is a share of the vertices.
@@ -38,9 +50,8 @@ fn size(text: &str, by: Option<LodsBy>) -> Result<Size, String> {
         number.or_else(|why| share(text).map(ratio).map_err(|_| why))
     };
     match by {
-        Some(LodsBy::Error) => bound(text).map(Size::Error),
         Some(LodsBy::Faces) => or_share(faces(text), Size::FaceRatio),
-        Some(LodsBy::Vertices) => or_share(vertices(text), Size::Ratio),
+        Some(_) => or_share(vertices(text), Size::Ratio),
         None => share(text).map(Size::Ratio).map_err(|why| match vertices(text) {
             Ok(Size::Vertices(n)) if n > 100 => "is a number: add --lods-by faces or --lods-by vertices".into(),
             _ => why,
@@ -53,7 +64,7 @@ mod tests {
     use super::*;
     use crate::job::Bound;
 
-    fn parse_words(words: &[&str]) -> Result<Vec<Size>, String> {
+    fn parse_words(words: &[&str]) -> Result<Goal, String> {
         let (lods, by) = match words {
             [lods, "--lods-by", by] => (lods, Some(by)),
             lods => (&lods[0], None),
@@ -75,10 +86,11 @@ mod tests {
             (&["10%,7", "--lods-by", "faces"], [Size::FaceRatio(0.1), Size::Faces(7)]),
             (&["0.5,10%", "--lods-by", "faces"], [Size::FaceRatio(0.5), Size::FaceRatio(0.1)]),
             (&["900,10%", "--lods-by", "vertices"], [Size::Vertices(900), Size::Ratio(0.1)]),
-            (&["0.1%,2%", "--lods-by", "error"], [0.1, 2.0].map(|percent| Size::Error(Bound::Percent(percent)))),
         ] {
-            assert_eq!(parse_words(words), Ok(sizes.to_vec()), "{words:?}");
+            assert_eq!(parse_words(words), Ok(Goal::Levels(sizes.to_vec())), "{words:?}");
         }
+        let bounds = [0.1, 2.0].map(Bound::Percent).to_vec();
+        assert_eq!(parse_words(&["0.1%,2%", "--lods-by", "error"]), Ok(Goal::ErrorLevels(bounds)));
     }
 
     #[test]

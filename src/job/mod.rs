@@ -41,6 +41,7 @@ mod to_job;
 mod watch;
 mod within;
 
+pub use crate::simplify::{Size, percent};
 pub use advice::list_advice;
 pub use arguments::Arguments;
 pub use baked_material::{BakeFigures, BakedMaterial};
@@ -54,10 +55,10 @@ pub use parse::{RatioOf, number_parser, parse_scaled, ratio_of, seed, share, ver
 pub use progression::{format_of_progression, make_progression};
 pub use report::{
     Certified, DistanceFigures, Dropped, JobReport, Level, MapFile, MeshSize, NamedShare, OutputFigures, REACHED,
-    SAMPLES, Seconds, Shape, TargetWords, outcome_words, score_words, stop_reason, target_words,
+    SAMPLES, Seconds, Shape, outcome_words, score_words, stop_reason,
 };
 pub use request::{Job, Names, Repair};
 pub use run::run;
-pub use size::{Bound, Goal, Size, percent};
+pub use size::{Bound, Goal};
 pub use textures::Textures;
 pub use watch::{JobStage, Watch};

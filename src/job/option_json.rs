@@ -10,8 +10,9 @@ use serde_json::{Number, Value};
 
 use super::choices::Compression;
 use super::parse::{self, RatioOf};
-use super::size::{Bound, Size};
+use super::size::Bound;
 use crate::io::shorten_name;
+use crate::simplify::Size;
 
 /// Makes readers of options with a value, which a parser takes.
 macro_rules! values {
@@ -94,7 +95,12 @@ macro_rules! write_as_typed {
         }
     )*};
 }
-write_as_typed! { Size, Bound, RatioOf }
+write_as_typed! { Bound, RatioOf }
+
+/// Writes a size as it is typed.
+pub fn write_size<S: Serializer>(size: &Option<Size>, to: S) -> Result<S::Ok, S::Error> {
+    size.map(|size| size.to_string()).serialize(to)
+}
 
 fn value<'de, D: Deserializer<'de>, T>(from: D, parse: fn(&str) -> Result<T, String>) -> Result<Option<T>, D::Error> {
     match optional_value(from, parse)? {

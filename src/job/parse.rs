@@ -1,6 +1,8 @@
 //! Parsers of sizes and distances in the notation of users: `10%`, `10k`, `1.5M`, `2MB`.
 
-use super::size::{Bound, Size, percent};
+use crate::simplify::{Size, percent};
+
+use super::size::Bound;
 
 /// Largest count; exact in doubles.
 const MOST: f64 = 1e15;

@@ -5,7 +5,7 @@ use crate::mesh::{Attributes, RawMesh};
 use crate::metrics::CertifiedDistance;
 use crate::model::Weights;
 use crate::search::prove_progression;
-use crate::simplify::{ClosedOptions, Effort, Event, Progression, Simplified, Target};
+use crate::simplify::{ClosedOptions, Effort, Event, Progression, Simplified, Size};
 
 use super::arguments::Arguments;
 use super::document::Document;
@@ -118,20 +118,15 @@ pub(super) fn levels_for_goal(
     progression: &Progression,
     job: &Job,
 ) -> Result<SimplifiedResults, JobError> {
-    let n_faces = document.mesh().faces().len();
     // The quick levels are those of the merges, as with the collapse alone.
     let is_refined = job.closed_options().effort != Effort::Fast;
-    let make_level = |target: Target| Ok::<_, JobError>(progression.at_target(target, is_refined)?);
+    let make_level = |target: Size| Ok::<_, JobError>(progression.at_target(target, is_refined)?);
     let mut found = SimplifiedResults::new(Vec::new(), job);
     if job.goal.n_bytes().is_some() {
         return Err(JobError::Options("--size: a progression has levels by size or error: give one".into()));
     }
-    let bounds = job.goal.bounds();
-    if bounds.is_empty() {
-        found.results =
-            job.goal.sizes().iter().map(|size| make_level(size.target(n_faces))).collect::<Result<_, _>>()?;
-    }
-    for bound in bounds {
+    found.results = job.goal.sizes().iter().map(|size| make_level(*size)).collect::<Result<_, _>>()?;
+    for bound in job.goal.bounds() {
         let error = bound.to_absolute(document.diagonal());
         found.results.push(progression.at_error(error)?);
         // A level within the bound has the distance that is proved for it; the mesh itself has none.

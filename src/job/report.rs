@@ -4,12 +4,12 @@ use crate::mesh::cleanup::CleanCounts;
 use crate::mesh::{TriMesh, topology};
 use crate::metrics::{CertifiedDistance, QuickDistance};
 use crate::repair::RepairCounts;
-use crate::simplify::{Outcome, ScoreSource, Target};
+use crate::simplify::{Outcome, ScoreSource};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::baked_material::BakeFigures;
-use super::size::{Bound, Goal, Size, percent};
+use super::size::Goal;
 
 /// Report of a job.
 #[derive(Debug, Serialize)]
@@ -19,7 +19,7 @@ pub struct JobReport {
     /// Figures of the written mesh.
     pub output: OutputFigures,
     /// Requested size.
-    pub target: TargetWords,
+    pub target: Goal,
     /// `reached`, or `stopped: ` and the reason.
     pub outcome: String,
     /// Source of the scores: `bending`, `geometry` or `network`.
@@ -241,60 +241,6 @@ pub struct Dropped {
     pub faces: usize,
 }
 
-/// Requested size, in JSON one key and its value.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum TargetWords {
-    /// Share of the vertices.
-    Ratio(f64),
-    /// Number of vertices.
-    Vertices(usize),
-    /// Number of faces.
-    Faces(usize),
-    /// Percent of the faces.
-    FacesPercent(f64),
-    /// Largest distance in the unit of the mesh.
-    Error(f64),
-    /// Largest distance in percent of the diagonal.
-    ErrorPercent(f64),
-    /// Bytes of the file.
-    Bytes(usize),
-    /// Shares of the vertices, by level.
-    Lods(Vec<f64>),
-    /// Numbers or shares of the vertices, by level.
-    LodsVertices(Vec<String>),
-    /// Numbers or shares of the faces, by level.
-    LodsFaces(Vec<String>),
-    /// Largest distances, by level.
-    LodsError(Vec<String>),
-}
-
-/// Returns the goal for the report; `first` is the first result's target.
-pub fn target_words(goal: &Goal, first: Target) -> TargetWords {
-    match goal {
-        Goal::One(Size::FaceRatio(share)) => TargetWords::FacesPercent(percent(*share)),
-        Goal::One(Size::Error(Bound::Absolute(error))) => TargetWords::Error(*error),
-        Goal::One(Size::Error(Bound::Percent(percent))) => TargetWords::ErrorPercent(*percent),
-        Goal::One(Size::Bytes(n_bytes)) => TargetWords::Bytes(*n_bytes),
-        Goal::One(_) => first.into(),
-        Goal::Levels(sizes) => levels(sizes),
-    }
-}
-
-/// Converts levels of detail: shares of the vertices to numbers, others to text.
-fn levels(sizes: &[Size]) -> TargetWords {
-    let share = |size: &Size| size.share().filter(|_| size.is_of_vertices());
-    if let Some(shares) = sizes.iter().map(share).collect() {
-        return TargetWords::Lods(shares);
-    }
-    let words = sizes.iter().map(Size::to_string).collect();
-    match sizes.first() {
-        Some(Size::Error(_)) => TargetWords::LodsError(words),
-        Some(size) if size.is_of_faces() => TargetWords::LodsFaces(words),
-        _ => TargetWords::LodsVertices(words),
-    }
-}
-
 /// Wall-clock seconds; set by the caller.
 #[derive(Debug, Default, Serialize)]
 pub struct Seconds {
@@ -369,16 +315,6 @@ impl OutputFigures {
             flipped_edges: done.flipped_edges,
             separated_vertices: done.separated_vertices,
             shortened_spikes: done.shortened_spikes,
-        }
-    }
-}
-
-impl From<Target> for TargetWords {
-    fn from(target: Target) -> Self {
-        match target {
-            Target::Ratio(ratio) => Self::Ratio(ratio),
-            Target::Vertices(n) => Self::Vertices(n),
-            Target::Faces(n) => Self::Faces(n),
         }
     }
 }

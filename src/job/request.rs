@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::io::Format;
-use crate::simplify::{Assembly, ClosedOptions, Options, Target};
+use crate::simplify::{Assembly, ClosedOptions, Options, Size};
 
 use super::arguments::Arguments;
 use super::choices::Engine;
@@ -15,12 +15,12 @@ const FIELD_OF_VIEW: f64 = 60.0;
 /// Request to simplify a document: how to read, repair, simplify, pack and write it.
 ///
 /// ```
-/// use neural_mesh::job::{Bound, Goal, Job, Size};
+/// use neural_mesh::job::{Bound, Goal, Job};
 /// use neural_mesh::io::Format;
-/// use neural_mesh::simplify::{Options, Target};
+/// use neural_mesh::simplify::{Options, Size};
 ///
-/// let mut job = Job::new(Options::new(Target::Ratio(1.0)), Format::Glb);
-/// job.goal = Goal::One(Size::Error(Bound::Percent(1.0)));
+/// let mut job = Job::new(Options::new(Size::Ratio(1.0)), Format::Glb);
+/// job.goal = Goal::Error(Bound::Percent(1.0));
 /// assert!(job.check().is_ok());
 /// ```
 #[derive(Clone, Debug)]
@@ -43,7 +43,7 @@ pub struct Job {
 impl Job {
     /// Makes a job with these options and this format; the rest has defaults.
     pub fn new(options: Options, format: Format) -> Self {
-        let goal = Goal::One(options.target.into());
+        let goal = Goal::One(options.target);
         let seed = if let Assembly::Paper(paper) = &options.assembly { paper.seed } else { 0 };
         Self {
             arguments: Arguments { seed, ..Arguments::default() },
@@ -55,9 +55,9 @@ impl Job {
         }
     }
 
-    /// Returns the target for a mesh with `n_faces` faces.
-    pub fn target(&self, n_faces: usize) -> Target {
-        self.goal.sizes().first().map_or(self.options.target, |size| size.target(n_faces))
+    /// Returns the size of the first result; that of `options` for goals that a search finds.
+    pub fn target(&self) -> Size {
+        self.goal.sizes().first().copied().unwrap_or(self.options.target)
     }
 
     /// Returns the options of the closed assembly; the defaults with the paper's.

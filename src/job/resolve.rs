@@ -1,15 +1,14 @@
 //! Options of a job that depend on its document.
 
-use crate::simplify::{Assembly, Options, SEAM_ERROR, Target};
+use crate::simplify::{Assembly, Options, SEAM_ERROR, Size};
 
 use super::document::Document;
 use super::request::Job;
-use super::shares;
 use super::size::Bound;
 
 pub fn options_for(document: &Document, job: &Job) -> Options {
     let mut options = job.options.clone();
-    options.target = resolve_target(job.target(document.mesh().faces().len()), document, job);
+    options.target = resolve_target(job.target(), document, job);
     match &mut options.assembly {
         Assembly::Closed(closed) => {
             closed.frame = document.written_frame(job);
@@ -25,11 +24,11 @@ pub fn options_for(document: &Document, job: &Job) -> Options {
     options
 }
 
-// Named shares are simplified first and leave fewer vertices, so the ratio of all vertices becomes a number before.
-pub fn resolve_target(target: Target, document: &Document, job: &Job) -> Target {
+// Named shares are simplified first and leave less, so a share of the whole becomes a number before.
+pub fn resolve_target(target: Size, document: &Document, job: &Job) -> Size {
     if job.arguments.shares().is_empty() {
         target
     } else {
-        shares::ratio_to_count(target, document.mesh().positions().len())
+        target.to_number(document.mesh().positions().len(), document.mesh().faces().len())
     }
 }

@@ -4,7 +4,7 @@ use crate::io::{Format, PackOptions, Packing};
 use crate::mesh::Role;
 use crate::model::Weights;
 use crate::search::simplify_to_size;
-use crate::simplify::{Hidden, Input, Options, Purpose, Simplified, Target, simplify, simplify_levels_of_detail};
+use crate::simplify::{Hidden, Input, Options, Purpose, Simplified, Size, simplify, simplify_levels_of_detail};
 
 use super::advice::list_advice;
 use super::bake;
@@ -17,13 +17,13 @@ use super::outcome::JobOutcome;
 use super::progression::levels_for_goal;
 use super::report::{
     Certified, DistanceFigures, JobReport, Level, MeshSize, OutputFigures, SAMPLES, Seconds, outcome_words,
-    score_words, stop_reason, target_words,
+    score_words, stop_reason,
 };
 use super::request::Job;
 use super::resolve::{options_for, resolve_target};
 use super::shares;
 use super::simplified_results::SimplifiedResults;
-use super::size::{Bound, Goal, Size};
+use super::size::{Bound, Goal};
 use super::watch::{JobStage, Watch};
 use super::within::simplify_within;
 
@@ -33,9 +33,9 @@ use super::within::simplify_within;
 /// use std::ops::ControlFlow;
 /// use neural_mesh::io::Format;
 /// use neural_mesh::job::{Document, Job, run};
-/// use neural_mesh::simplify::{Options, Target};
+/// use neural_mesh::simplify::{Options, Size};
 ///
-/// let mut job = Job::new(Options::new(Target::Faces(2)), Format::Ply);
+/// let mut job = Job::new(Options::new(Size::Faces(2)), Format::Ply);
 /// job.names.files = vec!["square.ply".into()];
 /// let square = b"OFF\n5 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 0\n3 0 1 4\n3 1 2 4\n3 2 3 4\n3 3 0 4\n";
 /// let document = Document::from_bytes(square, None, &job)?;
@@ -59,7 +59,7 @@ pub fn run(
     check_bounds(document, job)?;
     watch.begin(JobStage::Simplify);
     let mut simplified = simplify_document(document, job, weights, watch)?;
-    let without_repeats = simplified.leave_out_repeats(job.goal.sizes());
+    let without_repeats = simplified.leave_out_repeats(&job.goal.texts());
     let SimplifiedResults { results, certified, note, pack, named } = simplified;
     let baked = bake_result(document, &results, job, watch)?;
     let (packing, unpacked) = pack_results(document, &results.iter().collect::<Vec<_>>(), pack, job)?;
@@ -85,7 +85,7 @@ fn check_bounds(document: &Document, job: &Job) -> Result<(), JobError> {
     let option = if job.goal.n_levels().is_some() { "--lods" } else { "--error" };
     // No point of a mesh is farther than this from the middle of its bounding box.
     let most = 0.5 * document.diagonal();
-    let too_far = job.goal.bounds().into_iter().find_map(|bound| match bound {
+    let too_far = job.goal.bounds().iter().find_map(|bound| match *bound {
         Bound::Absolute(distance) if distance > most && most > 0.0 => Some(distance),
         _ => None,
     });
@@ -131,16 +131,15 @@ fn simplify_to_goal(
     // The check has refused goals that need the closed assembly, except for a single level.
     match (&job.goal, options.assembly.as_closed()) {
         (goal, Some(closed)) if goal.is_by_error() => {
-            simplify_within(&goal.bounds(), (document, input), (weights, closed), job, watch)
+            simplify_within(goal.bounds(), (document, input), (weights, closed), job, watch)
         }
         (Goal::Levels(sizes), Some(closed)) if !sizes.is_empty() => {
-            let target = |size: &Size| resolve_target(size.target(document.mesh().faces().len()), document, job);
-            let targets: Vec<Target> = sizes.iter().map(target).collect();
+            let sizes: Vec<Size> = sizes.iter().map(|size| resolve_target(*size, document, job)).collect();
             let forward_event = &mut |event| watch.event(event);
-            let levels = simplify_levels_of_detail(input, weights, closed, &targets, forward_event)?;
+            let levels = simplify_levels_of_detail(input, weights, closed, &sizes, forward_event)?;
             Ok(SimplifiedResults::new(levels, job))
         }
-        (Goal::One(Size::Bytes(n_bytes)), _) => {
+        (Goal::Bytes(n_bytes), _) => {
             document.check_bytes(*n_bytes, job, job.names.file(0))?;
             let bytes_of = |result: &Simplified| bytes_of(document, result, job);
             let forward_event = &mut |event| watch.event(event);
@@ -224,7 +223,7 @@ fn make_report(
         free,
         input: MeshSize::measure(document.mesh(), with_shape),
         output: first.output,
-        target: target_words(&job.goal, job.options.target),
+        target: job.goal.clone(),
         outcome: first.outcome,
         scores: score_words(result.report.scores),
         seed: job.arguments.seed,

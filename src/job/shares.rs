@@ -1,9 +1,7 @@
 //! `--ratio NAME=50%`: named faces are simplified first, then the rest to the total size.
 
 use crate::model::Weights;
-use crate::simplify::{
-    ClosedOptions, Event, GroupRatio, Simplified, SimplifiedGroups, Target, count_of_share, simplify_groups,
-};
+use crate::simplify::{ClosedOptions, Event, GroupRatio, Simplified, SimplifiedGroups, simplify_groups};
 
 use super::document::Document;
 use super::error::JobError;
@@ -66,13 +64,5 @@ pub fn renumber(results: &mut [Simplified], simplified: &SimplifiedGroups) {
         let of_mesh = |own: Vec<u32>, sources: &Vec<u32>| own.into_iter().map(|v| sources[v as usize]).collect();
         result.source_vertices =
             result.source_vertices.take().zip(simplified.sources.as_ref()).map(|(own, sources)| of_mesh(own, sources));
-    }
-}
-
-/// Converts a target ratio of `n_vertices` to a number of vertices.
-pub fn ratio_to_count(target: Target, n_vertices: usize) -> Target {
-    match target {
-        Target::Ratio(ratio) => Target::Vertices(count_of_share(n_vertices, ratio)),
-        other => other,
     }
 }

@@ -6,7 +6,6 @@ use crate::simplify::Simplified;
 
 use super::report::NamedShare;
 use super::request::Job;
-use super::size::Size;
 
 pub(super) struct SimplifiedResults {
     pub results: Vec<Simplified>,
@@ -23,7 +22,7 @@ impl SimplifiedResults {
     }
 
     /// Removes levels as large as the one before, which gets their outcome; returns a line that names their sizes.
-    pub fn leave_out_repeats(&mut self, sizes: &[Size]) -> Option<String> {
+    pub fn leave_out_repeats(&mut self, sizes: &[String]) -> Option<String> {
         let count = |result: &Simplified| [result.mesh.positions().len(), result.mesh.faces().len()];
         let (mut left_out, mut repeated) = (Vec::new(), None);
         let mut results: Vec<Simplified> = Vec::new();
@@ -37,7 +36,7 @@ impl SimplifiedResults {
             if results.len() < self.certified.len() {
                 self.certified.remove(results.len());
             }
-            left_out.extend(sizes.get(i).map(Size::to_string));
+            left_out.extend(sizes.get(i).cloned());
         }
         self.results = results;
         let ([n_vertices, n_faces], sizes) = (repeated?, left_out.join(", "));

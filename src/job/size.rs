@@ -2,134 +2,95 @@
 
 use std::fmt;
 
-use crate::simplify::{Target, count_of_share};
+use serde::ser::{Serialize, Serializer};
+use serde_json::json;
 
-/// Requested size of a result.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Size {
-    /// Share of the vertices, above 0 and at most 1.
-    Ratio(f64),
-    /// Number of vertices.
-    Vertices(usize),
-    /// Share of the faces, above 0 and at most 1.
-    FaceRatio(f64),
-    /// Number of faces.
-    Faces(usize),
-    /// Largest distance from the original.
-    Error(Bound),
-    /// Largest size of the file in bytes.
-    Bytes(usize),
-}
-
-impl Size {
-    /// Returns the target for a mesh with `n_faces` faces; all vertices if only a search finds it.
-    pub fn target(self, n_faces: usize) -> Target {
-        match self {
-            Self::Ratio(ratio) => Target::Ratio(ratio),
-            Self::Vertices(n) => Target::Vertices(n),
-            Self::FaceRatio(ratio) => Target::Faces(count_of_share(n_faces, ratio)),
-            Self::Faces(n) => Target::Faces(n),
-            Self::Error(_) | Self::Bytes(_) => Target::Ratio(1.0),
-        }
-    }
-
-    /// Returns the share of the vertices or faces, if it is one.
-    pub fn share(self) -> Option<f64> {
-        if let Self::Ratio(share) | Self::FaceRatio(share) = self { Some(share) } else { None }
-    }
-
-    /// Returns the number of vertices or faces for a mesh with `n` of them, at least 1; all for other sizes.
-    pub fn count(self, n: usize) -> usize {
-        match self {
-            Self::Ratio(share) | Self::FaceRatio(share) => count_of_share(n, share),
-            Self::Vertices(number) | Self::Faces(number) => number,
-            Self::Error(_) | Self::Bytes(_) => n,
-        }
-    }
-
-    /// Returns the distance, if it is one.
-    pub fn bound(self) -> Option<Bound> {
-        if let Self::Error(bound) = self { Some(bound) } else { None }
-    }
-
-    /// Returns whether the size is of vertices.
-    pub fn is_of_vertices(self) -> bool {
-        matches!(self, Self::Ratio(_) | Self::Vertices(_))
-    }
-
-    /// Returns whether the size is of faces.
-    pub fn is_of_faces(self) -> bool {
-        matches!(self, Self::FaceRatio(_) | Self::Faces(_))
-    }
-}
-
-impl From<Target> for Size {
-    fn from(target: Target) -> Self {
-        match target {
-            Target::Ratio(ratio) => Self::Ratio(ratio),
-            Target::Vertices(n) => Self::Vertices(n),
-            Target::Faces(n) => Self::Faces(n),
-        }
-    }
-}
-
-impl fmt::Display for Size {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Ratio(share) | Self::FaceRatio(share) => write!(f, "{}%", percent(*share)),
-            Self::Vertices(number) | Self::Faces(number) | Self::Bytes(number) => write!(f, "{number}"),
-            Self::Error(bound) => write!(f, "{bound}"),
-        }
-    }
-}
+use crate::simplify::{Size, percent};
 
 /// Goal of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Goal {
-    /// One result.
+    /// One result of this size.
     One(Size),
-    /// Levels of detail: sizes of vertices or faces, each no larger than the one before, or rising distances.
+    /// Levels of detail: sizes of vertices or faces, each no larger than the one before.
     Levels(Vec<Size>),
+    /// The smallest result within this distance from the original.
+    Error(Bound),
+    /// Levels of detail: the smallest results within these rising distances.
+    ErrorLevels(Vec<Bound>),
+    /// The largest result whose file has at most this many bytes.
+    Bytes(usize),
 }
 
 impl Goal {
-    /// Returns the sizes, one for each result.
+    /// Returns the sizes, one for each result; empty for distances and bytes.
     pub fn sizes(&self) -> &[Size] {
         match self {
             Self::One(size) => std::slice::from_ref(size),
             Self::Levels(sizes) => sizes,
+            Self::Error(_) | Self::ErrorLevels(_) | Self::Bytes(_) => &[],
         }
     }
 
     /// Returns the distances that results keep; empty for goals of other kinds.
-    pub fn bounds(&self) -> Vec<Bound> {
-        self.sizes().iter().filter_map(|size| size.bound()).collect()
+    pub fn bounds(&self) -> &[Bound] {
+        match self {
+            Self::Error(bound) => std::slice::from_ref(bound),
+            Self::ErrorLevels(bounds) => bounds,
+            Self::One(_) | Self::Levels(_) | Self::Bytes(_) => &[],
+        }
+    }
+
+    /// Returns sizes or distances as they are typed.
+    pub fn texts(&self) -> Vec<String> {
+        self.sizes().iter().map(Size::to_string).chain(self.bounds().iter().map(Bound::to_string)).collect()
     }
 
     /// Returns whether the goal is an upper bound of distance or bytes.
     pub fn is_bound(&self) -> bool {
-        self.sizes().iter().any(|size| matches!(size, Size::Error(_) | Size::Bytes(_)))
+        self.is_by_error() || self.n_bytes().is_some()
     }
 
     /// Returns whether results keep distances.
     pub fn is_by_error(&self) -> bool {
-        self.sizes().iter().any(|size| size.bound().is_some())
+        matches!(self, Self::Error(_) | Self::ErrorLevels(_))
     }
 
     /// Returns the largest size of the file in bytes, if that is the goal.
     pub fn n_bytes(&self) -> Option<usize> {
-        if let Self::One(Size::Bytes(n_bytes)) = *self { Some(n_bytes) } else { None }
+        if let Self::Bytes(n_bytes) = *self { Some(n_bytes) } else { None }
     }
 
     /// Returns the number of levels of detail, if there are any.
     pub fn n_levels(&self) -> Option<usize> {
-        if let Self::Levels(sizes) = self { Some(sizes.len()) } else { None }
+        match self {
+            Self::Levels(sizes) => Some(sizes.len()),
+            Self::ErrorLevels(bounds) => Some(bounds.len()),
+            Self::One(_) | Self::Error(_) | Self::Bytes(_) => None,
+        }
     }
 }
 
-/// Converts a share to percent, rounded to 12 decimals.
-pub fn percent(share: f64) -> f64 {
-    (share * 1e14).round() / 1e12
+/// One key and its value: `{"ratio": 0.1}`, `{"lods_faces": ["5000", "10%"]}`.
+impl Serialize for Goal {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let shares: Vec<Option<f64>> =
+            self.sizes().iter().map(|size| size.share().filter(|_| !size.is_of_faces())).collect();
+        let (key, value) = match self {
+            Self::One(Size::Ratio(share)) => ("ratio", json!(share)),
+            Self::One(Size::Vertices(n)) => ("vertices", json!(n)),
+            Self::One(Size::FaceRatio(share)) => ("faces_percent", json!(percent(*share))),
+            Self::One(Size::Faces(n)) => ("faces", json!(n)),
+            Self::Error(Bound::Absolute(distance)) => ("error", json!(distance)),
+            Self::Error(Bound::Percent(percent)) => ("error_percent", json!(percent)),
+            Self::Bytes(n_bytes) => ("bytes", json!(n_bytes)),
+            Self::Levels(_) if shares.iter().all(Option::is_some) => ("lods", json!(shares)),
+            Self::Levels(sizes) if sizes[0].is_of_faces() => ("lods_faces", json!(self.texts())),
+            Self::Levels(_) => ("lods_vertices", json!(self.texts())),
+            Self::ErrorLevels(_) => ("lods_error", json!(self.texts())),
+        };
+        to.collect_map([(key, value)])
+    }
 }
 
 /// Distance, absolute or relative.
@@ -174,17 +135,23 @@ mod tests {
     use crate::job::share;
 
     #[test]
-    fn shares_of_faces_are_numbers_once_the_mesh_is_known() {
-        assert_eq!(Size::FaceRatio(0.25).target(1000), Target::Faces(250));
-        assert_eq!(Size::Ratio(0.25).target(1000), Target::Ratio(0.25));
-        assert_eq!(Size::Vertices(12).target(1000), Target::Vertices(12));
-    }
-
-    #[test]
-    fn a_share_of_many_is_the_number_that_people_mean() {
-        let counts = [Size::Ratio(0.29).count(100), Size::FaceRatio(0.001).count(3), Size::Vertices(7).count(3)];
-        assert_eq!(counts, [29, 1, 7]);
-        assert_eq!([Size::Ratio(0.07).to_string(), Size::Faces(5).to_string()], ["7%", "5"]);
+    fn a_goal_is_one_key_and_its_value() {
+        let words = |goal: Goal| serde_json::to_string(&goal).unwrap();
+        for (goal, json) in [
+            (Goal::One(Size::Ratio(0.1)), r#"{"ratio":0.1}"#),
+            (Goal::One(Size::Vertices(12)), r#"{"vertices":12}"#),
+            (Goal::One(Size::Faces(20)), r#"{"faces":20}"#),
+            (Goal::One(Size::FaceRatio(0.07)), r#"{"faces_percent":7.0}"#),
+            (Goal::Error(Bound::Absolute(0.5)), r#"{"error":0.5}"#),
+            (Goal::Error(Bound::Percent(0.5)), r#"{"error_percent":0.5}"#),
+            (Goal::Bytes(2000), r#"{"bytes":2000}"#),
+            (Goal::Levels(vec![Size::Ratio(0.5), Size::Ratio(0.1)]), r#"{"lods":[0.5,0.1]}"#),
+            (Goal::Levels(vec![Size::Vertices(9), Size::Ratio(0.1)]), r#"{"lods_vertices":["9","10%"]}"#),
+            (Goal::Levels(vec![Size::FaceRatio(0.5), Size::Faces(7)]), r#"{"lods_faces":["50%","7"]}"#),
+            (Goal::ErrorLevels(vec![Bound::Percent(0.5)]), r#"{"lods_error":["0.5%"]}"#),
+        ] {
+            assert_eq!(words(goal), json);
+        }
     }
 
     #[test]

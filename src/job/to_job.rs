@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 
 use crate::io::{Format, PackOptions};
-use crate::simplify::{Assembly, ClosedOptions, Draw, Optimize, Options, PaperOptions, ScoreSource, Target};
+use crate::simplify::{Assembly, ClosedOptions, Draw, Optimize, Options, PaperOptions, ScoreSource, Size};
 
 use super::arguments::Arguments;
 use super::choices::{AssemblyName, Compression, Engine};
@@ -12,7 +12,7 @@ use super::error::JobError;
 use super::levels::levels;
 use super::meshopt;
 use super::request::{Job, Repair};
-use super::size::{Bound, Goal, Size};
+use super::size::{Bound, Goal};
 
 // Size below which a bare `--printable` drops components, in percent of the diagonal: 1 mm of 10 cm.
 const PIECE_PERCENT: f64 = 1.0;
@@ -43,8 +43,8 @@ impl Arguments {
     pub fn job_as(&self, format: Format) -> Result<Job, JobError> {
         self.check()?;
         let (is_paper, goal) = (self.assembly == AssemblyName::Paper, self.goal()?);
-        // A size that is known only with the mesh leaves the target at a ratio of 1.0.
-        let target = goal.sizes().first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX));
+        // The target of goals that a search finds is the whole mesh.
+        let target = goal.sizes().first().copied().unwrap_or(Size::Ratio(1.0));
         let mut job = Job::new(Options::with_closed(target, self.closed_options(is_paper)?), format);
         (job.arguments, job.goal) = (self.clone(), goal);
         if self.compress == Some(Compression::Meshopt) {
@@ -102,11 +102,10 @@ impl Arguments {
     }
 
     fn goal(&self) -> Result<Goal, JobError> {
-        let size = self.whole_ratio().map(Size::Ratio).or(self.vertices).or(self.faces);
-        let size = size.or(self.error.map(Size::Error)).or(self.size.map(Size::Bytes));
-        match size {
-            Some(size) => Ok(Goal::One(size)),
-            None if !self.lods.is_empty() => levels(&self.lods, self.lods_by).map(Goal::Levels),
+        let size = self.whole_ratio().map(Size::Ratio).or(self.vertices).or(self.faces).map(Goal::One);
+        match size.or(self.error.map(Goal::Error)).or(self.size.map(Goal::Bytes)) {
+            Some(goal) => Ok(goal),
+            None if !self.lods.is_empty() => levels(&self.lods, self.lods_by),
             // Shares by name alone leave the rest as it is.
             None => Ok(Goal::One(Size::Ratio(1.0))),
         }
@@ -249,15 +248,15 @@ mod tests {
     #[test]
     fn numbers_and_texts_mean_what_they_mean_on_the_command_line() {
         for (json, target) in [
-            (r#"{"ratio": 0.1}"#, Target::Ratio(0.1)),
-            (r#"{"ratio": "10%"}"#, Target::Ratio(0.1)),
-            (r#"{"vertices": "1.5k"}"#, Target::Vertices(1500)),
-            (r#"{"faces": 5000}"#, Target::Faces(5000)),
+            (r#"{"ratio": 0.1}"#, Size::Ratio(0.1)),
+            (r#"{"ratio": "10%"}"#, Size::Ratio(0.1)),
+            (r#"{"vertices": "1.5k"}"#, Size::Vertices(1500)),
+            (r#"{"faces": 5000}"#, Size::Faces(5000)),
         ] {
             assert_eq!(job(json).unwrap().options.target, target, "{json}");
         }
         assert_eq!(job(r#"{"faces": "10%"}"#).unwrap().goal, Goal::One(Size::FaceRatio(0.1)));
-        assert_eq!(job(r#"{"size": "2MB"}"#).unwrap().goal, Goal::One(Size::Bytes(2_000_000)));
+        assert_eq!(job(r#"{"size": "2MB"}"#).unwrap().goal, Goal::Bytes(2_000_000));
         assert_eq!(job(r#"{"lods": [0.5, "10%"]}"#).unwrap().goal.n_levels(), Some(2));
         let pruned = job(r#"{"error": 0.5, "prune": true, "printable": true}"#).unwrap();
         assert_eq!(

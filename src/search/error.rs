@@ -8,7 +8,7 @@ use crate::mesh::{TriMesh, UnitedMesh};
 use crate::metrics::{CertifiedDistance, DistanceTolerance, MeasuredOriginal};
 use crate::model::Weights;
 use crate::simplify::{
-    ClosedOptions, Input, Listener, Outcome, Simplified, SimplifyError, Target, prune, simplify_levels_of_detail,
+    ClosedOptions, Input, Listener, Outcome, Simplified, SimplifyError, Size, prune, simplify_levels_of_detail,
 };
 
 use super::progress::Search;
@@ -169,7 +169,7 @@ fn simplify_to_counts(
     sizes: &[usize],
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    let sizes: Vec<Target> = sizes.iter().map(|&size| Target::Vertices(size)).collect();
+    let sizes: Vec<Size> = sizes.iter().map(|&size| Size::Vertices(size)).collect();
     simplify_levels_of_detail(input, weights, options, &sizes, progress)
 }
 
@@ -440,7 +440,7 @@ mod tests {
     #[test]
     fn proofs_share_what_they_may_look_at() {
         let fine = shapes::icosphere(4);
-        let options = Options::new(Target::Vertices(shapes::icosphere(2).positions().len()));
+        let options = Options::new(Size::Vertices(shapes::icosphere(2).positions().len()));
         let input = Input::bare(&fine);
         let coarse = simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         let original = PlacedOriginal::from_input(&input);

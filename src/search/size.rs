@@ -1,7 +1,7 @@
 //! The largest result within a number of bytes.
 
 use crate::model::Weights;
-use crate::simplify::{Assembly, Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify};
+use crate::simplify::{Assembly, Input, Listener, Options, Outcome, Simplified, SimplifyError, Size, simplify};
 
 use super::progress::Search;
 
@@ -49,7 +49,7 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
     let mut vertices = FIRST.min(n_all);
     let mut search = Search::new(progress, SHARE_OF_RUN);
     for n_before in 0..MOST_TRIES {
-        let options = Options::with_assembly(Target::Vertices(vertices), assembly.clone());
+        let options = Options::with_assembly(Size::Vertices(vertices), assembly.clone());
         let result = simplify(input, weights, &options, &mut search.run())?;
         search.look("bytes")?;
         let n = bytes_of(&result)?;

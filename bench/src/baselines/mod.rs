@@ -68,7 +68,7 @@ impl Baseline {
 
 /// Target size; QEM, the collapse and meshoptimizer use the number of faces, the others that of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
+pub struct TargetCounts {
     /// Number of vertices.
     pub vertices: usize,
     /// Number of faces.
@@ -81,7 +81,12 @@ pub struct Size {
 ///
 /// # Errors
 /// [`BaselineError::Empty`] for an input without faces, [`BaselineError::NothingLeft`] for such a result.
-pub fn simplify_by(baseline: Baseline, mesh: &TriMesh, size: Size, seed: u64) -> Result<TriMesh, BaselineError> {
+pub fn simplify_by(
+    baseline: Baseline,
+    mesh: &TriMesh,
+    size: TargetCounts,
+    seed: u64,
+) -> Result<TriMesh, BaselineError> {
     if mesh.faces().is_empty() {
         return Err(BaselineError::Empty);
     }

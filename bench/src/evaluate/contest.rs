@@ -5,11 +5,11 @@ use std::ops::ControlFlow;
 use super::engine::{Engine, RunResult, RunTarget, TimedScope};
 use super::limited::{RunFailure, join_lines};
 use super::method::Method;
-use crate::baselines::Size;
+use crate::baselines::TargetCounts;
 use neural_mesh::mesh::TriMesh;
 
 pub(super) struct MethodOutcome {
-    pub size: Size,
+    pub size: TargetCounts,
     pub seconds: Vec<f64>,
     pub timed: Option<TimedScope>,
     pub result: Result<TriMesh, String>,
@@ -25,10 +25,10 @@ pub(super) struct ContestCase<'a> {
 }
 
 impl ContestCase<'_> {
-    fn size(&self, n_faces: Option<usize>) -> Size {
+    fn size(&self, n_faces: Option<usize>) -> TargetCounts {
         let share = |n: usize| ((n as f64 * self.ratio) as usize).max(1);
         let faces = n_faces.unwrap_or_else(|| share(self.mesh.faces().len()));
-        Size { vertices: share(self.mesh.positions().len()), faces }
+        TargetCounts { vertices: share(self.mesh.positions().len()), faces }
     }
 }
 
@@ -72,7 +72,7 @@ pub(super) fn run_case(
     outcomes.into_iter().collect()
 }
 
-fn add_run(outcome: &mut Option<MethodOutcome>, size: Size, done: RunResult) {
+fn add_run(outcome: &mut Option<MethodOutcome>, size: TargetCounts, done: RunResult) {
     match outcome {
         Some(outcome) => outcome.seconds.push(done.seconds),
         None => {

@@ -12,7 +12,7 @@ use super::limited::{RunFailure, append_last_output, run_limited, stderr_path};
 use super::method::Method;
 use super::settings::LearnedFile;
 use super::tool::{Placeholders, Tool};
-use crate::baselines::Size;
+use crate::baselines::TargetCounts;
 use neural_mesh::mesh::TriMesh;
 
 /// A program that passes one line of standard input to [`answer_job`](super::answer_job) and prints the answer.
@@ -39,7 +39,7 @@ pub(super) struct Engine<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RunTarget {
     pub ratio: f64,
-    pub size: Size,
+    pub size: TargetCounts,
     pub seed: u64,
 }
 

@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 use super::clock::Moment;
 use super::foreign::{self, ForeignRun};
 use super::method::Method;
-use crate::baselines::{Size, simplify_by};
+use crate::baselines::{TargetCounts, simplify_by};
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_learned};
 use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::{Frame, TriMesh, compact};
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::paper::{orient_triangle, paper_stages};
-use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, PaperOptions, ScoreSource, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, PaperOptions, ScoreSource, Size, simplify};
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Job {
@@ -65,7 +65,7 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
     let name = match method {
         Method::Ours(name) => *name,
         Method::Baseline(baseline) => {
-            let size = Size { vertices: job.vertices, faces: job.faces };
+            let size = TargetCounts { vertices: job.vertices, faces: job.faces };
             return simplify_by(*baseline, mesh, size, job.seed).map_err(|error| error.to_string());
         }
         Method::Learned(baseline) => {
@@ -78,7 +78,7 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
     if name == "paper-quotient" {
         return span_regions(mesh, job, weights.ours.as_ref().unwrap_or(Weights::shipped_paper_open()));
     }
-    let options = options(name, Target::Vertices(job.vertices), job.seed);
+    let options = options(name, Size::Vertices(job.vertices), job.seed);
     let simplified = simplify(mesh, weights.ours.as_ref(), &options, &mut |_| ControlFlow::Continue(()));
     simplified.map(|simplified| simplified.mesh).map_err(|error| error.to_string())
 }
@@ -93,7 +93,7 @@ fn span_regions(mesh: &TriMesh, job: &Job, weights: &Weights) -> Result<TriMesh,
     compact(&samples, faces.collect()).map(|(mesh, _)| mesh).map_err(|error| error.to_string())
 }
 
-fn options(name: &str, target: Target, seed: u64) -> Options {
+fn options(name: &str, target: Size, seed: u64) -> Options {
     let default = ClosedOptions::default();
     let paper =
         |close, place| Options::with_paper(target, PaperOptions { seed, close, place, ..PaperOptions::default() });

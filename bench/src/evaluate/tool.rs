@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::baselines::Size;
+use crate::baselines::TargetCounts;
 use crate::error::EvaluateError;
 
 // Extensions allowed in placeholders such as `{in.obj}`; `{in}` means `ply`.
@@ -24,7 +24,7 @@ pub(super) struct Placeholders<'a> {
     pub input: &'a Path,
     pub output: &'a Path,
     pub ratio: f64,
-    pub size: Size,
+    pub size: TargetCounts,
 }
 
 impl Tool {
@@ -83,7 +83,7 @@ mod tests {
     fn placeholders_are_filled_and_words_kept_together() {
         let tool = Tool::parse("mine='a b' -r {ratio} {in.obj} --out={out} -n{faces}:{vertices}").unwrap();
         assert_eq!((tool.ending("in"), tool.ending("out")), (Some("obj"), Some("ply")));
-        let size = Size { vertices: 12, faces: 20 };
+        let size = TargetCounts { vertices: 12, faces: 20 };
         let given = Placeholders { input: "/x y/in".as_ref(), output: "out".as_ref(), ratio: 0.5, size };
         assert_eq!(tool.words(&given), ["a b", "-r", "0.5", "/x y/in.obj", "--out=out.ply", "-n20:12"]);
     }

@@ -8,13 +8,13 @@ use anyhow::{Context, Result, ensure};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{DistanceTolerance, Surface, certified_distance, surface_distance};
 use neural_mesh::search::simplify_to_error;
-use neural_mesh::simplify::{ClosedOptions, Input, Options, Target, simplify, simplify_levels_of_detail};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Size, simplify, simplify_levels_of_detail};
 
 use super::bench::{Bench, Blocks, LARGE, RATIOS, root, thread_pool};
 use super::clock::measure_time;
 use super::meshes::load;
 use super::textured::compare_model;
-use crate::baselines::{Baseline, Size, simplify_by};
+use crate::baselines::{Baseline, TargetCounts, simplify_by};
 use crate::cells::{Cell, MeshValue, Show, largest, least, median, one_decimal, three_decimals, whole_number};
 use crate::evaluate::Settings;
 use crate::rows::{ResultRow, Table, median as median_of};
@@ -200,7 +200,7 @@ fn fewest_faces(mesh: &TriMesh, error: f64) -> Result<usize> {
     let mut fewest = enough;
     while enough as f64 > (too_few as f64 * 1.02).max(too_few as f64 + 2.0) {
         let middle = if too_few == 0 { enough / 4 } else { too_few.midpoint(enough) };
-        let result = simplify_by(Baseline::Meshoptimizer, mesh, Size { vertices: middle, faces: middle }, 0)?;
+        let result = simplify_by(Baseline::Meshoptimizer, mesh, TargetCounts { vertices: middle, faces: middle }, 0)?;
         let holds = certified_distance(mesh, &result, &wanted).is_some_and(|distance| distance.upper <= error);
         if holds {
             (enough, fewest) = (middle, fewest.min(result.faces().len()));
@@ -270,12 +270,12 @@ fn compare_levels(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
 }
 
 fn simplify_levels(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
-    let (input, options, targets) = (Input::bare(mesh), ClosedOptions::default(), LEVELS.map(Target::Ratio));
+    let (input, options, targets) = (Input::bare(mesh), ClosedOptions::default(), LEVELS.map(Size::Ratio));
     let levels = simplify_levels_of_detail(input, None, &options, &targets, &mut |_| ControlFlow::Continue(()))?;
     Ok(levels.into_iter().map(|level| level.mesh).collect())
 }
 
 fn simplify_each(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
-    let run = |ratio| simplify(mesh, None, &Options::new(Target::Ratio(ratio)), &mut |_| ControlFlow::Continue(()));
+    let run = |ratio| simplify(mesh, None, &Options::new(Size::Ratio(ratio)), &mut |_| ControlFlow::Continue(()));
     LEVELS.map(run).into_iter().map(|result| Ok(result?.mesh)).collect()
 }

@@ -9,7 +9,7 @@ use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh};
 use neural_mesh::metrics::{Surface, quick_distance, surface_distance};
-use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Size, simplify};
 
 use super::bench::{Bench, Blocks, LARGE, RATIOS, build_program, thread_pool};
 use super::clock::{measure_program_time, measure_time, peak_bytes, reset_peak};
@@ -73,7 +73,7 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
     ])
 }
 
-fn run_default(mesh: &TriMesh, target: Target) -> Result<TriMesh> {
+fn run_default(mesh: &TriMesh, target: Size) -> Result<TriMesh> {
     Ok(simplify(mesh, None, &Options::new(target), &mut |_| ControlFlow::Continue(()))?.mesh)
 }
 
@@ -92,7 +92,7 @@ fn measure_speed(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
 
 fn measure_speed_at(name: &str, mesh: &TriMesh, ratio: f64) -> Result<Vec<ResultRow>> {
     let n_left = (ratio * mesh.faces().len() as f64).round() as usize;
-    let options = Options::new(Target::Faces(n_left));
+    let options = Options::new(Size::Faces(n_left));
     let geometry = ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() };
     let geometry = Options::with_closed(options.target, geometry);
     let [one, two] = [thread_pool(1)?, thread_pool(2)?];
@@ -160,7 +160,7 @@ fn measure_growth(name: &str, &n_faces: &usize) -> Result<Vec<ResultRow>> {
     let n_faces = mesh.faces().len();
     let n_left = (0.1 * n_faces as f64).round() as usize;
     let [one, two] = [thread_pool(1)?, thread_pool(2)?];
-    let ours = || run_default(&mesh, Target::Faces(n_left));
+    let ours = || run_default(&mesh, Size::Faces(n_left));
     reset_peak()?;
     two.install(ours)?;
     let memory = peak_bytes()? as f64 / n_faces as f64;
@@ -271,7 +271,7 @@ fn measure_check(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
     let original = Surface::new(&mesh, MANY_SAMPLES, 77);
     let mut rows = Vec::new();
     for ratio in CHECK_RATIOS {
-        let result = run_default(&mesh, Target::Ratio(ratio))?;
+        let result = run_default(&mesh, Size::Ratio(ratio))?;
         let many = surface_distance(&original, &Surface::new(&result, MANY_SAMPLES, 78)).context("no faces")?;
         let one = thread_pool(1)?;
         let (quick, time) = one.install(|| measure_time(|| Ok(quick_distance(&mesh, &result, QUICK_SAMPLES, 0))))?;

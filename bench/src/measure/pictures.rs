@@ -9,11 +9,11 @@ use neural_mesh::io::write_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::picture::{PictureOptions, encode_png, render};
-use neural_mesh::simplify::{Options, Target, simplify};
+use neural_mesh::simplify::{Options, Size, simplify};
 
 use super::bench::{Bench, Blocks, root, tosca_weights};
 use super::meshes::load;
-use crate::baselines::{Baseline, Size, simplify_by};
+use crate::baselines::{Baseline, TargetCounts, simplify_by};
 use crate::cells::count;
 use crate::rows::ResultRow;
 
@@ -54,8 +54,8 @@ fn draw_figure_6(bench: &Bench) -> Result<String> {
 
 fn draw_mesh(bench: &Bench, name: &str, (path, ratio): &(PathBuf, f64)) -> Result<Vec<ResultRow>> {
     let mesh = load(Path::new(path))?;
-    let ours = simplify(&mesh, None, &Options::new(Target::Ratio(*ratio)), &mut |_| ControlFlow::Continue(()))?.mesh;
-    let size = Size { vertices: ours.positions().len(), faces: ours.faces().len() };
+    let ours = simplify(&mesh, None, &Options::new(Size::Ratio(*ratio)), &mut |_| ControlFlow::Continue(()))?.mesh;
+    let size = TargetCounts { vertices: ours.positions().len(), faces: ours.faces().len() };
     let theirs = simplify_by(Baseline::Meshoptimizer, &mesh, size, 0)?;
     let original = Surface::new(&mesh, SAMPLES, 0);
     let caption = |method: &str, lighter: &TriMesh| {

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Target, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Size, simplify};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
@@ -69,7 +69,7 @@ fn measure_stages(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
         let n = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
         for (method, scores, weights) in cases {
             let closed = ClosedOptions { scores, prune: false, ..ClosedOptions::default() };
-            let options = Options::with_closed(Target::Vertices(n), closed);
+            let options = Options::with_closed(Size::Vertices(n), closed);
             let run = || Ok(simplify(&mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?.mesh);
             let (simplified, time) =
                 one.install(|| measure_time(run)).with_context(|| format!("{method} at {ratio}"))?;

@@ -9,12 +9,12 @@ use bevy_asset::processor::{Process, ProcessContext, ProcessError};
 use bevy_asset::{AssetApp, AssetLoader, AsyncWriteExt};
 use bevy_reflect::TypePath;
 use neural_mesh::io::{self, Format};
-use neural_mesh::job::{Bound, Document, Goal, Job, JobError, Size, run};
-use neural_mesh::simplify::{Options, Target};
+use neural_mesh::job::{Bound, Document, Goal, Job, JobError, run};
+use neural_mesh::simplify::Options;
 use serde::{Deserialize, Serialize};
 
 use super::gltf_source::{GltfSource, GltfSourceLoader};
-use super::settings::{SimplifySettings, SizeSetting};
+use super::settings::SimplifySettings;
 
 /// Processor that writes a glTF file as a smaller one, with its scenes, names, materials, skins and animations.
 ///
@@ -92,14 +92,11 @@ impl<L: AssetLoader> Process for GltfSimplifier<L> {
 
 /// Returns the bytes of a smaller GLB.
 fn simplify_asset(asset: io::Asset, settings: &SimplifySettings) -> Result<Vec<u8>, JobError> {
-    let size = match settings.size {
-        SizeSetting::Ratio(ratio) => Size::Ratio(ratio),
-        SizeSetting::Vertices(n) => Size::Vertices(n),
-        SizeSetting::Faces(n) => Size::Faces(n),
-        SizeSetting::Error(error) => Size::Error(Bound::Absolute(error)),
-    };
-    let mut job = Job::new(Options::with_closed(Target::Ratio(1.0), settings.options.clone()), Format::Glb);
-    (job.goal, job.arguments.no_check) = (Goal::One(size), true);
+    let mut job = Job::new(Options::with_closed(settings.size, settings.options.clone()), Format::Glb);
+    job.arguments.no_check = true;
+    if let Some(error) = settings.error {
+        job.goal = Goal::Error(Bound::Absolute(error));
+    }
     job.names.files = vec!["scene.glb".into()];
     let document = Document::from_asset(asset, &job)?;
     let mut outcome = run(&document, &job, None, &mut |_| ControlFlow::Continue(()))?;

@@ -3,9 +3,8 @@
 use bevy_asset::transformer::{AssetTransformer, TransformedAsset};
 use bevy_mesh::Mesh;
 use bevy_reflect::TypePath;
-use neural_mesh::simplify::Target;
 
-use super::settings::{SimplifySettings, SizeSetting};
+use super::settings::SimplifySettings;
 use crate::{MeshError, SimplifiedMesh, simplify_mesh, simplify_mesh_to_error};
 
 /// Transformer that simplifies meshes between a loader and a saver of meshes.
@@ -34,10 +33,8 @@ impl AssetTransformer for MeshSimplifier {
 
 fn simplify_by_settings(mesh: &Mesh, settings: &SimplifySettings) -> Result<SimplifiedMesh, MeshError> {
     let options = &settings.options;
-    match settings.size {
-        SizeSetting::Ratio(ratio) => simplify_mesh(mesh, Target::Ratio(ratio), options),
-        SizeSetting::Vertices(n) => simplify_mesh(mesh, Target::Vertices(n), options),
-        SizeSetting::Faces(n) => simplify_mesh(mesh, Target::Faces(n), options),
-        SizeSetting::Error(error) => simplify_mesh_to_error(mesh, error, options),
+    match settings.error {
+        Some(error) => simplify_mesh_to_error(mesh, error, options),
+        None => simplify_mesh(mesh, settings.size, options),
     }
 }

@@ -10,4 +10,4 @@ mod settings;
 #[cfg(feature = "gltf")]
 pub use gltf::{GltfSettings, GltfSimplifier, GltfSimplifierPlugin};
 pub use mesh_simplifier::MeshSimplifier;
-pub use settings::{SimplifySettings, SizeSetting};
+pub use settings::SimplifySettings;

@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use crate::mesh::{Attributes, TriMesh};
-use crate::simplify::{ClosedOptions, Hidden, Input, SimplifyError, Target, simplify_forcing_size};
+use crate::simplify::{ClosedOptions, Hidden, Input, SimplifyError, Size, simplify_forcing_size};
 
 use super::vertices::{Patch, ReducedPatch};
 use double_faces::{PartedPatch, add_leaves, part_double_faces};
@@ -86,7 +86,7 @@ fn collapse(
     let mut input = Input::bare(mesh);
     (input.attributes, input.locked) = (attributes, locked);
     let mut go_on = |_| if stops.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    match simplify_forcing_size(&input, None, options, Target::Faces(n_faces), &mut go_on) {
+    match simplify_forcing_size(&input, None, options, Size::Faces(n_faces), &mut go_on) {
         Ok(made) => Ok(ReducedPatch { mesh: made.mesh, attributes: made.attributes }),
         Err(SimplifyError::Interrupted) => Err(SimplifyError::Interrupted),
         // What the collapse refuses, such as coordinates at the limit of single precision, is left to the other methods.

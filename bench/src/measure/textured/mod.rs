@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use neural_mesh::appearance::VIEWS;
 use neural_mesh::metrics::{Surface, psnr, surface_distance};
 use neural_mesh::picture::{CornerNormals, DecodedMaterials, ShadedMesh, view_shaded};
-use neural_mesh::simplify::{Input, Options, Target, simplify};
+use neural_mesh::simplify::{Input, Options, Size, simplify};
 
 use crate::rows::ResultRow;
 
@@ -54,7 +54,7 @@ fn compare_at_ratio(name: &str, model: &Model, ratio: f64) -> Result<Vec<ResultR
 fn simplify_ours(original: &AttributedMesh, ratio: f64) -> Result<AttributedMesh> {
     let mut input = Input::bare(&original.mesh);
     input.attributes = &original.attributes;
-    let options = Options::new(Target::Ratio(ratio));
+    let options = Options::new(Size::Ratio(ratio));
     let result = simplify(input, None, &options, &mut |_| ControlFlow::Continue(()))?;
     Ok(AttributedMesh { mesh: result.mesh, attributes: result.attributes })
 }

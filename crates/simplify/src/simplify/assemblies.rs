@@ -115,7 +115,7 @@ pub(super) fn unchanged_result(pulse: Pulse, input: &Input, scores: ScoreSource)
 mod tests {
     use super::*;
     use crate::mesh::{Channel, shapes};
-    use crate::simplify::{Options, Target, simplify};
+    use crate::simplify::{Options, Size, simplify};
     use std::ops::ControlFlow;
 
     #[test]
@@ -128,7 +128,7 @@ mod tests {
         let mut attributes = with_flat_normals(&mesh, &textured, "normal");
         attributes.channels.rotate_right(1);
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
-        let options = Options::new(Target::Faces(200));
+        let options = Options::new(Size::Faces(200));
         let result = simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert!(result.attributes.is_valid_for(200) && is_shaded_flat(&result.mesh, &result.attributes));
         let names: Vec<&str> = result.attributes.channels.iter().map(|channel| channel.name.as_str()).collect();

@@ -9,8 +9,9 @@ use super::components::prune;
 use super::input::Input;
 use super::limits::{Limit, resolve_levels, resolve_limit};
 use super::map::identity_map;
-use super::options::{Assembly, Listener, Options, PaperOptions, ScoreSource, Simplified, SimplifyError, Target};
+use super::options::{Assembly, Listener, Options, PaperOptions, ScoreSource, Simplified, SimplifyError};
 use super::progress::{PAPER_STAGES, Progress, closed_stages, run_with_listener};
+use super::size::Size;
 use super::sub_mesh::SubMesh;
 
 type TracedResult = (Simplified, Option<Derivative>);
@@ -36,23 +37,24 @@ pub(super) fn run(
 
 pub(super) fn run_levels(
     task: &Task,
-    targets: &[Target],
+    sizes: &[Size],
     listener: &mut Listener,
 ) -> Result<Vec<TracedResult>, SimplifyError> {
     // Stages take shares of time that depend on the size of the first level.
-    let share = targets.first().map_or(1.0, |target| target.share_of(task.input.mesh));
-    let stages = closed_stages(targets.len(), share);
-    run_with_listener(listener, &stages, |progress| run_closed(task, targets, progress))
+    let [n_vertices, n_faces] = [task.input.mesh.positions().len(), task.input.mesh.faces().len()];
+    let share = sizes.first().map_or(1.0, |size| size.share_of(n_vertices, n_faces));
+    let stages = closed_stages(sizes.len(), share);
+    run_with_listener(listener, &stages, |progress| run_closed(task, sizes, progress))
 }
 
-fn run_closed(task: &Task, targets: &[Target], progress: Progress) -> Result<Vec<TracedResult>, SimplifyError> {
+fn run_closed(task: &Task, sizes: &[Size], progress: Progress) -> Result<Vec<TracedResult>, SimplifyError> {
     let Task { ref input, options, .. } = *task;
     input.check()?;
     progress.enter("surface", input.mesh.faces().len())?;
     // Unused vertices are removed first and restored in the results.
     let used = SubMesh::without_unused_vertices(progress.pulse, input)?;
     let input = used.input();
-    let mut limits = resolve_levels(input.mesh, targets)?;
+    let mut limits = resolve_levels(input.mesh, sizes)?;
     // A target at or above the input size returns the input.
     let n_met = limits.iter().take_while(|limit| limit.is_met_by(input.mesh)).count();
     let n_unchanged = if n_met > 0 && is_sound(input.mesh, &options.frame) { n_met } else { 0 };
@@ -104,7 +106,7 @@ fn run_paper(
     input: &Input,
     weights: Option<&Weights>,
     options: &PaperOptions,
-    target: Target,
+    target: Size,
     progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
     input.check()?;

@@ -9,7 +9,8 @@ use crate::model::Weights;
 
 use super::input::Input;
 use super::levels::simplify_forcing_size;
-use super::options::{ClosedOptions, Event, Hidden, Listener, SimplifyError, Target, count_of_share};
+use super::options::{ClosedOptions, Event, Hidden, Listener, SimplifyError};
+use super::size::{Size, count_of_share};
 
 /// Groups with the share of their vertices to keep.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,7 +58,7 @@ impl SimplifiedGroups {
 /// # use neural_mesh_simplify as neural_mesh;
 /// use std::ops::ControlFlow;
 /// use neural_mesh::mesh::{Attributes, shapes};
-/// use neural_mesh::simplify::{ClosedOptions, GroupRatio, Input, Options, Target, simplify_groups, simplify};
+/// use neural_mesh::simplify::{ClosedOptions, GroupRatio, Input, Options, Size, simplify_groups, simplify};
 /// let mesh = shapes::icosphere(4);
 /// let north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
 /// let groups = mesh.faces().iter().map(|face| u32::from(north(face))).collect();
@@ -69,7 +70,7 @@ impl SimplifiedGroups {
 /// let before = simplify_groups(&input, None, &ClosedOptions::default(), &[halved], go_on).unwrap();
 /// let n_north = before.kept.iter().filter(|kept| **kept).count();
 /// assert!((0.25..0.35).contains(&(n_north as f64 / 2560.0)));
-/// let whole = Options::new(Target::Vertices(512));
+/// let whole = Options::new(Size::Vertices(512));
 /// let result = simplify(&before.input(None), None, &whole, go_on).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 512);
 /// ```
@@ -83,7 +84,7 @@ pub fn simplify_groups(
     // Shares are checked before any work, written so that NaN fails too.
     let refused = ratios.iter().find(|of| !(of.ratio > 0.0 && of.ratio <= 1.0));
     if let Some(refused) = refused {
-        return Err(SimplifyError::BadTarget(Target::Ratio(refused.ratio)));
+        return Err(SimplifyError::BadTarget(Size::Ratio(refused.ratio)));
     }
     let n_faces = input.mesh.faces().len() as u32;
     let mut current = SimplifiedGroups {
@@ -123,7 +124,7 @@ fn simplify_group(
     // The target is the whole mesh less what the group loses.
     let n_removed = n_own - count_of_share(n_own, of.ratio).min(n_own);
     let n_used = before.mesh.faces().as_flattened().iter().copied().collect::<FxHashSet<u32>>().len();
-    let target = Target::Vertices((n_used - n_removed).max(1));
+    let target = Size::Vertices((n_used - n_removed).max(1));
     let options = options_for_group(options);
     let input = Input { kept: &kept, ..before.input(scene) };
     let result = simplify_forcing_size(&input, weights, &options, target, progress)?;
@@ -212,7 +213,7 @@ mod tests {
                 .zip(&made.attributes.groups)
                 .all(|(&face, group)| attributes.groups[face as usize] == *group)
         );
-        let whole = Options::new(Target::Vertices(made.mesh.positions().len() * 24 / 25));
+        let whole = Options::new(Size::Vertices(made.mesh.positions().len() * 24 / 25));
         let result = simplify(made.input(None), None, &whole, &mut go_on).unwrap();
         assert!(topology(&result.mesh).is_closed_manifold());
         let kept = |group| count_faces(&result.attributes, group) == count_faces(&made.attributes, group);

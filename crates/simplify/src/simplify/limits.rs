@@ -1,8 +1,9 @@
-//! Targets resolved to numbers of vertices and faces.
+//! Sizes resolved to numbers of vertices and faces.
 
 use crate::mesh::TriMesh;
 
-use super::options::{SimplifyError, Target, count_of_share};
+use super::options::SimplifyError;
+use super::size::Size;
 
 #[derive(Clone, Copy)]
 pub(super) struct Limit {
@@ -45,27 +46,28 @@ impl Limit {
     }
 }
 
-pub(super) fn resolve_limit(mesh: &TriMesh, target: Target) -> Result<Limit, SimplifyError> {
-    resolve_limit_of(mesh.positions().len(), target)
+pub(super) fn resolve_limit(mesh: &TriMesh, size: Size) -> Result<Limit, SimplifyError> {
+    resolve_limit_of([mesh.positions().len(), mesh.faces().len()], size)
 }
 
-pub(super) fn resolve_limit_of(n_vertices: usize, target: Target) -> Result<Limit, SimplifyError> {
-    match target {
-        Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {
-            Ok(Limit::from_vertices(count_of_share(n_vertices, ratio)))
-        }
-        Target::Vertices(vertices) if vertices > 0 => Ok(Limit::from_vertices(vertices)),
-        Target::Faces(faces) if faces > 0 => Ok(Limit { faces, ..Limit::from_vertices(usize::MAX) }),
-        _ => Err(SimplifyError::BadTarget(target)),
+/// Resolves a size for a mesh with these numbers of vertices and faces.
+pub(super) fn resolve_limit_of([n_vertices, n_faces]: [usize; 2], size: Size) -> Result<Limit, SimplifyError> {
+    if size.share().is_some_and(|share| !(share > 0.0 && share <= 1.0)) {
+        return Err(SimplifyError::BadTarget(size));
+    }
+    match size.to_number(n_vertices, n_faces) {
+        Size::Vertices(vertices) if vertices > 0 => Ok(Limit::from_vertices(vertices)),
+        Size::Faces(faces) if faces > 0 => Ok(Limit { faces, ..Limit::from_vertices(usize::MAX) }),
+        _ => Err(SimplifyError::BadTarget(size)),
     }
 }
 
-pub(super) fn resolve_levels(mesh: &TriMesh, targets: &[Target]) -> Result<Vec<Limit>, SimplifyError> {
-    let mut limits: Vec<Limit> = Vec::with_capacity(targets.len());
-    for &target in targets {
-        let limit = resolve_limit(mesh, target)?;
+pub(super) fn resolve_levels(mesh: &TriMesh, sizes: &[Size]) -> Result<Vec<Limit>, SimplifyError> {
+    let mut limits: Vec<Limit> = Vec::with_capacity(sizes.len());
+    for &size in sizes {
+        let limit = resolve_limit(mesh, size)?;
         if limits.last().is_some_and(|last| limit.size() > last.size()) {
-            return Err(SimplifyError::BadTarget(target));
+            return Err(SimplifyError::BadTarget(size));
         }
         limits.push(limit);
     }
@@ -81,8 +83,10 @@ mod tests {
         for percent in 1..=100usize {
             let share = percent as f64 / 100.0;
             for n in 1..=1000 {
-                let limit = resolve_limit_of(n, Target::Ratio(share)).unwrap();
+                let limit = resolve_limit_of([n, 0], Size::Ratio(share)).unwrap();
                 assert_eq!(limit.vertices, (n * percent / 100).max(1), "{percent} % of {n}");
+                let limit = resolve_limit_of([0, n], Size::FaceRatio(share)).unwrap();
+                assert_eq!(limit.faces, (n * percent / 100).max(1), "{percent} % of {n}");
             }
         }
     }

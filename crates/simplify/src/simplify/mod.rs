@@ -26,6 +26,7 @@ mod record;
 mod report;
 mod sample_vertices;
 mod scattered_samples;
+mod size;
 mod sub_mesh;
 mod versions;
 mod with_importance;
@@ -51,12 +52,13 @@ pub use mesh_points::{MeshedPoints, PointsOptions, cloud_graph, mesh_points, reg
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
     Assembly, ClosedOptions, DroppedComponent, Effort, Event, Hidden, Listener, Map, Optimize, Options, Outcome,
-    PaperOptions, Purpose, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Target, count_of_share,
+    PaperOptions, Purpose, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError,
 };
 pub use progression::{Progression, ProvedLevel};
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
+pub use size::{Size, count_of_share, percent};
 pub use versions::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
 pub use with_importance::{WeightedResult, simplify_with_importance};
 
@@ -73,9 +75,9 @@ pub use with_importance::{WeightedResult, simplify_with_importance};
 /// # use neural_mesh_simplify as neural_mesh;
 /// use std::ops::ControlFlow;
 /// use neural_mesh::mesh::{Attributes, shapes};
-/// use neural_mesh::simplify::{ClosedOptions, Input, Options, ScoreSource, Target, simplify};
+/// use neural_mesh::simplify::{ClosedOptions, Input, Options, ScoreSource, Size, simplify};
 /// let mesh = shapes::icosphere(4);
-/// let target = Target::Vertices(200);
+/// let target = Size::Vertices(200);
 /// let result = simplify(&mesh, None, &Options::new(target), &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 200);
 /// // Without scores, every vertex counts by its area; groups of faces are kept apart:
@@ -106,9 +108,9 @@ pub fn simplify<'a>(
 /// # use neural_mesh_simplify as neural_mesh;
 /// use std::ops::ControlFlow;
 /// use neural_mesh::mesh::shapes;
-/// use neural_mesh::simplify::{Options, Target, simplify_recorded};
+/// use neural_mesh::simplify::{Options, Size, simplify_recorded};
 /// let mesh = shapes::icosphere(3);
-/// let options = Options::new(Target::Vertices(100));
+/// let options = Options::new(Size::Vertices(100));
 /// let (result, record) =
 ///     simplify_recorded(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// // In which direction must the input vertices move for vertex 0 of the result to move along x?

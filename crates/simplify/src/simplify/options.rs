@@ -2,67 +2,16 @@
 
 use std::ops::ControlFlow;
 
-use super::Draw;
+use super::{Draw, Size};
 use crate::mesh::value_bytes::{store_choices, store_fields};
 use crate::mesh::{Attributes, Frame, TriMesh};
 
-/// Size of the result.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Target {
-    /// Share of the vertices that remain, the paper's N_s / N_org; above 0, at most 1.
-    Ratio(f64),
-    /// Number of vertices.
-    Vertices(usize),
-    /// Number of faces.
-    Faces(usize),
-}
-
-impl std::fmt::Display for Target {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Ratio(ratio) => write!(f, "{ratio}"),
-            Self::Vertices(n) => write!(f, "of {n} vertices"),
-            Self::Faces(n) => write!(f, "of {n} faces"),
-        }
-    }
-}
-
-impl Target {
-    /// Returns about the share of the mesh that remains: of its faces for [`Target::Faces`], else of its vertices.
-    ///
-    /// ```
-    /// # use neural_mesh_simplify as neural_mesh;
-    /// use neural_mesh::{mesh::shapes, simplify::Target};
-    /// let sphere = shapes::icosphere(0);
-    /// assert_eq!([Target::Ratio(0.3), Target::Vertices(6), Target::Faces(5)].map(|it| it.share_of(&sphere)), [0.3, 0.5, 0.25]);
-    /// ```
-    pub fn share_of(self, mesh: &TriMesh) -> f64 {
-        let divide = |n: usize, n_all: usize| n as f64 / n_all.max(1) as f64;
-        match self {
-            Self::Ratio(ratio) => ratio,
-            Self::Vertices(n) => divide(n, mesh.positions().len()),
-            Self::Faces(n) => divide(n, mesh.faces().len()),
-        }
-    }
-}
-
-/// Returns a share of `n` as a number, rounded down so that no result is larger than its share; at least 1.
+/// Size and method of one simplification.
 ///
 /// ```
 /// # use neural_mesh_simplify as neural_mesh;
-/// assert_eq!([0.29, 0.999, 1e-9].map(|share| neural_mesh::simplify::count_of_share(100, share)), [29, 99, 1]);
-/// ```
-pub fn count_of_share(n: usize, share: f64) -> usize {
-    // The factor is needed since 29 % of 100 is 28.999999999999996 in doubles.
-    ((n as f64 * share * (1.0 + 1e-12)) as usize).max(1)
-}
-
-/// Target and method of one simplification.
-///
-/// ```
-/// # use neural_mesh_simplify as neural_mesh;
-/// use neural_mesh::simplify::{ClosedOptions, Options, PaperOptions, Target};
-/// let target = Target::Ratio(0.1);
+/// use neural_mesh::simplify::{ClosedOptions, Options, PaperOptions, Size};
+/// let target = Size::Ratio(0.1);
 /// // Edge collapse over vertices of the input:
 /// let closed = Options::with_closed(target, ClosedOptions { subset: true, ..ClosedOptions::default() });
 /// // The paper's network, with its holes filled:
@@ -73,29 +22,29 @@ pub fn count_of_share(n: usize, share: f64) -> usize {
 #[non_exhaustive]
 pub struct Options {
     /// Size of the result.
-    pub target: Target,
+    pub target: Size,
     /// Method that builds the surface, with its own options.
     pub assembly: Assembly,
 }
 
 impl Options {
     /// Returns the closed assembly with its defaults.
-    pub fn new(target: Target) -> Self {
+    pub fn new(target: Size) -> Self {
         Self::with_closed(target, ClosedOptions::default())
     }
 
     /// Returns the assembly with its options.
-    pub fn with_assembly(target: Target, assembly: Assembly) -> Self {
+    pub fn with_assembly(target: Size, assembly: Assembly) -> Self {
         Self { target, assembly }
     }
 
     /// Returns the closed assembly with these options.
-    pub fn with_closed(target: Target, options: ClosedOptions) -> Self {
+    pub fn with_closed(target: Size, options: ClosedOptions) -> Self {
         Self { target, assembly: Assembly::Closed(options) }
     }
 
     /// Returns the paper's assembly with these options.
-    pub fn with_paper(target: Target, options: PaperOptions) -> Self {
+    pub fn with_paper(target: Size, options: PaperOptions) -> Self {
         Self { target, assembly: Assembly::Paper(options) }
     }
 }
@@ -401,8 +350,8 @@ pub enum SimplifyError {
     Empty,
     /// Too few points for a surface; holds their number.
     TooFewPoints(usize),
-    /// Target that is no size: zero, not a number, or a ratio above 1.
-    BadTarget(Target),
+    /// Size that is none: zero, not a number, or a ratio above 1.
+    BadTarget(Size),
     /// Distance limit that is negative or not a number.
     BadError(f64),
     /// Attributes or importance of wrong length, or factors that are not positive.

@@ -194,7 +194,7 @@ impl ReporterState<'_> {
 mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
-    use crate::simplify::{ClosedOptions, Options, Simplified, Target, simplify, simplify_levels_of_detail};
+    use crate::simplify::{ClosedOptions, Options, Simplified, Size, simplify, simplify_levels_of_detail};
 
     fn go_on(_: Event) -> ControlFlow<()> {
         ControlFlow::Continue(())
@@ -223,7 +223,7 @@ mod tests {
         let mesh = shapes::torus(300, 150, 1.0, 0.4);
         for (ratio, n_threads) in [(0.03, 1), (0.03, 4), (0.5, 2)] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-            let options = Options::new(Target::Ratio(ratio));
+            let options = Options::new(Size::Ratio(ratio));
             let run = |listener: &mut Listener| _ = pool.install(|| simplify(&mesh, None, &options, listener)).unwrap();
             let events = collect_events(run);
             assert_eq!(stages(&events), CLOSED_STAGES.map(|(stage, _)| stage.name));
@@ -240,9 +240,9 @@ mod tests {
     fn levels_of_detail_are_parts_of_one_run() {
         let mesh = shapes::wavy_sphere(4, 8.0);
         let options = ClosedOptions::default();
-        let targets = [Target::Ratio(0.5), Target::Ratio(0.2), Target::Vertices(50)];
+        let sizes = [Size::Ratio(0.5), Size::Ratio(0.2), Size::Vertices(50)];
         let run = |listener: &mut Listener| {
-            _ = simplify_levels_of_detail(&mesh, None, &options, &targets, listener).unwrap();
+            _ = simplify_levels_of_detail(&mesh, None, &options, &sizes, listener).unwrap();
         };
         let events = collect_events(run);
         assert_eq!(stages(&events).iter().filter(|stage| **stage == "collapse").count(), 3);
@@ -269,10 +269,10 @@ mod tests {
                 others(info);
             }
         }));
-        let options = Options::new(Target::Ratio(0.05));
+        let options = Options::new(Size::Ratio(0.05));
         // Every event of a short run, some of a longer one.
         for (mesh, step) in [(shapes::icosphere(3), 1), (shapes::torus(200, 100, 1.0, 0.4), 25)] {
-            let options = if step == 1 { options.clone() } else { Options::new(Target::Ratio(0.5)) };
+            let options = if step == 1 { options.clone() } else { Options::new(Size::Ratio(0.5)) };
             let expected = simplify(&mesh, None, &options, &mut go_on);
             for n_threads in [1, 4] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
@@ -295,7 +295,7 @@ mod tests {
     #[test]
     fn a_panic_of_the_listener_propagates() {
         let mesh = shapes::icosphere(3);
-        let run = || simplify(&mesh, None, &Options::new(Target::Vertices(50)), &mut |_| resume_unwind(Box::new(7u8)));
+        let run = || simplify(&mesh, None, &Options::new(Size::Vertices(50)), &mut |_| resume_unwind(Box::new(7u8)));
         let payload = catch_unwind(AssertUnwindSafe(run)).unwrap_err();
         assert_eq!(payload.downcast_ref(), Some(&7u8));
     }

@@ -12,10 +12,9 @@ use super::components::prune;
 use super::input::Input;
 use super::limits::{Limit, resolve_limit_of};
 use super::map::identity_map;
-use super::options::{
-    ClosedOptions, DroppedComponent, Listener, Report, ScoreSource, Simplified, SimplifyError, Target,
-};
+use super::options::{ClosedOptions, DroppedComponent, Listener, Report, ScoreSource, Simplified, SimplifyError};
 use super::progress::{Progress, closed_stages, run_with_listener};
+use super::size::Size;
 use super::sub_mesh::{SubMesh, SubMeshOrigin};
 use crate::mesh::pulse::Pulse;
 
@@ -178,7 +177,7 @@ impl Progression {
     /// # Errors
     /// [`SimplifyError::BadTarget`] for no vertices, [`SimplifyError::Overflow`].
     pub fn at_vertices(&self, n: usize, refined: bool) -> Result<Simplified, SimplifyError> {
-        self.at_target(Target::Vertices(n), refined)
+        self.at_target(Size::Vertices(n), refined)
     }
 
     /// Makes a mesh of `n` faces as [`at_vertices`](Self::at_vertices) does.
@@ -186,15 +185,15 @@ impl Progression {
     /// # Errors
     /// As [`at_vertices`](Self::at_vertices).
     pub fn at_faces(&self, n: usize, refined: bool) -> Result<Simplified, SimplifyError> {
-        self.at_target(Target::Faces(n), refined)
+        self.at_target(Size::Faces(n), refined)
     }
 
     /// Makes a mesh of any size as [`at_vertices`](Self::at_vertices) does.
     ///
     /// # Errors
     /// As [`at_vertices`](Self::at_vertices).
-    pub fn at_target(&self, target: Target, refined: bool) -> Result<Simplified, SimplifyError> {
-        let limit = resolve_limit_of(self.size[0], target)?;
+    pub fn at_target(&self, target: Size, refined: bool) -> Result<Simplified, SimplifyError> {
+        let limit = resolve_limit_of(self.size, target)?;
         let is_whole = limit.vertices >= self.size[0] && limit.faces >= self.size[1];
         let mut simplified = if is_whole && is_sound(&self.mesh, &self.options.frame) {
             let map = self.options.map.then(|| identity_map(&self.mesh));
@@ -552,8 +551,8 @@ mod tests {
                 assert_eq!(level.mesh.faces().len(), 2 * n);
             }
         }
-        assert_eq!(progression.at_target(Target::Ratio(1.0), true).unwrap().mesh, mesh);
-        assert_eq!(progression.at_faces(0, true), Err(SimplifyError::BadTarget(Target::Faces(0))));
+        assert_eq!(progression.at_target(Size::Ratio(1.0), true).unwrap().mesh, mesh);
+        assert_eq!(progression.at_faces(0, true), Err(SimplifyError::BadTarget(Size::Faces(0))));
         let smallest = progression.at_vertices(1, false).unwrap();
         assert!(matches!(smallest.report.outcome, Outcome::Stopped(_)) && smallest.mesh.positions().len() < 9);
     }
@@ -565,7 +564,7 @@ mod tests {
         let (progression, whole) = (progression(&mesh), Surface::new(&mesh, 20_000, 0));
         let distance = |mesh: &TriMesh| surface_distance(&whole, &Surface::new(mesh, 20_000, 0)).unwrap().both.mean;
         for ratio in [0.5, 0.2, 0.1, 0.05, 0.01] {
-            let options = Options::new(Target::Ratio(ratio));
+            let options = Options::new(Size::Ratio(ratio));
             let single = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
             let level = progression.at_target(options.target, true).unwrap();
             let ratio_of_distances = distance(&level.mesh) / distance(&single.mesh);
@@ -578,7 +577,7 @@ mod tests {
         let mesh = sphere_with_dust();
         let progression = progression(&mesh);
         for n in [1500, 400, 150, 60] {
-            let options = Options::new(Target::Vertices(n));
+            let options = Options::new(Size::Vertices(n));
             let single = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
             for refined in [false, true] {
                 let level = progression.at_vertices(n, refined).unwrap();

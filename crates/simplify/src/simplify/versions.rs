@@ -32,7 +32,7 @@ mod tests {
     use crate::linalg::golden::{GoldenCheck, Hash, Results, check};
     use crate::mesh::{Attributes, Channel, Role, TriMesh, shapes, vertex_normals, with_flat_normals};
     use crate::simplify::{
-        ClosedOptions, Effort, Input, Options, PaperOptions, Purpose, ScoreSource, Simplified, Target, simplify,
+        ClosedOptions, Effort, Input, Options, PaperOptions, Purpose, ScoreSource, Simplified, Size, simplify,
         simplify_levels_of_detail, simplify_recorded,
     };
 
@@ -63,7 +63,7 @@ mod tests {
         let mut results = Vec::new();
         for (name, mesh) in shapes_and_files() {
             for ratio in [0.05, 0.2, 0.5] {
-                let target = Target::Ratio(ratio);
+                let target = Size::Ratio(ratio);
                 results.push((format!("{name} at {ratio}"), hash_of(&mesh, &Options::new(target))));
                 let geometry = ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() };
                 let geometry = Options::with_closed(target, geometry);
@@ -87,7 +87,7 @@ mod tests {
             ("subset", shapes::wavy_sphere(4, 8.0), ClosedOptions { subset: true, ..plain.clone() }),
             ("poses unknown", shapes::wavy_sphere(4, 8.0), ClosedOptions { purpose: Purpose::Poses, ..plain }),
         ];
-        let hash = |mesh, options| hash_of(&mesh, &Options::with_closed(Target::Ratio(0.2), options));
+        let hash = |mesh, options| hash_of(&mesh, &Options::with_closed(Size::Ratio(0.2), options));
         cases.into_iter().map(|(name, mesh, options)| (name.into(), hash(mesh, options))).collect()
     }
 
@@ -96,7 +96,7 @@ mod tests {
         let locked = ClosedOptions { lock_boundaries: true, ..ClosedOptions::default() };
         let fast = ClosedOptions { effort: Effort::Fast, ..locked.clone() };
         let [creases, locked, fast] =
-            [creases, locked, fast].map(|options| Options::with_closed(Target::Ratio(0.2), options));
+            [creases, locked, fast].map(|options| Options::with_closed(Size::Ratio(0.2), options));
         vec![
             ("creases kept".into(), hash_of(&shapes::bolt(24), &creases)),
             ("boundary locked".into(), hash_of(&shapes::grid(30, 20), &locked)),
@@ -113,7 +113,7 @@ mod tests {
         let mut results = Vec::new();
         for (name, mesh) in shapes_and_files().into_iter().filter(|(_, mesh)| mesh.positions().len() < 5000) {
             for ratio in [0.1, 0.3] {
-                let options = Options::with_paper(Target::Ratio(ratio), PaperOptions::default());
+                let options = Options::with_paper(Size::Ratio(ratio), PaperOptions::default());
                 results.push((format!("{name} at {ratio}"), hash_of(&mesh, &options)));
             }
         }
@@ -169,7 +169,7 @@ mod tests {
         ];
         let attributes = Attributes { groups, wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
-        let options = Options::new(Target::Vertices(200));
+        let options = Options::new(Size::Vertices(200));
         hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
@@ -189,7 +189,7 @@ mod tests {
         let wedges = (0..mesh.faces().len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
         let attributes = Attributes { groups: Vec::new(), wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
-        let options = Options::new(Target::Vertices(150));
+        let options = Options::new(Size::Vertices(150));
         hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
@@ -197,7 +197,7 @@ mod tests {
         let mesh = shapes::bolt(24);
         let attributes = with_flat_normals(&mesh, &Attributes::default(), "normal");
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
-        let options = Options::new(Target::Ratio(0.2));
+        let options = Options::new(Size::Ratio(0.2));
         hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
@@ -220,7 +220,7 @@ mod tests {
         ];
         let attributes = Attributes { groups: Vec::new(), wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
-        let options = Options::new(Target::Vertices(150));
+        let options = Options::new(Size::Vertices(150));
         hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
@@ -232,23 +232,23 @@ mod tests {
         let attributes = Attributes { groups: Vec::new(), wedges: mesh.faces().to_vec(), channels: vec![target] };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let poses = ClosedOptions { purpose: Purpose::Poses, ..ClosedOptions::default() };
-        let options = Options::with_closed(Target::Ratio(0.2), poses);
+        let options = Options::with_closed(Size::Ratio(0.2), poses);
         hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_levels() -> u64 {
         let mesh = shapes::wavy_sphere(4, 8.0);
-        let targets = [Target::Ratio(0.5), Target::Ratio(0.25), Target::Vertices(100)];
+        let sizes = [Size::Ratio(0.5), Size::Ratio(0.25), Size::Vertices(100)];
         let options = ClosedOptions::default();
         let go_on = &mut |_| ControlFlow::Continue(());
-        let levels = simplify_levels_of_detail(&mesh, None, &options, &targets, go_on).unwrap();
+        let levels = simplify_levels_of_detail(&mesh, None, &options, &sizes, go_on).unwrap();
         levels.iter().fold(Hash::new(), |all, level| all.bytes(&hash(level).value().to_le_bytes())).value()
     }
 
     fn hash_derivative() -> u64 {
         let mesh = shapes::wavy_sphere(3, 8.0);
         let go_on = &mut |_| ControlFlow::Continue(());
-        let (result, record) = simplify_recorded(&mesh, None, &Options::new(Target::Vertices(100)), go_on).unwrap();
+        let (result, record) = simplify_recorded(&mesh, None, &Options::new(Size::Vertices(100)), go_on).unwrap();
         let gradient: Vec<[f32; 3]> = (0..result.mesh.positions().len()).map(|v| [v as f32, 1.0, -0.5]).collect();
         hash(&result).floats(record.backward(mesh.positions(), &gradient).as_flattened()).value()
     }

@@ -64,13 +64,13 @@ mod tests {
     use std::ops::ControlFlow;
 
     use crate::mesh::shapes;
-    use crate::simplify::{ClosedOptions, Options, ScoreSource, Target, simplify};
+    use crate::simplify::{ClosedOptions, Options, ScoreSource, Size, simplify};
 
     #[test]
     fn equal_factors_change_nothing() {
         let mesh = shapes::wavy_sphere(4, 8.0);
         let even = ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() };
-        let options = Options::with_closed(Target::Vertices(150), even);
+        let options = Options::with_closed(Size::Vertices(150), even);
         let plain = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(plain.report.scores, ScoreSource::Geometry);
         let fours = vec![4.0; mesh.positions().len()];

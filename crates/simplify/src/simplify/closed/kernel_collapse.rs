@@ -115,8 +115,9 @@ mod tests {
     use crate::mesh::{TriMesh, shapes, topology};
     use crate::simplify::closed::prepare::prepare_bare;
     use crate::simplify::input::Input;
-    use crate::simplify::options::{ClosedOptions, Options, ScoreSource, Target};
+    use crate::simplify::options::{ClosedOptions, Options, ScoreSource};
     use crate::simplify::simplify;
+    use crate::simplify::size::Size;
 
     fn fast() -> ClosedOptions {
         ClosedOptions { effort: Effort::Fast, ..ClosedOptions::default() }
@@ -215,7 +216,7 @@ mod tests {
     fn locked_boundaries_and_subsets_keep_every_bit() {
         let mesh = shapes::grid(40, 40);
         let run = |options: ClosedOptions| {
-            let options = Options::with_closed(Target::Vertices(600), options);
+            let options = Options::with_closed(Size::Vertices(600), options);
             simplify(&mesh, None, &options, &mut |_| std::ops::ControlFlow::Continue(())).unwrap().mesh
         };
         let locked = run(ClosedOptions { lock_boundaries: true, ..fast() });
@@ -235,7 +236,7 @@ mod tests {
         // Shapes that are held are not for the kernel.
         let other = ClosedOptions { hold_shape: Some(1.0), ..fast() };
         let [kernel, other] = [fast(), other].map(|options| {
-            let options = Options::with_closed(Target::Ratio(0.1), options);
+            let options = Options::with_closed(Size::Ratio(0.1), options);
             simplify(&mesh, None, &options, go_on).unwrap().mesh
         });
         assert_ne!(kernel, other);
