@@ -40,7 +40,7 @@ fn loss(vertices: &[[f32; 3]], faces: &[[u32; 3]], points: &[Vec3]) -> (f64, Vec
 
 /// Simplifies `mesh` to 300 vertices, with the record of the run.
 fn simplified(mesh: &TriMesh) -> Result<(Simplified, Record), SimplifyError> {
-    simplify_recorded(mesh, None, &Options::new(Size::Vertices(300)), &mut |_| ControlFlow::Continue(()))
+    simplify_recorded(mesh, &Options::new(Size::Vertices(300)), &mut |_| ControlFlow::Continue(()))
 }
 
 /// Smooths a gradient: each vertex gets the mean over the faces around it.

@@ -47,7 +47,7 @@ fn stages(mesh: &TriMesh, options: &Options) -> Result<Duration, SimplifyError> 
     let begin = Instant::now();
     let mut last = begin;
     let mut total = 0.0;
-    let result = simplify(mesh, None, options, &mut |event: Event| {
+    let result = simplify(mesh, options, &mut |event: Event| {
         let now = Instant::now();
         if let Some(stage) = stages.last_mut() {
             stage.silence = stage.silence.max(now - last);
@@ -91,7 +91,7 @@ fn stop(mesh: &TriMesh, options: &Options, n: usize, whole: Duration) -> Result<
                 *asked_at.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
                 asked.store(true, Relaxed);
             });
-            let result = simplify(mesh, None, options, &mut |event: Event| {
+            let result = simplify(mesh, options, &mut |event: Event| {
                 *stage.lock().unwrap_or_else(PoisonError::into_inner) = event.stage;
                 if asked.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             });

@@ -16,7 +16,7 @@
 //! // The frame says how coordinates are rounded when written.
 //! let closed = ClosedOptions { frame: input.frame, ..ClosedOptions::default() };
 //! let options = Options::with_closed(Size::Ratio(0.1), closed);
-//! let result = simplify(&input.mesh, None, &options, &mut |_| ControlFlow::Continue(()))?;
+//! let result = simplify(&input.mesh, &options, &mut |_| ControlFlow::Continue(()))?;
 //! assert_eq!(result.mesh.positions().len(), 204); // of 2048
 //! assert!(neural_mesh::mesh::topology(&result.mesh).is_closed_manifold());
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -385,7 +385,7 @@ fn attributes_of_another_mesh_are_refused() {
     let mesh = shapes::icosphere(1);
     let attributes = Attributes { groups: vec![1], ..Attributes::default() };
     let input = with_changes(Input::bare(&mesh), |input| input.attributes = &attributes);
-    let result = simplify(input, None, &Options::new(Size::Vertices(9)), &mut |_| ControlFlow::Continue(()));
+    let result = simplify(input, &Options::new(Size::Vertices(9)), &mut |_| ControlFlow::Continue(()));
     assert!(result.is_err_and(|error| error.to_string().contains("attributes")));
 }
 

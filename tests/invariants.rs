@@ -182,7 +182,7 @@ fn progress_moves_forward_and_can_stop_the_run() {
     let mesh = shapes::icosphere(4);
     let mut stages: Vec<&str> = Vec::new();
     let options = Options::new(Size::Ratio(0.1));
-    let done = simplify(&mesh, None, &options, &mut |event| {
+    let done = simplify(&mesh, &options, &mut |event| {
         assert!((0.0..=1.0).contains(&event.done));
         if stages.last() != Some(&event.stage) {
             stages.push(event.stage);
@@ -192,7 +192,7 @@ fn progress_moves_forward_and_can_stop_the_run() {
     assert!(done.is_ok() && stages.len() > 3, "{stages:?}");
     for stop_after in 0..stages.len() {
         let mut heard = 0;
-        let stopped = simplify(&mesh, None, &options, &mut |_| {
+        let stopped = simplify(&mesh, &options, &mut |_| {
             heard += 1;
             if heard > stop_after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });

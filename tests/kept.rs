@@ -74,7 +74,7 @@ fn kept_faces_come_back_bit_for_bit_and_the_rest_makes_up_the_size() {
     for carried in [&bare, &attributes, &flat] {
         let before = input(&mesh, carried, &kept);
         for ratio in [0.5, 0.3] {
-            let result = simplify(before, None, &Options::new(Size::Ratio(ratio)), &mut go_on()).unwrap();
+            let result = simplify(before, &Options::new(Size::Ratio(ratio)), &mut go_on()).unwrap();
             assert_eq!(result.report.outcome, Outcome::Reached);
             assert_eq!(result.mesh.positions().len(), (mesh.positions().len() as f64 * ratio) as usize);
             assert_closed_manifold(&result.mesh);
@@ -87,7 +87,7 @@ fn kept_faces_come_back_bit_for_bit_and_the_rest_makes_up_the_size() {
 fn kept_faces_are_reported_as_the_limit() {
     let (mesh, attributes, kept) = sphere_with_kept_cap(0.0);
     let before = input(&mesh, &attributes, &kept);
-    let result = simplify(before, None, &Options::new(Size::Ratio(0.02)), &mut go_on()).unwrap();
+    let result = simplify(before, &Options::new(Size::Ratio(0.02)), &mut go_on()).unwrap();
     assert!(matches!(result.report.outcome, Outcome::Stopped(_)), "{:?}", result.report);
     let corners: BTreeSet<u32> =
         mesh.faces().iter().zip(&kept).filter(|(_, kept)| **kept).flat_map(|(face, _)| *face).collect();
@@ -101,7 +101,7 @@ fn all_levels_keep_what_is_kept() {
     let (mesh, attributes, kept) = sphere_with_kept_cap(0.9);
     let before = input(&mesh, &attributes, &kept);
     let targets = [Size::Ratio(0.5), Size::Ratio(0.3), Size::Ratio(0.2)];
-    let levels = simplify_levels_of_detail(before, None, &ClosedOptions::default(), &targets, &mut go_on()).unwrap();
+    let levels = simplify_levels_of_detail(before, &ClosedOptions::default(), &targets, &mut go_on()).unwrap();
     assert_eq!(levels.len(), 3);
     levels.iter().for_each(|level| assert_kept(&before, level));
 }
@@ -127,12 +127,12 @@ fn kept_components_are_dropped_for_nothing() {
     let [plain, pruned, hidden] =
         [plain, pruned, hidden].map(|options| Options::with_closed(Size::Vertices(150), options));
     for (options, n_components) in [(&plain, None), (&pruned, Some(3)), (&hidden, Some(3))] {
-        let result = simplify(before, None, options, &mut go_on()).unwrap();
+        let result = simplify(before, options, &mut go_on()).unwrap();
         assert_kept(&before, &result);
         let found = topology(&result.mesh).components;
         assert!(n_components.is_none_or(|n| n == found), "{found}");
     }
-    let unkept = simplify(&mesh, None, &pruned, &mut go_on()).unwrap();
+    let unkept = simplify(&mesh, &pruned, &mut go_on()).unwrap();
     assert_eq!(topology(&unkept.mesh).components, 1);
 }
 
@@ -142,7 +142,7 @@ fn a_torn_surface_keeps_its_faces() {
     let kept = vec![true; sheets.faces().len()];
     let attributes = Attributes::default();
     let before = input(&sheets, &attributes, &kept);
-    let result = simplify(before, None, &Options::new(Size::Vertices(4)), &mut go_on()).unwrap();
+    let result = simplify(before, &Options::new(Size::Vertices(4)), &mut go_on()).unwrap();
     assert_kept(&before, &result);
 }
 
@@ -152,7 +152,7 @@ fn flags_that_do_not_fit_are_refused() {
     let attributes = Attributes::default();
     let short = vec![true; 3];
     let options = Options::new(Size::Ratio(0.5));
-    let refused = simplify(input(&mesh, &attributes, &short), None, &options, &mut go_on());
+    let refused = simplify(input(&mesh, &attributes, &short), &options, &mut go_on());
     assert_eq!(refused.unwrap_err(), SimplifyError::BadInput);
 }
 
@@ -164,7 +164,7 @@ fn locked_vertices_keep_every_bit_with_and_without_vertices_that_no_face_uses() 
     let mesh = TriMesh::new(positions, faces.into_iter().map(|face| face.map(|v| v + 1)).collect()).unwrap();
     let locked: Vec<bool> = (0..mesh.positions().len()).map(|v| v % 20 == 5).collect();
     let input = with_changes(Input::bare(&mesh), |input| input.locked = &locked);
-    let result = simplify(input, None, &Options::new(Size::Faces(800)), &mut go_on()).unwrap();
+    let result = simplify(input, &Options::new(Size::Faces(800)), &mut go_on()).unwrap();
     assert_eq!((result.mesh.faces().len(), result.report.locked_vertices), (800, 128));
     assert_closed_manifold(&result.mesh);
     let bits = |p: &[f32; 3]| p.map(f32::to_bits);
@@ -172,7 +172,7 @@ fn locked_vertices_keep_every_bit_with_and_without_vertices_that_no_face_uses() 
     let held = mesh.positions().iter().zip(&locked).filter(|(_, locked)| **locked);
     assert!(held.map(|(p, _)| bits(p)).all(|p| left.contains(&p)));
     let short = with_changes(Input::bare(&mesh), |input| input.locked = &locked[1..]);
-    let refused = simplify(short, None, &Options::new(Size::Faces(800)), &mut go_on()).unwrap_err();
+    let refused = simplify(short, &Options::new(Size::Faces(800)), &mut go_on()).unwrap_err();
     assert_eq!(refused, SimplifyError::BadInput);
 }
 
@@ -186,7 +186,7 @@ fn components_with_locked_vertices_are_dropped_for_nothing() {
         Options::with_closed(Size::Vertices(60), ClosedOptions { prune_below: 10.0, ..ClosedOptions::default() }),
         Options::with_closed(Size::Vertices(60), ClosedOptions { hidden: Hidden::Drop, ..ClosedOptions::default() }),
     ] {
-        let result = simplify(input, None, &options, &mut go_on()).unwrap();
+        let result = simplify(input, &options, &mut go_on()).unwrap();
         let left: BTreeSet<[u32; 3]> = result.mesh.positions().iter().map(|p| p.map(f32::to_bits)).collect();
         let held = mesh.positions().iter().zip(&locked).filter(|(_, locked)| **locked);
         assert!(held.map(|(p, _)| p.map(f32::to_bits)).all(|p| left.contains(&p)));

@@ -33,7 +33,7 @@ fn simplify_with_attributes(
     options: &Options,
 ) -> Result<Simplified, SimplifyError> {
     let input = with_changes(Input::bare(mesh), |input| input.attributes = attributes);
-    simplify(input, None, options, &mut |_| ControlFlow::Continue(()))
+    simplify(input, options, &mut |_| ControlFlow::Continue(()))
 }
 
 fn apply_pose(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {

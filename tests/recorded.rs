@@ -6,7 +6,7 @@ use neural_mesh::mesh::{TriMesh, shapes};
 use neural_mesh::simplify::{ClosedOptions, Options, Purpose, Record, Simplified, Size, simplify, simplify_recorded};
 
 fn simplify_and_record(mesh: &TriMesh, options: &Options) -> (Simplified, Record) {
-    simplify_recorded(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
+    simplify_recorded(mesh, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 fn directions(n: usize, seed: usize) -> Vec<[f32; 3]> {
@@ -26,7 +26,7 @@ fn move_points(points: &[[f32; 3]], along: &[[f32; 3]], step: f32) -> Vec<[f32; 
 // Expects that recording changes nothing, that the record reproduces the result, and that its gradients are right.
 fn check(mesh: &TriMesh, options: &Options) -> Record {
     let (result, record) = simplify_and_record(mesh, options);
-    assert_eq!(result, simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap());
+    assert_eq!(result, simplify(mesh, options, &mut |_| ControlFlow::Continue(())).unwrap());
     let output = record.positions(mesh.positions());
     assert!(output.iter().flatten().zip(result.mesh.positions().iter().flatten()).all(|(p, q)| (p - q).abs() < 1e-6));
     let (along, g) = (directions(mesh.positions().len(), 1), directions(output.len(), 2));

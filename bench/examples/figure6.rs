@@ -61,15 +61,16 @@ fn upright(mesh: &TriMesh) -> Result<TriMesh, Failure> {
 
 fn results(mesh: &TriMesh, weights: &Weights) -> Result<Vec<(&'static str, TriMesh)>, Failure> {
     let target = Size::Ratio(RATIO);
-    let ours = simplify_with(mesh, &Options::new(target), None)?;
-    let paper = simplify_with(mesh, &Options::with_paper(target, PaperOptions::default()), Some(weights))?;
+    let ours = simplify_with(mesh, &Options::new(target))?;
+    let paper = PaperOptions { weights: Some(weights.clone().into()), ..PaperOptions::default() };
+    let paper = simplify_with(mesh, &Options::with_paper(target, paper))?;
     let size = TargetCounts { vertices: ours.positions().len(), faces: ours.faces().len() };
     let qem = simplify_by(Baseline::Qem, mesh, size, 0)?;
     Ok(vec![("closed", ours), ("paper", paper), ("qem", qem)])
 }
 
-fn simplify_with(mesh: &TriMesh, options: &Options, weights: Option<&Weights>) -> Result<TriMesh, Failure> {
-    Ok(simplify(mesh, weights, options, &mut |_| ControlFlow::Continue(()))?.mesh)
+fn simplify_with(mesh: &TriMesh, options: &Options) -> Result<TriMesh, Failure> {
+    Ok(simplify(mesh, options, &mut |_| ControlFlow::Continue(()))?.mesh)
 }
 
 fn errors(judge: &Judge, mesh: &TriMesh) -> Result<[f64; 2], Failure> {

@@ -36,7 +36,7 @@ fn measure_cuts(path: &Path) -> Result<(), Box<dyn Error>> {
     let arguments = Arguments { ratio: vec![RatioOf { name: None, share: 0.5 }], ..Arguments::default() };
     let job = arguments.job_as(Format::Glb)?;
     let document = Document::from_mesh(read_attributed_path(path, None)?, &job)?;
-    let (input, mesh) = (document.input(&[], &[]), document.mesh());
+    let (input, mesh) = (document.input(), document.mesh());
     let closed = ClosedOptions { frame: document.frame, ..job.closed_options() };
     let go_on = &mut |_| ControlFlow::Continue(());
     let options = ClusterOptions { simplify: closed.clone(), ..ClusterOptions::default() };
@@ -45,11 +45,11 @@ fn measure_cuts(path: &Path) -> Result<(), Box<dyn Error>> {
         let Some((error, cut)) = cut_of_size(&clusters, mesh.faces().len() / share) else { continue };
         let (cut, _) = clusters.mesh_of(&cut);
         let n = cut.faces().len();
-        let alike = simplify(input, None, &Options::with_closed(Size::Faces(n), closed.clone()), go_on)?.mesh;
+        let alike = simplify(input, &Options::with_closed(Size::Faces(n), closed.clone()), go_on)?.mesh;
         let [own, other] = [&cut, &alike].map(|made| appearance(mesh, made, HEIGHT).ok_or("no faces"));
         let (own, other) = (own?, other?);
         let sampled = quick_distance(mesh, &cut, N_SAMPLES, 0).ok_or("no faces")?.max;
-        let bounded = simplify_to_error(&input, None, &closed, error.into(), go_on)?.simplified.mesh;
+        let bounded = simplify_to_error(&input, &closed, error.into(), go_on)?.simplified.mesh;
         println!(
             "{},{},1/{share},{n},{:.3},{:.3},{:.2},{:.2},{:.2}",
             path.display(),

@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [mesh, folder] = &arguments[..] else { return Err("usage: measure MESH OUT_DIR".into()) };
     let original = clean(read_path(Path::new(mesh), None)?, &CleanOptions::default())?.mesh;
     let options = Options::new(Size::Ratio(0.1));
-    let simplified = simplify(&original, None, &options, &mut |_| std::ops::ControlFlow::Continue(()))?.mesh;
+    let simplified = simplify(&original, &options, &mut |_| std::ops::ControlFlow::Continue(()))?.mesh;
     let folder = Path::new(folder);
     std::fs::create_dir_all(folder)?;
     for (name, mesh) in [("original.ply", &original), ("simplified.ply", &simplified)] {

@@ -115,7 +115,7 @@ fn simplify_to_ratios(
 ) -> Result<Vec<(Simplified, f64)>, MeshError> {
     let targets: Vec<Size> = ratios.iter().copied().map(Size::Ratio).collect();
     let go_on = &mut |_| ControlFlow::Continue(());
-    let results = simplify_levels_of_detail(source.input(), None, options, &targets, go_on)?;
+    let results = simplify_levels_of_detail(source.input(), options, &targets, go_on)?;
     let with_bound = |result: Simplified| {
         let bound = bound_error(&source.cleaned.mesh, &result.mesh);
         (result, bound)
@@ -134,7 +134,7 @@ fn simplify_to_errors(
     let mut results = Vec::with_capacity(errors.len());
     for &error in errors {
         let go_on = &mut |_| ControlFlow::Continue(());
-        let found = simplify_to_error(&source.input(), None, options, error, go_on)?;
+        let found = simplify_to_error(&source.input(), options, error, go_on)?;
         // Dropped components count, too, which the search leaves aside.
         let bound = bound_error(&source.cleaned.mesh, &found.simplified.mesh);
         results.push((found.simplified, bound));

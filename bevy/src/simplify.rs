@@ -45,7 +45,7 @@ pub struct SimplifiedMesh {
 pub fn simplify_mesh(mesh: &Mesh, target: Size, options: &ClosedOptions) -> Result<SimplifiedMesh, MeshError> {
     let source = MeshSource::read(mesh)?;
     let options = Options::with_closed(target, in_frame(options, &source));
-    let result = simplify(source.input(), None, &options, &mut |_| ControlFlow::Continue(()))?;
+    let result = simplify(source.input(), &options, &mut |_| ControlFlow::Continue(()))?;
     Ok(SimplifiedMesh { mesh: make_mesh(mesh, &source, &result), report: result.report })
 }
 
@@ -72,7 +72,7 @@ pub fn simplify_mesh(mesh: &Mesh, target: Size, options: &ClosedOptions) -> Resu
 pub fn simplify_mesh_to_error(mesh: &Mesh, error: f64, options: &ClosedOptions) -> Result<SimplifiedMesh, MeshError> {
     let source = MeshSource::read(mesh)?;
     let go_on = &mut |_| ControlFlow::Continue(());
-    let found = search::simplify_to_error(&source.input(), None, &in_frame(options, &source), error, go_on)?;
+    let found = search::simplify_to_error(&source.input(), &in_frame(options, &source), error, go_on)?;
     Ok(SimplifiedMesh { mesh: make_mesh(mesh, &source, &found.simplified), report: found.simplified.report })
 }
 

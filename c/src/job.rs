@@ -243,7 +243,7 @@ fn run_job(options: &NamedOptions, source: MeshSource, mut watcher: Watcher) -> 
         MeshSource::Arrays(read) => Document::from_mesh(*read, &job)?,
     };
     name_files(&mut job, &document);
-    let mut outcome = run(&document, &job, None, &mut watcher)?;
+    let mut outcome = run(&document, &job, &mut watcher)?;
     let files = outcome.write(&document, &job)?;
     let report = CString::new(serde_json::to_string(&outcome.report)?)?;
     let (read, has_companions) = (document.files_read(), files.iter().any(|file| !file.companion_files.is_empty()));

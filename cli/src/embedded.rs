@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use neural_mesh::io::{Folder, Format, ReadMesh};
 use neural_mesh::job::{Arguments, Document, Job, JobStage, Watch, make_progression};
 use neural_mesh::mesh::RawMesh;
-use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Assembly, Listener, Options, Progression, Record, Simplified, Size, simplify_recorded};
+use neural_mesh::simplify::{
+    Assembly, Input, Listener, Options, Progression, Record, Simplified, Size, asked_scores, simplify_recorded,
+};
 use serde::Deserialize;
 
 use crate::failure::display_path;
@@ -103,21 +104,20 @@ pub fn simplify(
     let mut request = request(arguments, files, given.is_some())?;
     // A mesh in memory has no file, so no glTF scene to keep.
     request.source.joins_scene |= matches!(given, Some(InputMesh::Mesh(..)));
-    let weights = read_weights(request.weights.as_deref(), &request.job.options.assembly)?;
+    request.job.weights = read_weights(request.weights.as_deref(), &request.job.options.assembly)?;
     let mut progress = Progress::with_listener(listener);
     progress.begin(JobStage::Read);
     let document = open_document(given, &mut request)?;
-    complete(&document, &request, weights.as_ref(), &mut progress, check_cancelled)
+    complete(&document, &request, &mut progress, check_cancelled)
 }
 
 fn complete(
     document: &Document,
     request: &Request,
-    weights: Option<&Weights>,
     progress: &mut Progress,
     check_cancelled: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Outcome, Failure> {
-    let (mut run, results) = simplify_document(document, request, weights, progress)?;
+    let (mut run, results) = simplify_document(document, request, progress)?;
     if check_cancelled().is_break() {
         return Err(Failure::Interrupted);
     }
@@ -158,7 +158,7 @@ impl OpenProgression {
     ) -> Result<Self, Failure> {
         let mut request = request(arguments, files, given.is_some())?;
         request.source.joins_scene |= matches!(given, Some(InputMesh::Mesh(..)));
-        let weights = read_weights(request.weights.as_deref(), &request.job.options.assembly)?;
+        request.job.weights = read_weights(request.weights.as_deref(), &request.job.options.assembly)?;
         let mut progress = Progress::with_listener(listener);
         progress.begin(JobStage::Read);
         let input = match &given {
@@ -167,7 +167,7 @@ impl OpenProgression {
             None => progression::read_files(&request.source.path, &request.read)?,
         };
         let document = open_document(given, &mut request)?;
-        let made = make_progression(&document, &request.job, weights.as_ref(), proves, &mut progress);
+        let made = make_progression(&document, &request.job, proves, &mut progress);
         let mut progression = made.map_err(|error| request.failure(error))?;
         progression.files = input;
         let document = document.with_progression(progression);
@@ -214,7 +214,7 @@ impl OpenProgression {
         check_cancelled: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Outcome, Failure> {
         let request = request(arguments, files, true)?;
-        complete(&self.0, &request, None, &mut Progress::with_listener(listener), check_cancelled)
+        complete(&self.0, &request, &mut Progress::with_listener(listener), check_cancelled)
     }
 }
 
@@ -258,7 +258,7 @@ pub fn record(
     raw: RawMesh,
     mut listener: Box<Listener<'static>>,
 ) -> Result<RecordedResult, Failure> {
-    let request = request(arguments, files, true)?;
+    let mut request = request(arguments, files, true)?;
     let job = &request.job;
     let is_plain = job.goal.n_levels().is_none()
         && !job.goal.is_bound()
@@ -271,14 +271,16 @@ pub fn record(
             "a record needs --ratio, --vertices or --faces, and excludes --ratio NAME=R, --keep, --importance, --prune, --fill-holes and --printable: leave these out".into(),
         ));
     }
-    let weights = read_weights(request.weights.as_deref(), &job.options.assembly)?;
+    request.job.weights = read_weights(request.weights.as_deref(), &request.job.options.assembly)?;
     let cleaned = read::clean_mesh(raw, &request.source)?;
-    let mut options = request.job.options.clone();
-    options.target = request.job.target();
+    let mut options = request.job.simplifier_options();
     if let Assembly::Closed(closed) = &mut options.assembly {
         closed.frame = cleaned.frame;
     }
-    let (simplified, record) = simplify_recorded(&cleaned.mesh, weights.as_ref(), &options, &mut *listener)?;
+    let mut input = Input::bare(&cleaned.mesh);
+    let scores = asked_scores(request.job.closed_options().scores, &cleaned.mesh, request.job.weights.as_deref());
+    input.scores = &scores;
+    let (simplified, record) = simplify_recorded(input, &options, &mut *listener)?;
     let (_, faces) = simplified.mesh.into_parts();
     Ok(RecordedResult { record, origin: cleaned.frame.origin, sources: cleaned.source, faces })
 }

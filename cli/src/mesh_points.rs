@@ -151,7 +151,7 @@ struct MeshedCloud {
 impl MeshedCloud {
     fn new(raw: RawMesh, args: &MeshPointsArgs, progress: &mut Progress) -> Result<Self, Failure> {
         let given = read_weights(args.weights.as_deref(), &Assembly::Paper(PaperOptions::default()))?;
-        let weights = given.as_ref().unwrap_or_else(|| Weights::shipped_paper_open());
+        let weights = given.as_deref().unwrap_or_else(|| Weights::shipped_paper_open());
         let exact = raw.double.then(|| raw.positions.clone());
         let cloud = point_cloud(raw).map_err(|error| Failure::in_file(&args.input, error))?;
         let result = mesh_cloud(args, &cloud, weights, progress)?;

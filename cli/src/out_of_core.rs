@@ -11,7 +11,6 @@ use neural_mesh::job::{
 };
 use neural_mesh::mesh::Attributes;
 use neural_mesh::metrics::QuickDistance;
-use neural_mesh::model::Weights;
 use neural_mesh::simplify::{Assembly, Hidden, Purpose, SimplifyError};
 
 use crate::failure::Failure;
@@ -31,11 +30,7 @@ const SIMPLIFY_COST: f64 = 740.0;
 const CHECK_COST: f64 = 460.0;
 
 /// Simplifies a mesh that needs more memory than allowed; `None` if it fits.
-pub fn simplify_in_blocks(
-    request: &Request,
-    weights: Option<&Weights>,
-    progress: &mut Progress,
-) -> Result<Option<FinishedRun>, Failure> {
+pub fn simplify_in_blocks(request: &Request, progress: &mut Progress) -> Result<Option<FinishedRun>, Failure> {
     let path = &request.source.path;
     let began = Instant::now();
     let Some((pieces, n_bytes)) = open_in_pieces(path, request.memory, request.job.arguments.bake) else {
@@ -43,8 +38,8 @@ pub fn simplify_in_blocks(
     };
     check_options(request, &pieces)?;
     let room = working_space(request.output.as_deref(), n_bytes);
-    let mut options = request.job.options.clone();
-    options.target = request.job.target();
+    let options = request.job.simplifier_options();
+    let weights = request.job.weights.as_deref();
     let check_cost = if request.job.arguments.no_check { 0.0 } else { CHECK_COST };
     progress.set_plan(Plan::new(&[(JobStage::Simplify, SIMPLIFY_COST), (JobStage::Check, check_cost)]));
     let to_failure = |error| match error {

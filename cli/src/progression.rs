@@ -50,7 +50,7 @@ fn write_progression(args: &ProgressionArgs, read: &FilesRead) -> Result<(), Fai
     progress.begin(JobStage::Read);
     let document = document::open(&mut request)?;
     let to_failure = |error| request.failure(error);
-    let made = make_progression(&document, &request.job, None, args.prove, &mut progress);
+    let made = make_progression(&document, &request.job, args.prove, &mut progress);
     let mut progression = made.map_err(to_failure)?;
     progress.begin(JobStage::Write);
     progression.files = read_files(&args.input, read)?;

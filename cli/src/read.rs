@@ -1,6 +1,7 @@
 //! Reading of meshes and weights.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use neural_mesh::io::{Asset, Format, Pieces, ReadError};
 use neural_mesh::mesh::RawMesh;
@@ -15,13 +16,13 @@ use crate::names::is_stream;
 use crate::request::Source;
 
 /// Reads the given weights; rejects weights trained for the other assembly.
-pub fn read_weights(path: Option<&Path>, assembly: &Assembly) -> Result<Option<Weights>, Failure> {
+pub fn read_weights(path: Option<&Path>, assembly: &Assembly) -> Result<Option<Arc<Weights>>, Failure> {
     let Some(path) = path else { return Ok(None) };
     let weights = Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;
     let usage = match (weights.objective(), assembly) {
         (Some("paper"), Assembly::Closed(_)) => "--assembly paper: add that option",
         // Weights that name no objective suit both assemblies.
-        (None | Some("paper"), _) | (_, Assembly::Closed(_)) => return Ok(Some(weights)),
+        (None | Some("paper"), _) | (_, Assembly::Closed(_)) => return Ok(Some(Arc::new(weights))),
         (_, Assembly::Paper(_)) => "--assembly closed: leave --assembly paper out",
     };
     let learned = weights.objective().unwrap_or_default();

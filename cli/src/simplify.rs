@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use neural_mesh::io::{Format, OutputFile};
 use neural_mesh::job::{self, Document, Files, JobOutcome, JobReport, JobStage, MapFile, REACHED, Watch};
-use neural_mesh::model::Weights;
 use neural_mesh::simplify::Simplified;
 
 use crate::document;
@@ -43,11 +42,11 @@ pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failu
 
 fn run_in_pool(mut request: Request) -> Result<(), Failure> {
     let mut progress = Progress::new(request.quiet, Plan::estimate(&request, None));
-    let weights = read_weights(request.weights.as_deref(), &request.job.options.assembly)?;
+    request.job.weights = read_weights(request.weights.as_deref(), &request.job.options.assembly)?;
     // A mesh that needs more memory than allowed is simplified in blocks, without attributes.
-    let run = match out_of_core::simplify_in_blocks(&request, weights.as_ref(), &mut progress)? {
+    let run = match out_of_core::simplify_in_blocks(&request, &mut progress)? {
         Some(run) => run,
-        None => simplify_file(&mut request, weights.as_ref(), &mut progress)?,
+        None => simplify_file(&mut request, &mut progress)?,
     };
     drop(progress);
     let (report, cleaned) = run.place_results()?;
@@ -74,26 +73,21 @@ pub fn check_target(request: &Request, report: &JobReport) -> Result<(), Failure
     }
 }
 
-pub fn simplify_file(
-    request: &mut Request,
-    weights: Option<&Weights>,
-    progress: &mut Progress,
-) -> Result<FinishedRun, Failure> {
+pub fn simplify_file(request: &mut Request, progress: &mut Progress) -> Result<FinishedRun, Failure> {
     progress.begin(JobStage::Read);
     let document = document::open(request)?;
-    simplify_document(&document, request, weights, progress).map(|(run, _)| run)
+    simplify_document(&document, request, progress).map(|(run, _)| run)
 }
 
 /// Simplifies an open document and prepares all files.
 pub fn simplify_document(
     document: &Document,
     request: &Request,
-    weights: Option<&Weights>,
     progress: &mut Progress,
 ) -> Result<(FinishedRun, Vec<Simplified>), Failure> {
     progress.set_plan(Plan::estimate(request, Some(document.mesh())));
     let to_failure = |error| request.failure(error);
-    let mut outcome = job::run(document, &request.job, weights, progress).map_err(to_failure)?;
+    let mut outcome = job::run(document, &request.job, progress).map_err(to_failure)?;
     // Files are only prepared here and moved into place together at the end, so that an error leaves none behind.
     progress.begin(JobStage::Write);
     let mut files = PreparedFiles::default();

@@ -78,7 +78,7 @@ fn describe(args: &LimitsArgs) -> Result<(), Failure> {
     let document = document::open(&mut request)?;
     let sizes = level_sizes(document.mesh().positions().len());
     request.job.goal = Goal::Levels(sizes.clone());
-    let (run, results) = simplify_document(&document, &request, None, &mut progress)?;
+    let (run, results) = simplify_document(&document, &request, &mut progress)?;
     drop(progress);
     let limits = SizeLimits::new(&document, &request, &run.report, &results, &sizes)?;
     if args.json {

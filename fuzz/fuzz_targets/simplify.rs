@@ -25,7 +25,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     };
     let (prune, frame) = (flags & 8 != 0, cleaned.frame);
     let options = Options::with_closed(target, ClosedOptions { prune, frame, ..ClosedOptions::default() });
-    let run = || simplify(&cleaned.mesh, None, &options, &mut |_| ControlFlow::Continue(()));
+    let run = || simplify(&cleaned.mesh, &options, &mut |_| ControlFlow::Continue(()));
     let result = run();
     assert_eq!(result, run());
     match result {

@@ -132,9 +132,9 @@ fn paper_stages(
     let positions = points(&vertices, "vertices")?;
     let faces: Vec<[u32; 3]> = indices_below(&faces, positions.len(), "faces")?;
     let mesh = TriMesh::new(positions, faces).map_err(|error| invalid_array(error.to_string()))?;
-    let options = PaperOptions { seed, ..PaperOptions::default() };
+    let options = PaperOptions { weights: Some(weights.into()), seed, ..PaperOptions::default() };
     let (stages, faces) = run_in_background(py, threads, None, move |channel| {
-        let stages = run_stages(&mesh, n_samples, &weights, &options, &mut *channel.listener())?;
+        let stages = run_stages(&mesh, n_samples, &options, &mut *channel.listener())?;
         let faces = assemble_faces(&stages, mesh.positions());
         Ok((stages, faces))
     })?;

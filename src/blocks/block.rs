@@ -6,7 +6,7 @@ use super::FACES_PER_BLOCK;
 use super::plan::{BlockPlan, Census};
 use crate::mesh::{PositionKey, TriMesh, compact, position_key};
 use crate::model::Weights;
-use crate::simplify::{ClosedOptions, SimplifyError, simplify_block_mesh};
+use crate::simplify::{ClosedOptions, SimplifiedBlock, SimplifyError, asked_scores, simplify_block_mesh};
 use crate::spatial::Bounds;
 
 /// Faces of a mesh in one box, with marks on vertices shared with other blocks.
@@ -22,6 +22,18 @@ impl Block {
     /// Returns the target size: a share of the vertices, plus the shared ones, which stay.
     pub(super) fn target_vertices(&self, share: f64) -> usize {
         self.n_shared() + (share * self.mesh.positions().len() as f64) as usize
+    }
+
+    /// Simplifies to a share of the vertices, or by merges that cost at most `price`; shared vertices stay.
+    pub(super) fn simplify(
+        &self,
+        share: f64,
+        price: Option<f64>,
+        weights: Option<&Weights>,
+        options: &ClosedOptions,
+    ) -> Result<SimplifiedBlock, SimplifyError> {
+        let scores = asked_scores(options.scores, &self.mesh, weights);
+        simplify_block_mesh(&self.mesh, &self.shared, (self.target_vertices(share), price), &scores, options)
     }
 
     pub(super) fn n_shared(&self) -> usize {
@@ -94,8 +106,7 @@ pub fn simplify_block(
     weights: Option<&Weights>,
     options: &ClosedOptions,
 ) -> Result<Block, SimplifyError> {
-    let asked = (block.target_vertices(share), Some(price));
-    let piece = simplify_block_mesh(&block.mesh, &block.shared, asked, weights, options)?;
+    let piece = block.simplify(share, Some(price), weights, options)?;
     // Shared vertices are found by position: a vertex whose faces form several fans becomes several vertices.
     let places =
         block.mesh.positions().iter().zip(&block.shared).filter(|(_, shared)| **shared).map(|(&p, _)| position_key(p));

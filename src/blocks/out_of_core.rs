@@ -16,7 +16,7 @@ use crate::mesh::Frame;
 use crate::mesh::cleanup::{CleanCounts, CleanError, origin_within};
 use crate::metrics::{BlockDistances, QuickDistance, StreamedDistance};
 use crate::model::Weights;
-use crate::simplify::{Assembly, ClosedOptions, Options, Simplified, SimplifyError, simplify};
+use crate::simplify::{Assembly, ClosedOptions, Input, Options, Simplified, SimplifyError, asked_scores, simplify};
 use crate::spatial::Bounds;
 
 /// Upper estimate of the memory in bytes per face of a mesh during simplification.
@@ -221,7 +221,10 @@ fn simplify_with_block_size(
     hear(JOINED_PROGRESS)?;
     // Shares are those of the file, which the joined blocks are not.
     options.target = options.target.to_number(totals.n_vertices, totals.n_faces);
-    let simplified = simplify(&joined, weights, &options, &mut |event| {
+    let mut input = Input::bare(&joined);
+    let scores = asked_scores(in_blocks.scores, &joined, weights);
+    input.scores = &scores;
+    let simplified = simplify(input, &options, &mut |event| {
         hear(JOINED_PROGRESS + (1.0 - JOINED_PROGRESS) * f64::from(event.total))
             .map_or(ControlFlow::Break(()), ControlFlow::Continue)
     })?;
@@ -405,7 +408,7 @@ mod tests {
     fn closed_stays_closed_at_the_requested_size_and_as_near_as_in_memory() {
         let mesh = shapes::wavy_sphere(5, 9.0);
         let options = Options::new(Size::Ratio(0.1));
-        let whole = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap().mesh;
+        let whole = simplify(&mesh, &options, &mut |_| ControlFlow::Continue(())).unwrap().mesh;
         let distance = |result: &TriMesh| quick_distance(&mesh, result, 20_000, 0).unwrap();
         let mut first = None;
         for format in [Format::Ply, Format::Stl, Format::Obj] {

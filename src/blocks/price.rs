@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use crate::model::Weights;
-use crate::simplify::{ClosedOptions, SimplifyError, simplify_block_mesh};
+use crate::simplify::{ClosedOptions, SimplifyError};
 
 /// Prices of the merges that bring a block to its requested size.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,8 +27,7 @@ pub fn sample_block(
     options: &ClosedOptions,
 ) -> Result<BlockPrices, SimplifyError> {
     let n_vertices = block.mesh.positions().len();
-    let asked = (block.target_vertices(share), None);
-    let piece = simplify_block_mesh(&block.mesh, &block.shared, asked, weights, options)?;
+    let piece = block.simplify(share, None, weights, options)?;
     Ok(BlockPrices { n_vertices, n_shared: block.n_shared(), pass_prices: piece.pass_prices })
 }
 

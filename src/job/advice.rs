@@ -11,7 +11,7 @@ use super::request::Job;
 pub fn list_advice(job: &Job, document: &Document, output: &OutputFigures) -> Vec<String> {
     let mut lines = Vec::new();
     if output.kept_edges > 0 {
-        lines.extend(of_kept_edges(job, document.input(&[], &[]).attributes, document.is_scene()));
+        lines.extend(of_kept_edges(job, document.input().attributes, document.is_scene()));
     }
     if job.arguments.hold_shape.is_some() {
         lines.push("without --hold-shape shapes give way to the size".into());

@@ -1,13 +1,33 @@
-//! Vertex importance from the job's options.
+//! Importance and scores of vertices from the job's options.
 
-use crate::simplify::{importance_of_channel, importance_of_groups};
+use crate::simplify::{Input, asked_scores, importance_of_channel, importance_of_groups};
 
 use super::document::{Document, list_names};
 use super::error::JobError;
 use super::request::Job;
 
+/// What a job says about each vertex; empty where it says nothing.
+pub(super) struct VertexValues {
+    importance: Vec<f32>,
+    scores: Vec<f32>,
+}
+
+impl VertexValues {
+    pub fn new(document: &Document, job: &Job) -> Result<Self, JobError> {
+        let scores = asked_scores(job.closed_options().scores, document.mesh(), job.weights.as_deref());
+        Ok(Self { importance: importance(document, job)?, scores })
+    }
+
+    /// Returns the document's input with these values.
+    pub fn input<'a>(&'a self, document: &'a Document) -> Input<'a> {
+        let mut input = document.input();
+        (input.importance, input.scores) = (&self.importance, &self.scores);
+        input
+    }
+}
+
 /// Returns each vertex's importance, from numbers, an attribute, or `NAME=FACTOR`; empty if not set.
-pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, JobError> {
+fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, JobError> {
     if let Some(given) = document.importance() {
         let refused = || JobError::Options("importance: give numbers of at least 0, with one above 0".into());
         return given.ok_or_else(refused);

@@ -3,14 +3,13 @@
 use crate::io::{Folder, Format, ReadMesh};
 use crate::mesh::{Attributes, RawMesh};
 use crate::metrics::CertifiedDistance;
-use crate::model::Weights;
 use crate::search::prove_progression;
 use crate::simplify::{ClosedOptions, Effort, Event, Progression, Simplified, Size};
 
 use super::arguments::Arguments;
 use super::document::Document;
 use super::error::JobError;
-use super::importance::importance;
+use super::importance::VertexValues;
 use super::request::Job;
 use super::resolve::options_for;
 use super::simplified_results::SimplifiedResults;
@@ -26,21 +25,21 @@ const SHARE_OF_COLLAPSE: f32 = 0.3;
 pub fn make_progression(
     document: &Document,
     job: &Job,
-    weights: Option<&Weights>,
     proves: bool,
     watch: &mut dyn Watch,
 ) -> Result<Progression, JobError> {
     job.check()?;
     watch.begin(JobStage::Simplify);
-    let importance = importance(document, job)?;
+    let values = VertexValues::new(document, job)?;
     let options = options_for(document, job);
     let what = "--assembly: a progression needs closed";
     let closed = options.assembly.as_closed().ok_or_else(|| JobError::Options(what.into()))?;
     let kept = document.faces_named("--keep", &job.arguments.keep)?;
-    let input = document.input(&importance, &kept);
+    let mut input = values.input(document);
+    input.kept = &kept;
     let share = if proves { SHARE_OF_COLLAPSE } else { 1.0 };
     let mut of_collapse = |event: Event| watch.event(Event { total: share * event.total, ..event });
-    let mut progression = Progression::new(input, weights, closed, &mut of_collapse)?;
+    let mut progression = Progression::new(input, closed, &mut of_collapse)?;
     if proves {
         let mut of_proofs = |event: Event| watch.event(Event { total: share + (1.0 - share) * event.total, ..event });
         prove_progression(&mut progression, &input, &mut of_proofs)?;
@@ -134,7 +133,7 @@ pub(super) fn levels_for_goal(
         let upper = proved.map_or(0.0, |level| level.distance);
         found.certified.push(CertifiedDistance { lower: 0.0, upper, diagonal: document.diagonal() });
     }
-    let wanted = document.input(&[], &[]).attributes;
+    let wanted = document.input().attributes;
     found.results.iter_mut().for_each(|result| keep_wanted(result, wanted));
     Ok(found)
 }

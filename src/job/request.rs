@@ -1,9 +1,11 @@
 //! Jobs: all options for the simplification of a document.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use crate::io::Format;
-use crate::simplify::{Assembly, ClosedOptions, Options, Size};
+use crate::model::Weights;
+use crate::simplify::{Assembly, ClosedOptions, Options};
 
 use super::arguments::Arguments;
 use super::choices::Engine;
@@ -32,6 +34,8 @@ pub struct Job {
     pub options: Options,
     /// Goal of the job, which replaces `options.target`.
     pub goal: Goal,
+    /// Weights of the network, as of the file that `arguments.weights` names; the shipped ones if none.
+    pub weights: Option<Arc<Weights>>,
     /// Format of the results.
     pub format: Format,
     /// Names of the result files.
@@ -49,15 +53,21 @@ impl Job {
             arguments: Arguments { seed, ..Arguments::default() },
             options,
             goal,
+            weights: None,
             format,
             names: Names::default(),
             shapes: false,
         }
     }
 
-    /// Returns the size of the first result; that of `options` for goals that a search finds.
-    pub fn target(&self) -> Size {
-        self.goal.sizes().first().copied().unwrap_or(self.options.target)
+    /// Returns the options of the simplifier with the size of the first result and the weights.
+    pub fn simplifier_options(&self) -> Options {
+        let mut options = self.options.clone();
+        options.target = self.goal.sizes().first().copied().unwrap_or(options.target);
+        if let Assembly::Paper(paper) = &mut options.assembly {
+            paper.weights.clone_from(&self.weights);
+        }
+        options
     }
 
     /// Returns the options of the closed assembly; the defaults with the paper's.

@@ -7,8 +7,8 @@ use super::request::Job;
 use super::size::Bound;
 
 pub fn options_for(document: &Document, job: &Job) -> Options {
-    let mut options = job.options.clone();
-    options.target = resolve_target(job.target(), document, job);
+    let mut options = job.simplifier_options();
+    options.target = resolve_target(options.target, document, job);
     match &mut options.assembly {
         Assembly::Closed(closed) => {
             closed.frame = document.written_frame(job);

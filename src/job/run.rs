@@ -2,7 +2,6 @@
 
 use crate::io::{Format, PackOptions, Packing};
 use crate::mesh::Role;
-use crate::model::Weights;
 use crate::search::simplify_to_size;
 use crate::simplify::{Hidden, Input, Options, Purpose, Simplified, Size, simplify, simplify_levels_of_detail};
 
@@ -12,7 +11,7 @@ use super::baked_material::BakedMaterial;
 use super::document::Document;
 use super::error::JobError;
 use super::files::Meshes;
-use super::importance::importance;
+use super::importance::VertexValues;
 use super::outcome::JobOutcome;
 use super::progression::levels_for_goal;
 use super::report::{
@@ -39,7 +38,7 @@ use super::within::simplify_within;
 /// job.names.files = vec!["square.ply".into()];
 /// let square = b"OFF\n5 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 0\n3 0 1 4\n3 1 2 4\n3 2 3 4\n3 3 0 4\n";
 /// let document = Document::from_bytes(square, None, &job)?;
-/// let mut outcome = run(&document, &job, None, &mut |_| ControlFlow::Continue(()))?;
+/// let mut outcome = run(&document, &job, &mut |_| ControlFlow::Continue(()))?;
 /// let files = outcome.write(&document, &job)?;
 /// assert_eq!((outcome.report.output.size.faces, files.len()), (2, 1));
 /// assert!(files[0].bytes.starts_with(b"ply"));
@@ -49,16 +48,11 @@ use super::within::simplify_within;
 /// # Errors
 /// [`JobError`] if options contradict each other or do not suit the document, the mesh cannot be simplified, or the
 /// listener ends the job.
-pub fn run(
-    document: &Document,
-    job: &Job,
-    weights: Option<&Weights>,
-    watch: &mut dyn Watch,
-) -> Result<JobOutcome, JobError> {
+pub fn run(document: &Document, job: &Job, watch: &mut dyn Watch) -> Result<JobOutcome, JobError> {
     job.check()?;
     check_bounds(document, job)?;
     watch.begin(JobStage::Simplify);
-    let mut simplified = simplify_document(document, job, weights, watch)?;
+    let mut simplified = simplify_document(document, job, watch)?;
     let without_repeats = simplified.leave_out_repeats(&job.goal.texts());
     let SimplifiedResults { results, certified, note, pack, named } = simplified;
     let baked = bake_result(document, &results, job, watch)?;
@@ -95,27 +89,23 @@ fn check_bounds(document: &Document, job: &Job) -> Result<(), JobError> {
     Err(JobError::Options(format!("{option} {distance}: {what} than {most:.3}, or percent{meant}")))
 }
 
-fn simplify_document(
-    document: &Document,
-    job: &Job,
-    weights: Option<&Weights>,
-    watch: &mut dyn Watch,
-) -> Result<SimplifiedResults, JobError> {
+fn simplify_document(document: &Document, job: &Job, watch: &mut dyn Watch) -> Result<SimplifiedResults, JobError> {
     if let Some(progression) = document.progression() {
         return levels_for_goal(document, progression, job);
     }
     // Named shares are simplified first; the rest then gets the remaining size.
-    let importance = importance(document, job)?;
+    let values = VertexValues::new(document, job)?;
     let options = options_for(document, job);
     // The check has refused shares with the paper's assembly.
     let Some(closed) = options.assembly.as_closed().filter(|_| !job.arguments.shares().is_empty()) else {
         let kept = document.faces_named("--keep", &job.arguments.keep)?;
-        let input = document.input(&importance, &kept);
-        return simplify_to_goal(document, &input, (weights, &options), job, watch);
+        let mut input = values.input(document);
+        input.kept = &kept;
+        return simplify_to_goal(document, &input, &options, job, watch);
     };
-    let (simplified_groups, named) = shares::simplify_named(document, &importance, (weights, closed), job, watch)?;
+    let (simplified_groups, named) = shares::simplify_named(document, &values, closed, job, watch)?;
     let mut simplified =
-        simplify_to_goal(document, &simplified_groups.input(document.united_mesh()), (weights, &options), job, watch)?;
+        simplify_to_goal(document, &simplified_groups.input(document.united_mesh()), &options, job, watch)?;
     shares::renumber(&mut simplified.results, &simplified_groups);
     Ok(SimplifiedResults { named, ..simplified })
 }
@@ -123,7 +113,7 @@ fn simplify_document(
 fn simplify_to_goal(
     document: &Document,
     input: &Input,
-    (weights, options): (Option<&Weights>, &Options),
+    options: &Options,
     job: &Job,
     watch: &mut dyn Watch,
 ) -> Result<SimplifiedResults, JobError> {
@@ -131,21 +121,21 @@ fn simplify_to_goal(
     // The check has refused goals that need the closed assembly, except for a single level.
     match (&job.goal, options.assembly.as_closed()) {
         (goal, Some(closed)) if goal.is_by_error() => {
-            simplify_within(goal.bounds(), (document, input), (weights, closed), job, watch)
+            simplify_within(goal.bounds(), (document, input), closed, job, watch)
         }
         (Goal::Levels(sizes), Some(closed)) if !sizes.is_empty() => {
             let sizes: Vec<Size> = sizes.iter().map(|size| resolve_target(*size, document, job)).collect();
             let forward_event = &mut |event| watch.event(event);
-            let levels = simplify_levels_of_detail(input, weights, closed, &sizes, forward_event)?;
+            let levels = simplify_levels_of_detail(input, closed, &sizes, forward_event)?;
             Ok(SimplifiedResults::new(levels, job))
         }
         (Goal::Bytes(n_bytes), _) => {
             document.check_bytes(*n_bytes, job, job.names.file(0))?;
             let bytes_of = |result: &Simplified| bytes_of(document, result, job);
             let forward_event = &mut |event| watch.event(event);
-            simplify_to_size(input, weights, &options.assembly, *n_bytes, &bytes_of, forward_event).map(single_result)
+            simplify_to_size(input, &options.assembly, *n_bytes, &bytes_of, forward_event).map(single_result)
         }
-        _ => Ok(single_result(simplify(input, weights, options, &mut |event| watch.event(event))?)),
+        _ => Ok(single_result(simplify(input, options, &mut |event| watch.event(event))?)),
     }
 }
 

@@ -1,10 +1,10 @@
 //! `--ratio NAME=50%`: named faces are simplified first, then the rest to the total size.
 
-use crate::model::Weights;
 use crate::simplify::{ClosedOptions, Event, GroupRatio, Simplified, SimplifiedGroups, simplify_groups};
 
 use super::document::Document;
 use super::error::JobError;
+use super::importance::VertexValues;
 use super::report::NamedShare;
 use super::request::Job;
 use super::watch::Watch;
@@ -15,8 +15,8 @@ const SHARE_OF_RUN: f32 = 0.5;
 /// Simplifies each name to its share and locks kept faces; returns the input for the rest.
 pub fn simplify_named(
     document: &Document,
-    importance: &[f32],
-    (weights, options): (Option<&Weights>, &ClosedOptions),
+    values: &VertexValues,
+    options: &ClosedOptions,
     job: &Job,
     watch: &mut dyn Watch,
 ) -> Result<(SimplifiedGroups, Vec<NamedShare>), JobError> {
@@ -29,13 +29,13 @@ pub fn simplify_named(
         ratios.push(GroupRatio { groups, ratio });
     }
     let attributes = document.attributes_with_groups();
-    let mut input = document.input(importance, &[]);
+    let mut input = values.input(document);
     input.attributes = &attributes;
     let mut forward_event = |mut event: Event| {
         event.total *= SHARE_OF_RUN;
         watch.event(event)
     };
-    let simplified = simplify_groups(&input, weights, options, &ratios, &mut forward_event);
+    let simplified = simplify_groups(&input, options, &ratios, &mut forward_event);
     let mut simplified = simplified?;
     let before = &attributes.groups;
     let n_of = |groups: &[u32], of: &[u32]| groups.iter().filter(|group| of.contains(group)).count();
@@ -47,7 +47,7 @@ pub fn simplify_named(
             faces: n_of(&simplified.attributes.groups, &group.groups),
         });
     let named_shares = named_shares.collect();
-    if document.input(&[], &[]).attributes.groups.is_empty() {
+    if document.input().attributes.groups.is_empty() {
         simplified.attributes.groups.clear();
     }
     Ok((simplified, named_shares))

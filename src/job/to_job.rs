@@ -85,7 +85,7 @@ impl Arguments {
         if is_paper {
             job.check_paper()?;
             let (seed, draw, close, place) = (self.seed, self.draw, self.close, self.place);
-            job.options.assembly = Assembly::Paper(PaperOptions { seed, draw, close, place });
+            job.options.assembly = Assembly::Paper(PaperOptions { weights: None, seed, draw, close, place });
             return Ok(());
         }
         let what = match (self.close, self.place) {

@@ -2,7 +2,6 @@
 
 use crate::io::PackOptions;
 use crate::metrics::CertifiedDistance;
-use crate::model::Weights;
 use crate::search::simplify_to_error;
 use crate::simplify::{ClosedOptions, Event, Input, Outcome};
 
@@ -21,7 +20,7 @@ const ENDED_EARLY: &str = "the search ended early, so a smaller mesh may also me
 pub(super) fn simplify_within(
     bounds: &[Bound],
     (document, input): (&Document, &Input),
-    (weights, options): (Option<&Weights>, &ClosedOptions),
+    options: &ClosedOptions,
     job: &Job,
     watch: &mut dyn Watch,
 ) -> Result<SimplifiedResults, JobError> {
@@ -37,7 +36,7 @@ pub(super) fn simplify_within(
             watch.event(event)
         };
         // The search leaves room for the rounding of the file.
-        let found = simplify_to_error(input, weights, options, error - rounding, &mut forward_event)?;
+        let found = simplify_to_error(input, options, error - rounding, &mut forward_event)?;
         found_results.note = found_results.note.or(found.ended_early.then_some(ENDED_EARLY));
         let (mut result, mut distance) = (found.simplified, add_rounding(&found.distance, rounding));
         // A result for a smaller distance is valid here too, and may be smaller if this search ended early.

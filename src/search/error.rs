@@ -1,16 +1,15 @@
 //! The smallest result within a proved distance.
 
-use std::borrow::Cow;
 use std::cell::Cell;
 
+use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
-use crate::mesh::{TriMesh, UnitedMesh};
 use crate::metrics::{CertifiedDistance, DistanceTolerance, MeasuredOriginal};
-use crate::model::Weights;
 use crate::simplify::{
     ClosedOptions, Input, Listener, Outcome, Simplified, SimplifyError, Size, prune, simplify_levels_of_detail,
 };
 
+use super::placed_original::PlacedOriginal;
 use super::progress::Search;
 
 /// Number of sizes whose results one collapse yields.
@@ -70,12 +69,11 @@ pub struct Bounded {
 /// let mesh = shapes::icosphere(4);
 /// let options = ClosedOptions::default();
 /// let go_on = &mut |_| ControlFlow::Continue(());
-/// let found = simplify_to_error(&Input::bare(&mesh), None, &options, 0.02, go_on).unwrap();
+/// let found = simplify_to_error(&Input::bare(&mesh), &options, 0.02, go_on).unwrap();
 /// assert!(found.distance.upper <= 0.02 && found.simplified.mesh.faces().len() < 1000);
 /// ```
 pub fn simplify_to_error(
     input: &Input,
-    weights: Option<&Weights>,
     options: &ClosedOptions,
     error: f64,
     progress: &mut Listener,
@@ -94,7 +92,7 @@ pub fn simplify_to_error(
     let mut search = Search::new(progress, SHARE_OF_RUN);
     let mut levels = |sizes: &[usize], in_place: bool| {
         let options = ClosedOptions { subset: in_place || options.subset, ..options.clone() };
-        let made = simplify_to_counts(input, weights, &options, sizes, &mut search.run())?;
+        let made = simplify_to_counts(input, &options, sizes, &mut search.run())?;
         search.look("proof")?;
         Ok(made)
     };
@@ -164,13 +162,12 @@ type LevelResults = Result<Vec<Simplified>, SimplifyError>;
 
 fn simplify_to_counts(
     input: &Input,
-    weights: Option<&Weights>,
     options: &ClosedOptions,
     sizes: &[usize],
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let sizes: Vec<Size> = sizes.iter().map(|&size| Size::Vertices(size)).collect();
-    simplify_levels_of_detail(input, weights, options, &sizes, progress)
+    simplify_levels_of_detail(input, options, &sizes, progress)
 }
 
 /// Finds the smallest result within the error with its distance, and the number of results made.
@@ -223,37 +220,6 @@ fn count_within_error(results: &[Simplified], mut is_within_error: impl FnMut(&S
         }
     }
     low
-}
-
-/// The original, placed in its scene.
-struct PlacedOriginal<'a> {
-    view: Cow<'a, TriMesh>,
-    scene: Option<&'a UnitedMesh>,
-    /// Number of vertices of the simplifier's input.
-    n_vertices: usize,
-}
-
-impl<'a> PlacedOriginal<'a> {
-    fn from_input(input: &Input<'a>) -> Self {
-        let view = match input.scene {
-            None => Cow::Borrowed(input.mesh),
-            Some(scene) => Cow::Owned(scene.view(input.mesh, input.attributes).mesh),
-        };
-        Self { view, scene: input.scene, n_vertices: input.mesh.positions().len() }
-    }
-
-    fn view_of<'b>(&self, result: &'b Simplified) -> Cow<'b, TriMesh> {
-        match self.scene {
-            Some(scene) => Cow::Owned(scene.view(&result.mesh, &result.attributes).mesh),
-            None => Cow::Borrowed(&result.mesh),
-        }
-    }
-
-    /// Returns the largest distance by which placement in the scene rounds a position.
-    fn rounding(&self) -> f64 {
-        let reach = self.view.positions().as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
-        if self.scene.is_some() { 3f64.sqrt() * f64::from(f32::EPSILON) * f64::from(reach) } else { 0.0 }
-    }
 }
 
 /// Widens both bounds of a distance by `rounding`; an upper bound of 0 stays.
@@ -391,13 +357,13 @@ mod tests {
     use super::*;
     use std::ops::ControlFlow;
 
-    use crate::mesh::{shapes, topology};
+    use crate::mesh::{UnitedMesh, shapes, topology};
     use crate::metrics::{Surface, surface_distance};
     use crate::simplify::{Options, simplify};
 
     fn simplify_within(mesh: &TriMesh, error: f64) -> Bounded {
         let options = ClosedOptions::default();
-        simplify_to_error(&Input::bare(mesh), None, &options, error, &mut |_| ControlFlow::Continue(())).unwrap()
+        simplify_to_error(&Input::bare(mesh), &options, error, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
     #[test]
@@ -429,7 +395,7 @@ mod tests {
             let mut input = Input::bare(&united.mesh);
             (input.attributes, input.scene) = (&united.attributes, Some(&united));
             let go_on = &mut |_| ControlFlow::Continue(());
-            simplify_to_error(&input, None, &ClosedOptions::default(), error, go_on).unwrap()
+            simplify_to_error(&input, &ClosedOptions::default(), error, go_on).unwrap()
         };
         let (found, alone) = (find(&places, 10.0, 0.2), find(&places[..1], 1.0, 0.02));
         let [scene, alone] = [&found, &alone].map(|found| found.simplified.mesh.positions().len() as f64);
@@ -442,7 +408,7 @@ mod tests {
         let fine = shapes::icosphere(4);
         let options = Options::new(Size::Vertices(shapes::icosphere(2).positions().len()));
         let input = Input::bare(&fine);
-        let coarse = simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let coarse = simplify(input, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         let original = PlacedOriginal::from_input(&input);
         let prover = |left| Prover { left: Cell::new(left), ..Prover::new(&original, 0.2) };
         let (enough, few) = (prover(10_000_000), prover(1000));

@@ -1,6 +1,7 @@
 //! Searches for the smallest mesh within a proved distance, or the largest within a number of bytes.
 
 mod error;
+mod placed_original;
 mod progress;
 mod prove;
 mod size;

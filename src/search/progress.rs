@@ -67,10 +67,10 @@ mod tests {
                 ControlFlow::Continue(())
             };
             if by_error {
-                simplify_to_error(&input, None, &options, 0.05, &mut hear).unwrap();
+                simplify_to_error(&input, &options, 0.05, &mut hear).unwrap();
             } else {
                 let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(26 * result.mesh.faces().len());
-                simplify_to_size(&input, None, &assembly, 9000, &bytes_of, &mut hear).unwrap();
+                simplify_to_size(&input, &assembly, 9000, &bytes_of, &mut hear).unwrap();
             }
             assert!(n_runs > 1 && last > 0.0, "{n_runs}");
         }

@@ -1,8 +1,9 @@
 //! Proved distances of a progression's levels.
 
-use crate::mesh::{TriMesh, UnitedMesh};
 use crate::metrics::{DistanceTolerance, MeasuredOriginal};
-use crate::simplify::{Event, Input, Listener, Progression, ProvedLevel, Simplified, SimplifyError};
+use crate::simplify::{Event, Input, Listener, Progression, ProvedLevel, SimplifyError};
+
+use super::placed_original::PlacedOriginal;
 
 /// Ratio of neighbouring sizes of proved levels.
 const STEP: f64 = 2.0;
@@ -20,7 +21,7 @@ const MOST_VISITS: [u64; 2] = [200, 4_000_000];
 /// use std::ops::ControlFlow;
 /// use neural_mesh::{mesh::shapes, search::prove_progression, simplify::{ClosedOptions, Input, Progression}};
 /// let (mesh, go_on) = (shapes::icosphere(4), &mut |_| ControlFlow::Continue(()));
-/// let mut progression = Progression::new(&mesh, None, &ClosedOptions::default(), go_on).unwrap();
+/// let mut progression = Progression::new(&mesh, &ClosedOptions::default(), go_on).unwrap();
 /// prove_progression(&mut progression, &Input::bare(&mesh), go_on).unwrap();
 /// assert!(progression.at_error(0.05).unwrap().mesh.faces().len() < 2000);
 /// ```
@@ -32,9 +33,10 @@ pub fn prove_progression(
     if !progression.is_of(input.mesh) {
         return Err(SimplifyError::BadInput);
     }
-    let original = view(input.scene, input.mesh, input.attributes);
-    let most = MOST_VISITS[0] * original.faces().len() as u64 + MOST_VISITS[1];
-    let (rounding, measured) = (rounding(input.scene, &original), MeasuredOriginal::new(&original));
+    let original = PlacedOriginal::from_input(input);
+    let most = MOST_VISITS[0] * original.view.faces().len() as u64 + MOST_VISITS[1];
+    // Placing both meshes in the scene rounds positions to single precision.
+    let (rounding, measured) = (2.0 * original.rounding(), MeasuredOriginal::new(&original.view));
     let (mut levels, mut n_vertices, mut distance) = (Vec::new(), progression.n_vertices(), 0.0f64);
     let n_levels = (n_vertices as f64 / LEAST_SIZE as f64).log(STEP).max(1.0);
     loop {
@@ -46,12 +48,11 @@ pub fn prove_progression(
         if progress(Event { stage: "proof", done: total, total }).is_break() {
             return Err(SimplifyError::Interrupted);
         }
-        let Simplified { mesh, attributes, .. } = progression.at_vertices(n_vertices, false)?;
+        let level = progression.at_vertices(n_vertices, false)?;
         // A level that stops short of its size is the smallest.
-        let is_smallest = mesh.positions().len() > n_vertices;
-        let level = view(input.scene, &mesh, &attributes);
+        let is_smallest = level.mesh.positions().len() > n_vertices;
         let tolerance = DistanceTolerance { enough: distance, ..DistanceTolerance::default() };
-        let (proved, _) = measured.certified_distance(&level, &tolerance, most);
+        let (proved, _) = measured.certified_distance(&original.view_of(&level), &tolerance, most);
         // Without a proof, no smaller level has one that counts.
         let Some(proved) = proved.filter(|proved| proved.upper.is_finite()) else { break };
         distance = distance.max(proved.upper + rounding);
@@ -62,16 +63,6 @@ pub fn prove_progression(
     }
     progression.set_proved_levels(levels);
     Ok(())
-}
-
-fn view(scene: Option<&UnitedMesh>, mesh: &TriMesh, attributes: &crate::mesh::Attributes) -> TriMesh {
-    scene.map_or_else(|| mesh.clone(), |scene| scene.view(mesh, attributes).mesh)
-}
-
-/// Returns twice the largest distance by which placement in a scene rounds a position.
-fn rounding(scene: Option<&UnitedMesh>, view: &TriMesh) -> f64 {
-    let reach = view.positions().as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
-    if scene.is_some() { 2.0 * 3f64.sqrt() * f64::from(f32::EPSILON) * f64::from(reach) } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -86,7 +77,7 @@ mod tests {
     #[test]
     fn no_sample_is_farther_than_proved_and_distances_rise() {
         let (mesh, go_on) = (shapes::wavy_sphere(4, 6.0), &mut |_| ControlFlow::Continue(()));
-        let mut progression = Progression::new(&mesh, None, &ClosedOptions::default(), go_on).unwrap();
+        let mut progression = Progression::new(&mesh, &ClosedOptions::default(), go_on).unwrap();
         assert_eq!(progression.at_error(0.1), Err(SimplifyError::NotProved));
         prove_progression(&mut progression, &Input::bare(&mesh), go_on).unwrap();
         let levels = progression.proved_levels().to_vec();

@@ -1,6 +1,5 @@
 //! The largest result within a number of bytes.
 
-use crate::model::Weights;
 use crate::simplify::{Assembly, Input, Listener, Options, Outcome, Simplified, SimplifyError, Size, simplify};
 
 use super::progress::Search;
@@ -32,12 +31,11 @@ const SHARE_OF_RUN: f32 = 0.9;
 /// let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(500 + 26 * result.mesh.faces().len());
 /// let go_on = &mut |_| ControlFlow::Continue(());
 /// let closed = Assembly::Closed(ClosedOptions::default());
-/// let found = simplify_to_size(&Input::bare(&mesh), None, &closed, 100_000, &bytes_of, go_on).unwrap();
+/// let found = simplify_to_size(&Input::bare(&mesh), &closed, 100_000, &bytes_of, go_on).unwrap();
 /// assert!((98_000..=100_000).contains(&bytes_of(&found).unwrap()));
 /// ```
 pub fn simplify_to_size<E: From<SimplifyError>>(
     input: &Input,
-    weights: Option<&Weights>,
     assembly: &Assembly,
     n_bytes: usize,
     bytes_of: &dyn Fn(&Simplified) -> Result<usize, E>,
@@ -50,7 +48,7 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
     let mut search = Search::new(progress, SHARE_OF_RUN);
     for n_before in 0..MOST_TRIES {
         let options = Options::with_assembly(Size::Vertices(vertices), assembly.clone());
-        let result = simplify(input, weights, &options, &mut search.run())?;
+        let result = simplify(input, &options, &mut search.run())?;
         search.look("bytes")?;
         let n = bytes_of(&result)?;
         let is_last = n <= n_bytes && (vertices == n_all || n as f64 >= FULL * n_bytes as f64);
@@ -104,7 +102,7 @@ mod tests {
         let mesh = shapes::icosphere(4);
         let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(more + 26 * result.mesh.faces().len());
         let (closed, go_on) = (Assembly::Closed(ClosedOptions::default()), &mut |_| ControlFlow::Continue(()));
-        let result = simplify_to_size(&Input::bare(&mesh), None, &closed, n_bytes, &bytes_of, go_on).unwrap();
+        let result = simplify_to_size(&Input::bare(&mesh), &closed, n_bytes, &bytes_of, go_on).unwrap();
         let n = bytes_of(&result).unwrap();
         (result, n)
     }

@@ -14,7 +14,7 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 // Simplifies without weights; the run must succeed.
 #[track_caller]
 pub fn simplify_valid<'a>(input: impl Into<Input<'a>>, options: &Options) -> Simplified {
-    simplify(input, None, options, &mut |_| ControlFlow::Continue(())).expect("a result")
+    simplify(input, options, &mut |_| ControlFlow::Continue(())).expect("a result")
 }
 
 // Expects a closed, manifold, consistently oriented mesh without unused vertices or repeated positions.

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,9 @@ use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::{Frame, TriMesh, compact};
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::paper::{orient_triangle, paper_stages};
-use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, PaperOptions, ScoreSource, Size, simplify};
+use neural_mesh::simplify::{
+    Assembly, ClosedOptions, Effort, Input, Optimize, Options, PaperOptions, ScoreSource, Size, asked_scores, simplify,
+};
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Job {
@@ -76,17 +79,28 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
         Method::Tool(tool) => return Err(format!("{} is an external tool and cannot run in the worker", tool.name)),
     };
     if name == "paper-quotient" {
-        return span_regions(mesh, job, weights.ours.as_ref().unwrap_or(Weights::shipped_paper_open()));
+        return span_regions(mesh, job, weights.ours.clone());
     }
-    let options = options(name, Size::Vertices(job.vertices), job.seed);
-    let simplified = simplify(mesh, weights.ours.as_ref(), &options, &mut |_| ControlFlow::Continue(()));
+    let mut options = options(name, Size::Vertices(job.vertices), job.seed);
+    if let Assembly::Paper(paper) = &mut options.assembly {
+        paper.weights = weights.ours.clone().map(Arc::new);
+    }
+    let source = match options.assembly.as_closed() {
+        Some(closed) if weights.ours.is_none() || closed.scores == ScoreSource::Geometry => closed.scores,
+        Some(_) => ScoreSource::Network,
+        None => ScoreSource::Geometry,
+    };
+    let scores = asked_scores(source, mesh, weights.ours.as_ref());
+    let mut input = Input::bare(mesh);
+    input.scores = &scores;
+    let simplified = simplify(input, &options, &mut |_| ControlFlow::Continue(()));
     simplified.map(|simplified| simplified.mesh).map_err(|error| error.to_string())
 }
 
 /// Joins the paper's samples where three of their regions meet, without Edge Predictor and Face Classifier.
-fn span_regions(mesh: &TriMesh, job: &Job, weights: &Weights) -> Result<TriMesh, String> {
-    let options = PaperOptions { seed: job.seed, ..PaperOptions::default() };
-    let stages = paper_stages(mesh, job.vertices, weights, &options, &mut |_| ControlFlow::Continue(()));
+fn span_regions(mesh: &TriMesh, job: &Job, weights: Option<Weights>) -> Result<TriMesh, String> {
+    let options = PaperOptions { weights: weights.map(Arc::new), seed: job.seed, ..PaperOptions::default() };
+    let stages = paper_stages(mesh, job.vertices, &options, &mut |_| ControlFlow::Continue(()));
     let stages = stages.map_err(|error| error.to_string())?;
     let samples: Vec<[f32; 3]> = stages.samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
     let faces = stages.quotient.triangles.iter().map(|&face| orient_triangle(face, &samples, &stages.quotient));

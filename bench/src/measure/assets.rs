@@ -184,7 +184,7 @@ fn prove_limit(name: &str, path: &Path, limit: f64) -> Result<ResultRow> {
     let (input, options, diagonal) = (Input::bare(&mesh), ClosedOptions::default(), mesh.diagonal());
     let error = 0.01 * limit * diagonal;
     let (ours, time) =
-        measure_time(|| Ok(simplify_to_error(&input, None, &options, error, &mut |_| ControlFlow::Continue(()))?))?;
+        measure_time(|| Ok(simplify_to_error(&input, &options, error, &mut |_| ControlFlow::Continue(()))?))?;
     let lighter = &ours.simplified.mesh;
     let found = surface_distance(&Surface::new(&mesh, PROOF_SAMPLES, 5), &Surface::new(lighter, PROOF_SAMPLES, 6));
     let [proved, sampled] =
@@ -271,11 +271,11 @@ fn compare_levels(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
 
 fn simplify_levels(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
     let (input, options, targets) = (Input::bare(mesh), ClosedOptions::default(), LEVELS.map(Size::Ratio));
-    let levels = simplify_levels_of_detail(input, None, &options, &targets, &mut |_| ControlFlow::Continue(()))?;
+    let levels = simplify_levels_of_detail(input, &options, &targets, &mut |_| ControlFlow::Continue(()))?;
     Ok(levels.into_iter().map(|level| level.mesh).collect())
 }
 
 fn simplify_each(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
-    let run = |ratio| simplify(mesh, None, &Options::new(Size::Ratio(ratio)), &mut |_| ControlFlow::Continue(()));
+    let run = |ratio| simplify(mesh, &Options::new(Size::Ratio(ratio)), &mut |_| ControlFlow::Continue(()));
     LEVELS.map(run).into_iter().map(|result| Ok(result?.mesh)).collect()
 }

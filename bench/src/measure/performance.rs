@@ -74,7 +74,7 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
 }
 
 fn run_default(mesh: &TriMesh, target: Size) -> Result<TriMesh> {
-    Ok(simplify(mesh, None, &Options::new(target), &mut |_| ControlFlow::Continue(()))?.mesh)
+    Ok(simplify(mesh, &Options::new(target), &mut |_| ControlFlow::Continue(()))?.mesh)
 }
 
 fn middle(values: impl IntoIterator<Item = f64>) -> f64 {
@@ -126,7 +126,7 @@ fn measure_speed_at(name: &str, mesh: &TriMesh, ratio: f64) -> Result<Vec<Result
 
 fn stage_times(mesh: &TriMesh, options: &Options) -> Result<Vec<(String, f64)>> {
     let mut entered = vec![("beginning", thread_time())];
-    simplify(mesh, None, options, &mut |event| {
+    simplify(mesh, options, &mut |event| {
         entered.push((event.stage, thread_time()));
         ControlFlow::Continue(())
     })?;

@@ -54,7 +54,7 @@ fn draw_figure_6(bench: &Bench) -> Result<String> {
 
 fn draw_mesh(bench: &Bench, name: &str, (path, ratio): &(PathBuf, f64)) -> Result<Vec<ResultRow>> {
     let mesh = load(Path::new(path))?;
-    let ours = simplify(&mesh, None, &Options::new(Size::Ratio(*ratio)), &mut |_| ControlFlow::Continue(()))?.mesh;
+    let ours = simplify(&mesh, &Options::new(Size::Ratio(*ratio)), &mut |_| ControlFlow::Continue(()))?.mesh;
     let size = TargetCounts { vertices: ours.positions().len(), faces: ours.faces().len() };
     let theirs = simplify_by(Baseline::Meshoptimizer, &mesh, size, 0)?;
     let original = Surface::new(&mesh, SAMPLES, 0);

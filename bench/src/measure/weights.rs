@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Size, simplify};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, ScoreSource, Size, asked_scores, simplify};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
@@ -70,7 +70,10 @@ fn measure_stages(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
         for (method, scores, weights) in cases {
             let closed = ClosedOptions { scores, prune: false, ..ClosedOptions::default() };
             let options = Options::with_closed(Size::Vertices(n), closed);
-            let run = || Ok(simplify(&mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?.mesh);
+            let given = asked_scores(scores, &mesh, weights);
+            let mut input = Input::bare(&mesh);
+            input.scores = &given;
+            let run = || Ok(simplify(input, &options, &mut |_| ControlFlow::Continue(()))?.mesh);
             let (simplified, time) =
                 one.install(|| measure_time(run)).with_context(|| format!("{method} at {ratio}"))?;
             let distance = surface_distance(&original, &Surface::new(&simplified, SAMPLES, 1)).context("no faces")?;

@@ -99,7 +99,7 @@ fn simplify_asset(asset: io::Asset, settings: &SimplifySettings) -> Result<Vec<u
     }
     job.names.files = vec!["scene.glb".into()];
     let document = Document::from_asset(asset, &job)?;
-    let mut outcome = run(&document, &job, None, &mut |_| ControlFlow::Continue(()))?;
+    let mut outcome = run(&document, &job, &mut |_| ControlFlow::Continue(()))?;
     let files = outcome.write(&document, &job)?;
     files.into_iter().next().map(|file| file.bytes).ok_or_else(|| JobError::Output("no file was made".into()))
 }

@@ -9,7 +9,7 @@ mod schedule;
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use neural_mesh::job::{Arguments, JobReport};
@@ -132,7 +132,7 @@ struct Batch {
     input_folders: BTreeSet<PathBuf>,
     manifest: Manifest,
     extra_files: ExtraFiles,
-    weights: Option<Weights>,
+    weights: Option<Arc<Weights>>,
     /// Bar and number of finished meshes.
     progress: Mutex<(Bar, usize)>,
 }
@@ -197,7 +197,8 @@ impl Batch {
         let mut request = self.request(&self.inputs[i], output, self.manifest.may_replace[i])?;
         // An existing file may be the result of an earlier run, so only other obstacles count here.
         simplify::check_outputs(&request, true)?;
-        let run = simplify::simplify_file(&mut request, self.weights.as_ref(), &mut Progress::silent())?;
+        request.job.weights.clone_from(&self.weights);
+        let run = simplify::simplify_file(&mut request, &mut Progress::silent())?;
         let read = run.read.clone();
         let write = |_: &Path, files: &[_]| self.extra_files.write(&self.outputs[i], files, &read);
         Ok(run.place_results_with(&write, files::place_missing_files)?.0)

@@ -99,7 +99,7 @@ fn write_from_memory(
 fn build(args: &ClustersArgs, job: &Job, document: &Document, progress: &mut Progress) -> Result<Clusters, Failure> {
     let simplify = ClosedOptions { frame: document.frame, ..job.closed_options() };
     let options = cluster_options(args, simplify);
-    let made = build_clusters(&document.input(&[], &[]), &options, &mut |event| progress.event(event));
+    let made = build_clusters(&document.input(), &options, &mut |event| progress.event(event));
     made.map_err(|error| to_failure(args, error))
 }
 

@@ -86,7 +86,7 @@ fn collapse(
     let mut input = Input::bare(mesh);
     (input.attributes, input.locked) = (attributes, locked);
     let mut go_on = |_| if stops.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    match simplify_forcing_size(&input, None, options, Size::Faces(n_faces), &mut go_on) {
+    match simplify_forcing_size(&input, options, Size::Faces(n_faces), &mut go_on) {
         Ok(made) => Ok(ReducedPatch { mesh: made.mesh, attributes: made.attributes }),
         Err(SimplifyError::Interrupted) => Err(SimplifyError::Interrupted),
         // What the collapse refuses, such as coordinates at the limit of single precision, is left to the other methods.

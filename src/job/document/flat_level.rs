@@ -20,7 +20,7 @@ pub(super) fn flat_files(
     let read = io::read_attributed(bytes, Some(Format::Glb)).map_err(|error| refuse(&error))?;
     let flat = Document::from_mesh(read, job).map_err(|error| refuse(&error))?;
     let mut level = result.clone();
-    (level.mesh, level.attributes) = (flat.mesh().clone(), flat.input(&[], &[]).attributes.clone());
+    (level.mesh, level.attributes) = (flat.mesh().clone(), flat.input().attributes.clone());
     (level.source_vertices, level.map) = (None, None);
     flat.to_files(&Meshes { results: vec![&level], ..Meshes::default() }, job, file_name)
 }

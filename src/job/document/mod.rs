@@ -163,10 +163,9 @@ impl Document {
     }
 
     /// Returns the input for the simplifier.
-    pub fn input<'a>(&'a self, importance: &'a [f32], kept: &'a [bool]) -> Input<'a> {
+    pub fn input(&self) -> Input<'_> {
         let mut input = Input::bare(self.mesh());
         input.attributes = self.wanted.as_ref().unwrap_or(self.attributes());
-        (input.importance, input.kept) = (importance, kept);
         input.scene = self.united_mesh();
         input
     }

@@ -45,7 +45,7 @@ pub fn simplify_document(
     watch.begin(JobStage::Read);
     let document = request_json.read_document(message, &job)?;
     request_json.name_files(&mut job, &document);
-    let mut outcome = run(&document, &job, None, &mut watch)?;
+    let mut outcome = run(&document, &job, &mut watch)?;
     watch.begin(JobStage::Write);
     let mut files = Vec::new();
     if request_json.out.is_some() {

@@ -55,7 +55,7 @@ fn simplify_ours(original: &AttributedMesh, ratio: f64) -> Result<AttributedMesh
     let mut input = Input::bare(&original.mesh);
     input.attributes = &original.attributes;
     let options = Options::new(Size::Ratio(ratio));
-    let result = simplify(input, None, &options, &mut |_| ControlFlow::Continue(()))?;
+    let result = simplify(input, &options, &mut |_| ControlFlow::Continue(()))?;
     Ok(AttributedMesh { mesh: result.mesh, attributes: result.attributes })
 }
 

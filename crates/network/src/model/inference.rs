@@ -6,7 +6,7 @@ use super::{
     face_classifier, in_edge_lengths, point_sampler, prior, triangle_graph,
 };
 use crate::autodiff::{Tape, Value};
-use crate::linalg::{Csr, Matrix, Stars, neighbour_max_two_products, product, scored_stars};
+use crate::linalg::{Csr, Matrix, neighbour_max_two_products, product};
 use crate::spatial::coherent_order;
 use std::sync::Arc;
 
@@ -84,33 +84,6 @@ fn scores_of_positions(net: &PointSampler<Value>, points: &Matrix, rings: &Csr) 
         mapped = neighbour_max_two_products(&mapped, rings, layer.phi.matrix(), next);
     }
     mapped.into_data()
-}
-
-/// Scores some vertices like [`surface_scores`], from their neighbours alone.
-///
-/// Returns `None` unless the network has one DevConv layer, a hidden layer, and normals as input.
-///
-/// # Shapes
-/// - `stars`: vertices over positions and unit normals
-/// - `edge_length`: mean length of all edges, above 0
-#[doc(hidden)]
-pub fn star_scores<'g, P, F>(weights: &Weights, stars: &Stars<P, F>, edge_length: f32) -> Option<Vec<f32>>
-where
-    P: Copy + Into<[f32; 3]> + Sync,
-    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
-{
-    let net = weights.constants().point_sampler;
-    let ([layer], Some(hidden)) = (net.dev_convs.as_slice(), &net.hidden) else { return None };
-    let theta = layer.theta.matrix();
-    if theta.n_rows() != 6 {
-        return None;
-    }
-    // DevConv uses only differences of positions, so the unit of length can be multiplied into the weights.
-    let unit = |row: usize| if row < 3 { 1.0 / edge_length } else { 1.0 };
-    let theta = Matrix::from_fn(6, theta.n_cols(), |row, col| theta.row(row)[col] * unit(row));
-    let layers = [[&hidden.weights, &hidden.bias], [&net.score.weights, &net.score.bias]];
-    let scores = scored_stars(stars, [&theta, layer.phi.matrix()], layers.map(|layer| layer.map(Value::matrix)));
-    Some(scores.into_data())
 }
 
 /// The graph G_ext of the samples, with the Edge Predictor's attention and predicted adjacency of each edge.

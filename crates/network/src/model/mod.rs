@@ -40,8 +40,6 @@ pub use face_classifier::{FaceClassifier, face_classifier, triangle_graph};
 pub use in_edge_lengths::{EdgeFrame, in_edge_lengths};
 #[doc(hidden)]
 pub use inference::choose_candidates;
-#[doc(hidden)]
-pub use inference::star_scores;
 pub use inference::{PredictedEdges, PredictedFaces, predict_edges, predict_faces, surface_scores, vertex_scores};
 pub use network::Network;
 pub use normalized::normalize_points;

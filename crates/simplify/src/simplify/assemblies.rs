@@ -2,7 +2,6 @@
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, with_flat_normals};
-use crate::model::{Weights, paper_weights};
 
 use super::closed::{ClosedRequest, ClosedResult, FinishedLevels, Levels, Task, simplify_levels};
 use super::input::Input;
@@ -83,15 +82,13 @@ impl<'a> PlainInput<'a> {
 
 pub(super) fn simplify_by_paper(
     mesh: &TriMesh,
-    weights: Option<&Weights>,
     options: &PaperOptions,
     limit: Limit,
     progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
-    let weights = weights.map_or_else(|| paper_weights().ok_or(SimplifyError::NoWeights), Ok)?;
     // The network's target is a number of vertices; a closed surface has about half as many vertices as faces.
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
-    let result = paper::simplify_in_run(mesh, n_target, weights, options, progress)?;
+    let result = paper::simplify_in_run(mesh, n_target, options, progress)?;
     let mut positions = mesh.positions().to_vec();
     result.vertices.iter().zip(&result.positions).for_each(|(&v, &position)| positions[v as usize] = position);
     let (mesh, kept) = compact(&positions, result.faces).map_err(|_| SimplifyError::Overflow)?;
@@ -129,7 +126,7 @@ mod tests {
         attributes.channels.rotate_right(1);
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Size::Faces(200));
-        let result = simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let result = simplify(input, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert!(result.attributes.is_valid_for(200) && is_shaded_flat(&result.mesh, &result.attributes));
         let names: Vec<&str> = result.attributes.channels.iter().map(|channel| channel.name.as_str()).collect();
         assert_eq!(names, ["normal", "uv"]);

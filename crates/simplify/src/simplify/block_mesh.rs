@@ -1,7 +1,6 @@
 //! Simplification of one block of a mesh.
 
 use crate::mesh::TriMesh;
-use crate::model::Weights;
 
 use super::closed::{ClosedRequest, ClosedResult, Levels, Task, simplify_levels};
 use super::input::Input;
@@ -22,12 +21,12 @@ pub fn simplify_block_mesh(
     mesh: &TriMesh,
     locked: &[bool],
     (n_vertices, price): (usize, Option<f64>),
-    weights: Option<&Weights>,
+    scores: &[f32],
     options: &ClosedOptions,
 ) -> Result<SimplifiedBlock, SimplifyError> {
     // A closed surface needs four vertices.
     let limit = Limit::from_vertices(n_vertices.max(4));
-    let has_scores = options.purpose == Purpose::Shape || weights.is_some();
+    let has_scores = options.purpose == Purpose::Shape || !scores.is_empty();
     let used = ClosedOptions {
         // The purpose decides about scores only.
         scores: if has_scores { options.scores } else { ScoreSource::Geometry },
@@ -41,8 +40,8 @@ pub fn simplify_block_mesh(
         map: false,
         ..options.clone()
     };
-    let input = Input { locked, ..Input::bare(mesh) };
-    let request = ClosedRequest { price, ..ClosedRequest::new(Task::new(input, &used, weights)) };
+    let input = Input { locked, scores, ..Input::bare(mesh) };
+    let request = ClosedRequest { price, ..ClosedRequest::new(Task::new(input, &used)) };
     let levels = simplify_levels(&request, Levels::new(&[limit]), Progress::SILENT)?;
     let ClosedResult { simplified, pass_prices, .. } = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;
     Ok(SimplifiedBlock { mesh: simplified.mesh, pass_prices })

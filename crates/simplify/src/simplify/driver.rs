@@ -1,7 +1,5 @@
 //! Driver of both assemblies: from the caller's mesh and options to results.
 
-use crate::model::Weights;
-
 use super::assemblies::{simplify_by_paper, simplify_closed, unchanged_result};
 use super::cards::Cards;
 use super::closed::{ClosedResult, Derivative, Levels, Task, is_sound};
@@ -18,19 +16,18 @@ type TracedResult = (Simplified, Option<Derivative>);
 
 pub(super) fn run(
     input: &Input,
-    weights: Option<&Weights>,
     options: &Options,
     differentiable: bool,
     listener: &mut Listener,
 ) -> Result<TracedResult, SimplifyError> {
     match &options.assembly {
         Assembly::Closed(closed) => {
-            let task = Task { differentiable, ..Task::new(*input, closed, weights) };
+            let task = Task { differentiable, ..Task::new(*input, closed) };
             let levels = run_levels(&task, &[options.target], listener)?;
             levels.into_iter().next().ok_or(SimplifyError::Empty)
         }
         Assembly::Paper(paper) => run_with_listener(listener, &PAPER_STAGES, |progress| {
-            Ok((run_paper(input, weights, paper, options.target, progress)?, None))
+            Ok((run_paper(input, paper, options.target, progress)?, None))
         }),
     }
 }
@@ -49,7 +46,7 @@ pub(super) fn run_levels(
 
 fn run_closed(task: &Task, sizes: &[Size], progress: Progress) -> Result<Vec<TracedResult>, SimplifyError> {
     let Task { ref input, options, .. } = *task;
-    input.check()?;
+    task.check()?;
     progress.enter("surface", input.mesh.faces().len())?;
     // Unused vertices are removed first and restored in the results.
     let used = SubMesh::without_unused_vertices(progress.pulse, input)?;
@@ -104,7 +101,6 @@ fn simplify_with_cards(task: &Task, limits: &[Limit], progress: Progress) -> Res
 
 fn run_paper(
     input: &Input,
-    weights: Option<&Weights>,
     options: &PaperOptions,
     target: Size,
     progress: Progress,
@@ -116,7 +112,7 @@ fn run_paper(
     let mut simplified = if limit.is_met_by(input.mesh) {
         unchanged_result(progress.pulse, &input, ScoreSource::Network)
     } else {
-        simplify_by_paper(input.mesh, weights, options, limit, progress)?
+        simplify_by_paper(input.mesh, options, limit, progress)?
     };
     used.lift(&mut simplified, &mut None);
     Ok(simplified)

@@ -5,7 +5,6 @@ use std::ops::ControlFlow;
 use rustc_hash::FxHashSet;
 
 use crate::mesh::{Attributes, TriMesh, UnitedMesh};
-use crate::model::Weights;
 
 use super::input::Input;
 use super::levels::simplify_forcing_size;
@@ -31,6 +30,8 @@ pub struct SimplifiedGroups {
     pub attributes: Attributes,
     /// Importance of the vertices; empty if the scores determine it.
     pub importance: Vec<f32>,
+    /// Scores of the vertices; empty for none.
+    pub scores: Vec<f32>,
     /// Marks faces of the simplified groups, which the run for the rest must keep.
     pub kept: Vec<bool>,
     /// Input face beneath each face.
@@ -42,8 +43,8 @@ pub struct SimplifiedGroups {
 impl SimplifiedGroups {
     /// Returns the input of a run that simplifies the other groups.
     pub fn input<'a>(&'a self, scene: Option<&'a UnitedMesh>) -> Input<'a> {
-        let Self { mesh, attributes, importance, kept, .. } = self;
-        Input { scene, kept, attributes, importance, ..Input::bare(mesh) }
+        let Self { mesh, attributes, importance, scores, kept, .. } = self;
+        Input { scene, kept, attributes, importance, scores, ..Input::bare(mesh) }
     }
 }
 
@@ -67,16 +68,15 @@ impl SimplifiedGroups {
 /// input.attributes = &attributes;
 /// let go_on = &mut |_| ControlFlow::Continue(());
 /// let halved = GroupRatio { groups: vec![1], ratio: 0.3 };
-/// let before = simplify_groups(&input, None, &ClosedOptions::default(), &[halved], go_on).unwrap();
+/// let before = simplify_groups(&input, &ClosedOptions::default(), &[halved], go_on).unwrap();
 /// let n_north = before.kept.iter().filter(|kept| **kept).count();
 /// assert!((0.25..0.35).contains(&(n_north as f64 / 2560.0)));
 /// let whole = Options::new(Size::Vertices(512));
-/// let result = simplify(&before.input(None), None, &whole, go_on).unwrap();
+/// let result = simplify(&before.input(None), &whole, go_on).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 512);
 /// ```
 pub fn simplify_groups(
     input: &Input,
-    weights: Option<&Weights>,
     options: &ClosedOptions,
     ratios: &[GroupRatio],
     progress: &mut Listener,
@@ -91,6 +91,7 @@ pub fn simplify_groups(
         mesh: input.mesh.clone(),
         attributes: input.attributes.clone(),
         importance: input.importance.to_vec(),
+        scores: input.scores.to_vec(),
         kept: vec![false; n_faces as usize],
         faces: (0..n_faces).collect(),
         sources: Some((0..input.mesh.positions().len() as u32).collect()),
@@ -105,7 +106,7 @@ pub fn simplify_groups(
             event.total = (number as f32 + event.total) / smaller.len() as f32;
             progress(event)
         };
-        current = simplify_group(current, (of, &kept_groups), (weights, options, input.scene), &mut report)?;
+        current = simplify_group(current, (of, &kept_groups), (options, input.scene), &mut report)?;
         kept_groups.extend(&of.groups);
     }
     current.kept = (0..current.mesh.faces().len() as u32)
@@ -117,7 +118,7 @@ pub fn simplify_groups(
 fn simplify_group(
     before: SimplifiedGroups,
     (of, kept_groups): (&GroupRatio, &FxHashSet<u32>),
-    (weights, options, scene): (Option<&Weights>, &ClosedOptions, Option<&UnitedMesh>),
+    (options, scene): (&ClosedOptions, Option<&UnitedMesh>),
     progress: &mut Listener,
 ) -> Result<SimplifiedGroups, SimplifyError> {
     let (kept, n_own) = mark_kept_faces(&before, of, kept_groups);
@@ -127,13 +128,15 @@ fn simplify_group(
     let target = Size::Vertices((n_used - n_removed).max(1));
     let options = options_for_group(options);
     let input = Input { kept: &kept, ..before.input(scene) };
-    let result = simplify_forcing_size(&input, weights, &options, target, progress)?;
-    // Importance and origins follow the map from group to group.
+    let result = simplify_forcing_size(&input, &options, target, progress)?;
+    // Importance, scores and origins follow the map from group to group.
     let map = result.map.unwrap_or_default();
-    let importance = map.input_vertices.iter().filter_map(|&v| before.importance.get(v as usize).copied()).collect();
+    let carried = |rows: &[f32]| map.input_vertices.iter().filter_map(|&v| rows.get(v as usize).copied()).collect();
+    let [importance, scores] = [&before.importance, &before.scores].map(|rows| carried(rows));
     let sources = result.source_vertices.zip(before.sources.as_ref());
     Ok(SimplifiedGroups {
         importance,
+        scores,
         kept: Vec::new(),
         faces: map.corner_faces.iter().map(|corners| before.faces[corners[0] as usize]).collect(),
         sources: sources.map(|(own, before)| own.iter().map(|&v| before[v as usize]).collect()),
@@ -198,7 +201,7 @@ mod tests {
         (input.attributes, input.importance) = (&attributes, &importance);
         let ratios = [(3, 0.5), (1, 1.0), (0, 0.2)].map(|(group, ratio)| GroupRatio { groups: vec![group], ratio });
         let mut go_on = |_| ControlFlow::Continue(());
-        let made = simplify_groups(&input, None, &ClosedOptions::default(), &ratios, &mut go_on).unwrap();
+        let made = simplify_groups(&input, &ClosedOptions::default(), &ratios, &mut go_on).unwrap();
         assert!(topology(&made.mesh).is_closed_manifold());
         assert_eq!(made.importance.len(), made.mesh.positions().len());
         let share =
@@ -214,7 +217,7 @@ mod tests {
                 .all(|(&face, group)| attributes.groups[face as usize] == *group)
         );
         let whole = Options::new(Size::Vertices(made.mesh.positions().len() * 24 / 25));
-        let result = simplify(made.input(None), None, &whole, &mut go_on).unwrap();
+        let result = simplify(made.input(None), &whole, &mut go_on).unwrap();
         assert!(topology(&result.mesh).is_closed_manifold());
         let kept = |group| count_faces(&result.attributes, group) == count_faces(&made.attributes, group);
         assert!(kept(3) && kept(1) && kept(0) && !kept(2));
@@ -228,7 +231,7 @@ mod tests {
         for ratio in [0.0, -1.0, 1.5, f64::NAN] {
             let ratios = [GroupRatio { groups: vec![0], ratio }];
             let refused =
-                simplify_groups(&input, None, &ClosedOptions::default(), &ratios, &mut |_| ControlFlow::Continue(()));
+                simplify_groups(&input, &ClosedOptions::default(), &ratios, &mut |_| ControlFlow::Continue(()));
             assert!(matches!(refused, Err(SimplifyError::BadTarget(_))), "{ratio}");
         }
     }

@@ -14,6 +14,9 @@ pub struct Input<'a> {
     pub attributes: &'a Attributes,
     /// Positive factor on the area of each vertex; empty if the scores determine it.
     pub importance: &'a [f32],
+    /// Score of each vertex, as by [`network_scores`](super::network_scores): regions of larger scores keep more
+    /// vertices; empty for [`ClosedOptions::scores`] (closed assembly).
+    pub scores: &'a [f32],
     /// Placement of the mesh in a scene.
     pub scene: Option<&'a UnitedMesh>,
     /// Marks faces that come back unchanged; empty for none (closed assembly).
@@ -37,7 +40,7 @@ impl<'a> From<&Input<'a>> for Input<'a> {
 impl<'a> Input<'a> {
     /// Wraps a mesh without attributes or constraints.
     pub fn bare(mesh: &'a TriMesh) -> Self {
-        Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None, kept: &[], locked: &[] }
+        Self { mesh, attributes: Attributes::NONE, importance: &[], scores: &[], scene: None, kept: &[], locked: &[] }
     }
 
     /// Returns the mesh as a viewer of the scene sees it.
@@ -53,8 +56,9 @@ impl<'a> Input<'a> {
             || self.importance.len() == self.mesh.positions().len() && self.importance.iter().all(is_factor);
         let n_faces = self.mesh.faces().len();
         let kept_fit = self.kept.is_empty() || self.kept.len() == n_faces;
+        let scores_fit = self.scores.is_empty() || self.scores.len() == self.mesh.positions().len();
         let locked_fit = self.locked.is_empty() || self.locked.len() == self.mesh.positions().len();
-        let all_fit = self.attributes.is_valid_for(n_faces) && factors_fit && kept_fit && locked_fit;
+        let all_fit = self.attributes.is_valid_for(n_faces) && factors_fit && scores_fit && kept_fit && locked_fit;
         if all_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
     }
 }

@@ -1,7 +1,5 @@
 //! Levels of detail: several results from one collapse.
 
-use crate::model::Weights;
-
 use super::closed::Task;
 use super::driver::run_levels;
 use super::input::Input;
@@ -22,18 +20,17 @@ use super::size::Size;
 /// let options = ClosedOptions::default();
 /// let sizes = [Size::Ratio(0.5), Size::Ratio(0.25), Size::Vertices(100)];
 /// let go_on = &mut |_| ControlFlow::Continue(());
-/// let levels = simplify_levels_of_detail(&mesh, None, &options, &sizes, go_on).unwrap();
+/// let levels = simplify_levels_of_detail(&mesh, &options, &sizes, go_on).unwrap();
 /// let sizes: Vec<usize> = levels.iter().map(|level| level.mesh.positions().len()).collect();
 /// assert_eq!(sizes, [1281, 640, 100]);
 /// ```
 pub fn simplify_levels_of_detail<'a>(
     input: impl Into<Input<'a>>,
-    weights: Option<&Weights>,
     options: &ClosedOptions,
     sizes: &[Size],
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    let levels = run_levels(&Task::new(input.into(), options, weights), sizes, progress)?;
+    let levels = run_levels(&Task::new(input.into(), options), sizes, progress)?;
     Ok(levels.into_iter().map(|(simplified, _)| simplified).collect())
 }
 
@@ -41,12 +38,11 @@ pub fn simplify_levels_of_detail<'a>(
 #[doc(hidden)]
 pub fn simplify_forcing_size(
     input: &Input,
-    weights: Option<&Weights>,
     options: &ClosedOptions,
     target: Size,
     progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
-    let task = Task { forces_size: true, ..Task::new(*input, options, weights) };
+    let task = Task { forces_size: true, ..Task::new(*input, options) };
     let levels = run_levels(&task, &[target], progress)?;
     levels.into_iter().next().map(|(simplified, _)| simplified).ok_or(SimplifyError::Empty)
 }
@@ -65,8 +61,8 @@ mod tests {
         let sizes = [Size::Ratio(0.4), Size::Ratio(0.2), Size::Faces(200), Size::Vertices(40)];
         let go_on = &mut |_| ControlFlow::Continue(());
         let options = ClosedOptions::default();
-        let levels = simplify_levels_of_detail(&mesh, None, &options, &sizes, go_on).unwrap();
-        let alone = simplify(&mesh, None, &Options::new(sizes[0]), go_on).unwrap();
+        let levels = simplify_levels_of_detail(&mesh, &options, &sizes, go_on).unwrap();
+        let alone = simplify(&mesh, &Options::new(sizes[0]), go_on).unwrap();
         assert_eq!(levels[0], alone);
         assert!(levels.iter().all(|level| topology(&level.mesh).is_closed_manifold()));
         assert_eq!((levels[2].mesh.faces().len(), levels[3].mesh.positions().len()), (200, 40));
@@ -78,7 +74,7 @@ mod tests {
         let simplify = |ratios: [f64; 2]| {
             let go_on = &mut |_| ControlFlow::Continue(());
             let options = ClosedOptions::default();
-            simplify_levels_of_detail(&mesh, None, &options, &ratios.map(Size::Ratio), go_on)
+            simplify_levels_of_detail(&mesh, &options, &ratios.map(Size::Ratio), go_on)
         };
         let levels = simplify([1.0, 0.5]).unwrap();
         assert_eq!((&levels[0].mesh, levels[1].mesh.positions().len()), (&mesh, 81));

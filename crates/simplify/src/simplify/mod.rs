@@ -31,14 +31,12 @@ mod sub_mesh;
 mod versions;
 mod with_importance;
 
-use crate::mesh::TriMesh;
-use crate::model::Weights;
 use driver::run;
 
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 #[doc(hidden)]
-pub use block_mesh::simplify_block_mesh;
+pub use block_mesh::{SimplifiedBlock, simplify_block_mesh};
 pub use closed::importance_of_scores;
 #[doc(hidden)]
 pub use components::prune;
@@ -49,7 +47,7 @@ pub use input::{Input, importance_of_channel, importance_of_groups};
 pub use levels::simplify_forcing_size;
 pub use levels::simplify_levels_of_detail;
 pub use mesh_points::{MeshedPoints, PointsOptions, cloud_graph, mesh_points, region_graph};
-pub use network_scores::{edge_graph, network_scores, vertex_areas};
+pub use network_scores::{asked_scores, edge_graph, network_scores, vertex_areas};
 pub use options::{
     Assembly, ClosedOptions, DroppedComponent, Effort, Event, Hidden, Listener, Map, Optimize, Options, Outcome,
     PaperOptions, Purpose, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError,
@@ -65,7 +63,7 @@ pub use with_importance::{WeightedResult, simplify_with_importance};
 /// Simplifies a mesh to the target of `options`; `progress` receives every stage and can stop the run.
 ///
 /// The input is a mesh, or an [`Input`] with texture coordinates, normals, materials and skins; no face of the result
-/// mixes two groups or the two sides of a seam. Without `weights`, a network uses those shipped with this crate.
+/// mixes two groups or the two sides of a seam.
 ///
 /// # Errors
 /// [`SimplifyError`] for an empty mesh, bad options or attributes of another mesh, or if `progress` stops the run. An
@@ -78,7 +76,7 @@ pub use with_importance::{WeightedResult, simplify_with_importance};
 /// use neural_mesh::simplify::{ClosedOptions, Input, Options, ScoreSource, Size, simplify};
 /// let mesh = shapes::icosphere(4);
 /// let target = Size::Vertices(200);
-/// let result = simplify(&mesh, None, &Options::new(target), &mut |_| ControlFlow::Continue(())).unwrap();
+/// let result = simplify(&mesh, &Options::new(target), &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.mesh.positions().len(), 200);
 /// // Without scores, every vertex counts by its area; groups of faces are kept apart:
 /// let options = Options::with_closed(target, ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() });
@@ -87,16 +85,15 @@ pub use with_importance::{WeightedResult, simplify_with_importance};
 /// let attributes = Attributes { groups, ..Attributes::default() };
 /// let mut input = Input::bare(&mesh);
 /// input.attributes = &attributes;
-/// let result = simplify(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+/// let result = simplify(&input, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(result.attributes.groups.len(), result.mesh.faces().len());
 /// ```
 pub fn simplify<'a>(
     input: impl Into<Input<'a>>,
-    weights: Option<&Weights>,
     options: &Options,
     progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
-    run(&input.into(), weights, options, false, progress).map(|(simplified, _)| simplified)
+    run(&input.into(), options, false, progress).map(|(simplified, _)| simplified)
 }
 
 /// Simplifies as [`simplify`] does, and also returns how the result depends on the input positions.
@@ -112,7 +109,7 @@ pub fn simplify<'a>(
 /// let mesh = shapes::icosphere(3);
 /// let options = Options::new(Size::Vertices(100));
 /// let (result, record) =
-///     simplify_recorded(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+///     simplify_recorded(&mesh, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// // In which direction must the input vertices move for vertex 0 of the result to move along x?
 /// let mut gradient = vec![[0.0; 3]; 100];
 /// gradient[0] = [1.0, 0.0, 0.0];
@@ -121,13 +118,14 @@ pub fn simplify<'a>(
 /// assert!((to_input.iter().map(|g| g[0]).sum::<f32>() - 1.0).abs() < 1e-3);
 /// assert_eq!(record.positions(mesh.positions()).len(), result.mesh.positions().len());
 /// ```
-pub fn simplify_recorded(
-    mesh: &TriMesh,
-    weights: Option<&Weights>,
+pub fn simplify_recorded<'a>(
+    input: impl Into<Input<'a>>,
     options: &Options,
     progress: &mut Listener,
 ) -> Result<(Simplified, Record), SimplifyError> {
-    let (simplified, derivative) = run(&Input::bare(mesh), weights, options, true, progress)?;
+    let input = input.into();
+    let (simplified, derivative) = run(&input, options, true, progress)?;
+    let mesh = input.mesh;
     let (n_input, n_output) = (mesh.positions().len(), simplified.mesh.positions().len());
     let record = match derivative {
         Some(derivative) => Record::from_derivative(n_input, n_output, derivative),

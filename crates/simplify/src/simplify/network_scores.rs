@@ -1,11 +1,14 @@
 //! Vertex scores from the network's Point Sampler, Sec. 3.1.
 
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::options::ScoreSource;
 use crate::geometry::triangle::area_normal;
 use crate::linalg::Csr;
 use crate::mesh::{TriMesh, vertex_normals};
 use crate::model::{Weights, surface_scores};
-use glam::Vec3;
-use std::sync::Arc;
 
 /// Scores the vertices of a mesh; those with larger scores are sampled sooner.
 ///
@@ -18,6 +21,16 @@ use std::sync::Arc;
 pub fn network_scores(mesh: &TriMesh, weights: &Weights) -> Vec<f32> {
     let rings = Arc::new(edge_graph(mesh));
     surface_scores(weights, mesh.positions(), &vertex_normals(mesh), &rings)
+}
+
+/// Returns the scores that `source` asks for, for [`Input::scores`](super::Input::scores): those of the network, or none.
+///
+/// Without `weights`, those are taken that ship for the closed assembly.
+pub fn asked_scores(source: ScoreSource, mesh: &TriMesh, weights: Option<&Weights>) -> Vec<f32> {
+    match source {
+        ScoreSource::Network => network_scores(mesh, weights.unwrap_or_else(|| Weights::shipped_default())),
+        ScoreSource::Bending | ScoreSource::Geometry => Vec::new(),
+    }
 }
 
 /// Sums a third of the area of each face at its vertices.

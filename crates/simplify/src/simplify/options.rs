@@ -1,10 +1,12 @@
 //! Options, results and errors of the simplifier.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use super::{Draw, Size};
 use crate::mesh::value_bytes::{store_choices, store_fields};
 use crate::mesh::{Attributes, Frame, TriMesh};
+use crate::model::{Weights, paper_weights};
 
 /// Size and method of one simplification.
 ///
@@ -69,9 +71,11 @@ impl Assembly {
 }
 
 /// Options of the paper's assembly; end a literal with `..PaperOptions::default()`, as versions may add fields.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 // Not `non_exhaustive`, which would forbid such literals to callers.
 pub struct PaperOptions {
+    /// Weights of the network; those of the paper's training that ship with this crate, if none.
+    pub weights: Option<Arc<Weights>>,
     /// Seed of the sampling.
     pub seed: u64,
     /// Way of drawing samples.
@@ -81,6 +85,19 @@ pub struct PaperOptions {
     /// Samples again, more densely where regions have large errors, and moves vertices to the minimum of their region's
     /// quadric.
     pub place: bool,
+}
+
+impl PaperOptions {
+    /// Returns the weights, or those that ship.
+    ///
+    /// # Errors
+    /// [`SimplifyError::NoWeights`] if none are given and this build has none.
+    pub(super) fn used_weights(&self) -> Result<&Weights, SimplifyError> {
+        match &self.weights {
+            Some(weights) => Ok(weights),
+            None => paper_weights().ok_or(SimplifyError::NoWeights),
+        }
+    }
 }
 
 /// Options of the closed assembly; end a literal with `..ClosedOptions::default()`, as versions may add fields.
@@ -199,7 +216,7 @@ pub enum ScoreSource {
     /// A formula that puts more vertices where the surface bends.
     #[default]
     Bending,
-    /// A trained network.
+    /// A trained network; its scores are [`Input::scores`](super::Input::scores).
     Network,
     /// None: all vertices have equal importance.
     Geometry,
@@ -364,6 +381,8 @@ pub enum SimplifyError {
     BadImportance,
     /// No weights for the paper's assembly.
     NoWeights,
+    /// No [`Input::scores`](super::Input::scores) where the options name the network.
+    NoScores,
     /// No face with a probability above one half.
     NothingKept,
     /// Result coordinates beyond `f32`.
@@ -387,7 +406,7 @@ impl std::fmt::Display for SimplifyError {
             Self::BadError(x) => write!(f, "invalid distance {x}: must be at least 0"),
             Self::BadInput => write!(
                 f,
-                "attributes or importance do not match the mesh: give one row per face and one positive number per vertex"
+                "attributes, importance or scores do not match the mesh: give one row per face, one positive number and one score per vertex"
             ),
             Self::BadProgression(why) => write!(f, "not a progression that this version reads: {why}: make it again"),
             Self::NotProved => f.write_str(NOT_PROVED),
@@ -399,6 +418,7 @@ impl std::fmt::Display for SimplifyError {
                 f,
                 "the paper's assembly needs weights, and this build has none: give weights or use the closed assembly"
             ),
+            Self::NoScores => write!(f, "scores of a network are asked for, and none are given: give one per vertex"),
             Self::NothingKept => write!(
                 f,
                 "the network kept no faces, as its weights do not fit this mesh: give other weights, or simplify with the closed assembly"

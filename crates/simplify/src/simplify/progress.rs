@@ -224,7 +224,7 @@ mod tests {
         for (ratio, n_threads) in [(0.03, 1), (0.03, 4), (0.5, 2)] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
             let options = Options::new(Size::Ratio(ratio));
-            let run = |listener: &mut Listener| _ = pool.install(|| simplify(&mesh, None, &options, listener)).unwrap();
+            let run = |listener: &mut Listener| _ = pool.install(|| simplify(&mesh, &options, listener)).unwrap();
             let events = collect_events(run);
             assert_eq!(stages(&events), CLOSED_STAGES.map(|(stage, _)| stage.name));
             assert!(events.last().unwrap().total > 0.95, "{:?}", events.last());
@@ -242,7 +242,7 @@ mod tests {
         let options = ClosedOptions::default();
         let sizes = [Size::Ratio(0.5), Size::Ratio(0.2), Size::Vertices(50)];
         let run = |listener: &mut Listener| {
-            _ = simplify_levels_of_detail(&mesh, None, &options, &sizes, listener).unwrap();
+            _ = simplify_levels_of_detail(&mesh, &options, &sizes, listener).unwrap();
         };
         let events = collect_events(run);
         assert_eq!(stages(&events).iter().filter(|stage| **stage == "collapse").count(), 3);
@@ -252,7 +252,7 @@ mod tests {
 
     fn stop_at(event: usize, mesh: &TriMesh, options: &Options) -> Result<Simplified, SimplifyError> {
         let mut n_events = 0;
-        simplify(mesh, None, options, &mut |_| {
+        simplify(mesh, options, &mut |_| {
             n_events += 1;
             if n_events > event { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
@@ -273,11 +273,11 @@ mod tests {
         // Every event of a short run, some of a longer one.
         for (mesh, step) in [(shapes::icosphere(3), 1), (shapes::torus(200, 100, 1.0, 0.4), 25)] {
             let options = if step == 1 { options.clone() } else { Options::new(Size::Ratio(0.5)) };
-            let expected = simplify(&mesh, None, &options, &mut go_on);
+            let expected = simplify(&mesh, &options, &mut go_on);
             for n_threads in [1, 4] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
                 let n_events = collect_events(|listener| {
-                    _ = pool.install(|| simplify(&mesh, None, &options, listener));
+                    _ = pool.install(|| simplify(&mesh, &options, listener));
                 });
                 assert!(n_events.len() > 40, "{}", n_events.len());
                 // With several threads, simultaneous events merge, so that some runs have fewer.
@@ -286,7 +286,7 @@ mod tests {
                     let result = pool.install(|| stop_at(event, &mesh, &options));
                     assert_eq!(result, Err(SimplifyError::Interrupted), "{event} of {}", n_events.len());
                 }
-                assert_eq!(pool.install(|| simplify(&mesh, None, &options, &mut go_on)), expected);
+                assert_eq!(pool.install(|| simplify(&mesh, &options, &mut go_on)), expected);
             }
         }
         assert!(!IS_LOUD.load(Relaxed));
@@ -295,7 +295,7 @@ mod tests {
     #[test]
     fn a_panic_of_the_listener_propagates() {
         let mesh = shapes::icosphere(3);
-        let run = || simplify(&mesh, None, &Options::new(Size::Vertices(50)), &mut |_| resume_unwind(Box::new(7u8)));
+        let run = || simplify(&mesh, &Options::new(Size::Vertices(50)), &mut |_| resume_unwind(Box::new(7u8)));
         let payload = catch_unwind(AssertUnwindSafe(run)).unwrap_err();
         assert_eq!(payload.downcast_ref(), Some(&7u8));
     }

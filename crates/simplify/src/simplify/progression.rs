@@ -1,7 +1,6 @@
 //! Progressions: one collapse, from which a mesh of any size is made.
 
 use crate::mesh::{Attributes, Frame, TriMesh, UnitedMesh};
-use crate::model::Weights;
 
 use super::assemblies::{PlainInput, unchanged_result};
 use super::closed::{
@@ -96,8 +95,6 @@ struct ProgressionLevel {
 impl Progression {
     /// Collapses a mesh to its smallest form and keeps all merges; `progress` can stop the run.
     ///
-    /// Without `weights`, a network uses those shipped with this crate.
-    ///
     /// # Errors
     /// As [`simplify`](super::simplify).
     ///
@@ -107,18 +104,17 @@ impl Progression {
     /// use neural_mesh::{mesh::shapes, simplify::{ClosedOptions, Progression}};
     /// let mesh = shapes::icosphere(4);
     /// let options = ClosedOptions::default();
-    /// let progression = Progression::new(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    /// let progression = Progression::new(&mesh, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     /// assert_eq!(progression.at_faces(1000, false).unwrap().mesh.faces().len(), 1000);
     /// assert_eq!(progression.at_vertices(100, true).unwrap().mesh.positions().len(), 100);
     /// ```
     pub fn new<'a>(
         input: impl Into<Input<'a>>,
-        weights: Option<&Weights>,
         options: &ClosedOptions,
         progress: &mut Listener,
     ) -> Result<Self, SimplifyError> {
-        let task = Task::new(input.into(), options, weights);
-        task.input.check()?;
+        let task = Task::new(input.into(), options);
+        task.check()?;
         let stages = closed_stages(1, USUAL_RATIO);
         run_with_listener(progress, &stages, |progress| Self::record(&task, progress))
     }
@@ -376,7 +372,7 @@ impl Progression {
         let rest = self.select_rest(&input, level)?;
         let rest_input = rest.input();
         let plain = PlainInput::new(&rest_input);
-        let request = ClosedRequest::without_visibility(Task::new(plain.input(), &self.options, None));
+        let request = ClosedRequest::without_visibility(Task::new(plain.input(), &self.options));
         let choice = LevelChoice { n: level.n, rest: rest.origin.faces.as_deref(), end: self.end_of(level) };
         let mut closed = self.surface.make_level(&self.mesh, &request, &choice, [is_refined, self.is_from_bytes])?;
         plain.restore(&mut closed);
@@ -524,7 +520,7 @@ mod tests {
     use crate::simplify::{Options, Outcome, simplify};
 
     fn progression<'a>(input: impl Into<Input<'a>>) -> Progression {
-        Progression::new(input, None, &ClosedOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap()
+        Progression::new(input, &ClosedOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
     fn sphere_with_dust() -> TriMesh {
@@ -565,7 +561,7 @@ mod tests {
         let distance = |mesh: &TriMesh| surface_distance(&whole, &Surface::new(mesh, 20_000, 0)).unwrap().both.mean;
         for ratio in [0.5, 0.2, 0.1, 0.05, 0.01] {
             let options = Options::new(Size::Ratio(ratio));
-            let single = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+            let single = simplify(&mesh, &options, &mut |_| ControlFlow::Continue(())).unwrap();
             let level = progression.at_target(options.target, true).unwrap();
             let ratio_of_distances = distance(&level.mesh) / distance(&single.mesh);
             assert!(ratio_of_distances < 1.1, "{ratio} {ratio_of_distances}");
@@ -578,7 +574,7 @@ mod tests {
         let progression = progression(&mesh);
         for n in [1500, 400, 150, 60] {
             let options = Options::new(Size::Vertices(n));
-            let single = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+            let single = simplify(&mesh, &options, &mut |_| ControlFlow::Continue(())).unwrap();
             for refined in [false, true] {
                 let level = progression.at_vertices(n, refined).unwrap();
                 assert_eq!(level.mesh.positions().len(), n);
@@ -615,7 +611,7 @@ mod tests {
     fn kept_components_have_a_smallest_form() {
         let mesh = sphere_with_dust();
         let options = ClosedOptions { prune: false, ..ClosedOptions::default() };
-        let progression = Progression::new(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let progression = Progression::new(&mesh, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         let smallest = progression.at_vertices(10, false).unwrap();
         assert_eq!(topology(&smallest.mesh).components, 41);
     }
@@ -636,7 +632,7 @@ mod tests {
         let mesh = TriMesh::new(positions, faces.iter().map(|face| face.map(|v| v + 1)).collect()).unwrap();
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = ClosedOptions { map: true, ..ClosedOptions::default() };
-        let progression = Progression::new(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let progression = Progression::new(input, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         for refined in [false, true] {
             let level = progression.at_vertices(300, refined).unwrap();
             assert_eq!((level.mesh.positions().len(), topology(&level.mesh).is_closed_manifold()), (300, true));
@@ -658,7 +654,7 @@ mod tests {
         let mesh = shapes::open_cylinder(40, 30);
         for (lock_boundaries, subset) in [(true, false), (false, true)] {
             let options = ClosedOptions { lock_boundaries, subset, ..ClosedOptions::default() };
-            let progression = Progression::new(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+            let progression = Progression::new(&mesh, &options, &mut |_| ControlFlow::Continue(())).unwrap();
             for refined in [false, true] {
                 let level = progression.at_vertices(200, refined).unwrap().mesh;
                 let is_input = |p: &&[f32; 3]| mesh.positions().contains(p);

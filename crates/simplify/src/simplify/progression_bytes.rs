@@ -24,7 +24,7 @@ impl Progression {
     /// use std::ops::ControlFlow;
     /// use neural_mesh::{mesh::shapes, simplify::{ClosedOptions, Progression}};
     /// let (mesh, options) = (shapes::icosphere(3), ClosedOptions::default());
-    /// let progression = Progression::new(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    /// let progression = Progression::new(&mesh, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     /// let read = Progression::from_bytes(&progression.to_bytes()).unwrap();
     /// assert_eq!(read.at_faces(200, true), progression.at_faces(200, true));
     /// ```
@@ -211,7 +211,7 @@ mod tests {
 
     fn progression<'a>(input: impl Into<Input<'a>>) -> Progression {
         let options = ClosedOptions { crease_angle: Some(60.0), ..ClosedOptions::default() };
-        Progression::new(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+        Progression::new(input, &options, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
     fn small() -> Progression {

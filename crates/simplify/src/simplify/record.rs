@@ -83,7 +83,7 @@ impl Record {
     /// use neural_mesh::{mesh::shapes, simplify::{Options, Size, simplify_recorded}};
     /// let mesh = shapes::icosphere(2);
     /// let options = Options::new(Size::Vertices(40));
-    /// let (_, record) = simplify_recorded(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    /// let (_, record) = simplify_recorded(&mesh, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     /// let input: Vec<[f64; 3]> = mesh.positions().iter().map(|p| p.map(f64::from)).collect();
     /// // Slope of one output coordinate with respect to one input coordinate, by differences and by the gradient.
     /// let mut gradient = vec![[0.0; 3]; 40];

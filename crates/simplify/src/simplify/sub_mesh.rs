@@ -19,6 +19,7 @@ pub struct SubMesh<'a> {
     mesh: Cow<'a, TriMesh>,
     attributes: Cow<'a, Attributes>,
     importance: Cow<'a, [f32]>,
+    scores: Cow<'a, [f32]>,
     kept: Cow<'a, [bool]>,
     locked: Cow<'a, [bool]>,
     pub origin: SubMeshOrigin,
@@ -46,6 +47,7 @@ impl<'a> SubMesh<'a> {
             mesh: Cow::Borrowed(input.mesh),
             attributes: Cow::Borrowed(input.attributes),
             importance: Cow::Borrowed(input.importance),
+            scores: Cow::Borrowed(input.scores),
             kept: Cow::Borrowed(input.kept),
             locked: Cow::Borrowed(input.locked),
             origin: SubMeshOrigin { n_vertices: input.mesh.positions().len(), ..SubMeshOrigin::default() },
@@ -93,11 +95,12 @@ impl<'a> SubMesh<'a> {
     }
 
     fn compact(self, faces: Vec<[u32; 3]>) -> Result<Self, SimplifyError> {
-        let Input { mesh, importance, locked, .. } = self.whole;
+        let Input { mesh, importance, scores, locked, .. } = self.whole;
         let (mesh, vertices) = compact(mesh.positions(), faces).map_err(|_| SimplifyError::Overflow)?;
-        let (importance, locked) = (select_rows(importance, &vertices), select_rows(locked, &vertices));
+        let [importance, scores] = [importance, scores].map(|rows| select_rows(rows, &vertices));
+        let locked = select_rows(locked, &vertices);
         let origin = SubMeshOrigin { vertices: Some(vertices), ..self.origin };
-        Ok(Self { mesh: Cow::Owned(mesh), importance, locked, origin, ..self })
+        Ok(Self { mesh: Cow::Owned(mesh), importance, scores, locked, origin, ..self })
     }
 
     /// Moves all vertices; `positions` has a row per vertex of the whole.
@@ -114,8 +117,8 @@ impl<'a> SubMesh<'a> {
     }
 
     pub fn input(&self) -> Input<'_> {
-        let Self { mesh, attributes, importance, kept, locked, .. } = self;
-        Input { mesh, attributes, importance, kept, locked, ..self.whole }
+        let Self { mesh, attributes, importance, scores, kept, locked, .. } = self;
+        Input { mesh, attributes, importance, scores, kept, locked, ..self.whole }
     }
 
     /// Converts a result for these faces to one for the whole.

@@ -143,7 +143,7 @@ mod tests {
     }
 
     fn hash_of(mesh: &TriMesh, options: &Options) -> u64 {
-        let result = simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let result = simplify(mesh, options, &mut |_| ControlFlow::Continue(())).unwrap();
         hash(&result).value()
     }
 
@@ -170,7 +170,7 @@ mod tests {
         let attributes = Attributes { groups, wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Size::Vertices(200));
-        hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(input, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_charts() -> u64 {
@@ -190,7 +190,7 @@ mod tests {
         let attributes = Attributes { groups: Vec::new(), wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Size::Vertices(150));
-        hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(input, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_hard_edges() -> u64 {
@@ -198,7 +198,7 @@ mod tests {
         let attributes = with_flat_normals(&mesh, &Attributes::default(), "normal");
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Size::Ratio(0.2));
-        hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(input, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_normals() -> u64 {
@@ -221,7 +221,7 @@ mod tests {
         let attributes = Attributes { groups: Vec::new(), wedges, channels };
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Size::Vertices(150));
-        hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(input, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_poses() -> u64 {
@@ -233,7 +233,7 @@ mod tests {
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let poses = ClosedOptions { purpose: Purpose::Poses, ..ClosedOptions::default() };
         let options = Options::with_closed(Size::Ratio(0.2), poses);
-        hash(&simplify(input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
+        hash(&simplify(input, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
     fn hash_levels() -> u64 {
@@ -241,14 +241,14 @@ mod tests {
         let sizes = [Size::Ratio(0.5), Size::Ratio(0.25), Size::Vertices(100)];
         let options = ClosedOptions::default();
         let go_on = &mut |_| ControlFlow::Continue(());
-        let levels = simplify_levels_of_detail(&mesh, None, &options, &sizes, go_on).unwrap();
+        let levels = simplify_levels_of_detail(&mesh, &options, &sizes, go_on).unwrap();
         levels.iter().fold(Hash::new(), |all, level| all.bytes(&hash(level).value().to_le_bytes())).value()
     }
 
     fn hash_derivative() -> u64 {
         let mesh = shapes::wavy_sphere(3, 8.0);
         let go_on = &mut |_| ControlFlow::Continue(());
-        let (result, record) = simplify_recorded(&mesh, None, &Options::new(Size::Vertices(100)), go_on).unwrap();
+        let (result, record) = simplify_recorded(&mesh, &Options::new(Size::Vertices(100)), go_on).unwrap();
         let gradient: Vec<[f32; 3]> = (0..result.mesh.positions().len()).map(|v| [v as f32, 1.0, -0.5]).collect();
         hash(&result).floats(record.backward(mesh.positions(), &gradient).as_flattened()).value()
     }

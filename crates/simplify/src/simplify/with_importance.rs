@@ -48,7 +48,7 @@ pub fn simplify_with_importance(
     let limit = Limit::from_vertices(n_vertices.max(1));
     let options = ClosedOptions { prune: false, ..ClosedOptions::default() };
     let input = Input { importance: factors, ..Input::bare(mesh) };
-    let request = ClosedRequest::new(Task::new(input, &options, None));
+    let request = ClosedRequest::new(Task::new(input, &options));
     let levels = simplify_levels(&request, Levels::new(&[limit]), Progress::SILENT)?;
     let closed = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;
     Ok(WeightedResult { mesh: closed.simplified.mesh, vertex_of: closed.vertex_of })
@@ -71,7 +71,7 @@ mod tests {
         let mesh = shapes::wavy_sphere(4, 8.0);
         let even = ClosedOptions { scores: ScoreSource::Geometry, ..ClosedOptions::default() };
         let options = Options::with_closed(Size::Vertices(150), even);
-        let plain = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let plain = simplify(&mesh, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(plain.report.scores, ScoreSource::Geometry);
         let fours = vec![4.0; mesh.positions().len()];
         let weighed = simplify_with_importance(&mesh, 150, &fours).unwrap();

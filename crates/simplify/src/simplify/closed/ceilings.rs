@@ -105,7 +105,7 @@ mod tests {
     fn ceilings(mesh: &TriMesh) -> Vec<f32> {
         let attributes = Attributes { groups: vec![0; mesh.faces().len()], ..Attributes::default() };
         let (input, options) = (Input { attributes: &attributes, ..Input::bare(mesh) }, ClosedOptions::default());
-        find_ceilings(&Original::bare(mesh), &Task::new(input, &options, None)).left
+        find_ceilings(&Original::bare(mesh), &Task::new(input, &options)).left
     }
 
     #[test]

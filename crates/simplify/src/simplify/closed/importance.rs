@@ -1,21 +1,15 @@
-//! Vertex importance, a factor on quadrics: from a formula, the Point Sampler (Sec. 3.1) or the caller.
-
-use std::sync::Arc;
+//! Vertex importance, a factor on quadrics: from a formula, from scores as of the Point Sampler (Sec. 3.1), or the caller.
 
 use super::prepare::surface::PreparedSurface;
 use super::request::Importance;
-use crate::linalg::{Csr, Stars, rounded};
+use crate::linalg::rounded;
 use crate::mesh::pulse::Pulse;
-use crate::model::{Weights, star_scores, surface_scores};
 
 // Largest difference of a score from the mean: importance stays within 33 times the mean. Scores of the shipped weights
 // stay within 2.
 const MOST_SCORE: f32 = 3.5;
-// Vertices sampled for the mean edge length: 12,000 edges estimate it within 1 %.
-const MEASURED_VERTICES: usize = 2048;
 /// Bending added to each vertex's: the bending of normals within two degrees.
 const LEAST_BENDING: f32 = 1e-3;
-const CHUNK: usize = 1 << 14;
 
 /// Multiplies a surface's quadrics by importance; `strength` scales the scores, `visibility` holds a factor per mesh
 /// vertex, or none.
@@ -29,9 +23,9 @@ pub fn weigh(surface: &mut PreparedSurface, importance: Importance, strength: f3
             &scale_scores(bending_scores(surface), strength),
             &vertex_weights(surface),
         ),
-        Importance::Network(weights) => {
-            let scores = score_stars(surface, weights).unwrap_or_else(|| score_with_graph(surface, weights));
-            importance_with_pulse(surface.pulse, &scale_scores(scores, strength), &vertex_weights(surface))
+        Importance::Scores(scores) => {
+            let own = surface.sources().map(|v| scores[v as usize]).collect();
+            importance_with_pulse(surface.pulse, &scale_scores(own, strength), &vertex_weights(surface))
         }
         Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
     };
@@ -59,41 +53,6 @@ fn bending_scores(surface: &PreparedSurface) -> Vec<f32> {
 fn scale_scores(mut scores: Vec<f32>, strength: f32) -> Vec<f32> {
     scores.iter_mut().for_each(|score| *score *= strength);
     scores
-}
-
-/// Scores each vertex from its one-ring alone; `None` if the network needs more.
-fn score_stars(surface: &PreparedSurface, weights: &Weights) -> Option<Vec<f32>> {
-    let edge_length = mean_edge_length(surface);
-    let n_vertices = surface.n_vertices();
-    let mut scores = Vec::with_capacity(n_vertices);
-    // A network that sees only one-rings needs no graph in memory.
-    for numbers in surface.pulse.ranges_of_size(CHUNK, 0..n_vertices) {
-        let star = |i: usize| (numbers.start + i, surface.neighbors((numbers.start + i) as u32));
-        let stars = Stars { x: [&surface.positions, &surface.normals], n: numbers.len(), star };
-        scores.extend(star_scores(weights, &stars, edge_length)?);
-    }
-    Some(scores)
-}
-
-fn mean_edge_length(surface: &PreparedSurface) -> f32 {
-    let (mut sum, mut n_edges) = (0.0, 0u32);
-    // A sample suffices: the mean only scales the network's input.
-    for v in (0..surface.n_vertices()).step_by(surface.n_vertices() / MEASURED_VERTICES + 1) {
-        for &w in surface.neighbors(v as u32) {
-            sum += f64::from(surface.positions[v].distance(surface.positions[w as usize]));
-            n_edges += 1;
-        }
-    }
-    if sum > 0.0 { (sum / f64::from(n_edges)) as f32 } else { 1.0 }
-}
-
-fn score_with_graph(surface: &PreparedSurface, weights: &Weights) -> Vec<f32> {
-    let rings = Arc::new(surface_graph(surface));
-    surface_scores(weights, &surface.positions, &surface.normals, &rings)
-}
-
-fn surface_graph(surface: &PreparedSurface) -> Csr {
-    Csr::from_neighbours(surface.n_vertices(), |v| surface.neighbors(v as u32))
 }
 
 /// Converts scores to importance: the exponential of score minus mean score, the mean weighted by area.
@@ -130,31 +89,6 @@ fn vertex_weights(surface: &PreparedSurface) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::simplify::{edge_graph, network_scores};
-
-    #[test]
-    fn scores_are_those_of_the_mesh() {
-        let mesh = shapes::wavy_sphere(3, 5.0);
-        let surface = PreparedSurface::new(&mesh, Pulse::NONE);
-        assert_eq!(surface_graph(&surface), edge_graph(&mesh));
-        let weights = Weights::random(1);
-        for (own, of_mesh) in score_with_graph(&surface, &weights).iter().zip(network_scores(&mesh, &weights)) {
-            assert!((own - of_mesh).abs() < 1e-3, "{own} {of_mesh}");
-        }
-    }
-
-    #[test]
-    fn scores_of_stars_are_those_of_the_mesh() {
-        for mesh in [shapes::wavy_sphere(3, 5.0), shapes::grid(9, 7)] {
-            let surface = PreparedSurface::new(&mesh, Pulse::NONE);
-            let weights = Weights::shipped_default();
-            let own = score_stars(&surface, weights).unwrap();
-            for (score, of_mesh) in own.iter().zip(network_scores(&mesh, weights)) {
-                assert!((score - of_mesh).abs() < 1e-2, "{score} {of_mesh}");
-            }
-            assert_eq!(score_stars(&surface, &Weights::random(1)), None);
-        }
-    }
 
     #[test]
     fn bent_regions_have_more_importance() {

@@ -125,7 +125,7 @@ mod tests {
 
     fn collapse<'a>(input: impl Into<Input<'a>>, limits: &[Limit]) -> Vec<KernelCollapse> {
         let options = fast();
-        let original = prepare_bare(&ClosedRequest::new(Task::new(input.into(), &options, None)), Pulse::NONE);
+        let original = prepare_bare(&ClosedRequest::new(Task::new(input.into(), &options)), Pulse::NONE);
         let mut levels = Vec::new();
         let receive = |level| {
             levels.push(level);
@@ -186,7 +186,7 @@ mod tests {
     fn only_bare_meshes_in_the_usual_way_go_to_the_kernel() {
         let mesh = shapes::wavy_sphere(4, 8.0);
         let is_enough = |options: &ClosedOptions, n_vertices: usize| {
-            let request = ClosedRequest::new(Task::new(Input::bare(&mesh), options, None));
+            let request = ClosedRequest::new(Task::new(Input::bare(&mesh), options));
             is_kernel_enough(&request, Limit::from_vertices(n_vertices))
         };
         let others = [
@@ -217,7 +217,7 @@ mod tests {
         let mesh = shapes::grid(40, 40);
         let run = |options: ClosedOptions| {
             let options = Options::with_closed(Size::Vertices(600), options);
-            simplify(&mesh, None, &options, &mut |_| std::ops::ControlFlow::Continue(())).unwrap().mesh
+            simplify(&mesh, &options, &mut |_| std::ops::ControlFlow::Continue(())).unwrap().mesh
         };
         let locked = run(ClosedOptions { lock_boundaries: true, ..fast() });
         assert_eq!(locked.positions().len(), 600);
@@ -237,7 +237,7 @@ mod tests {
         let other = ClosedOptions { hold_shape: Some(1.0), ..fast() };
         let [kernel, other] = [fast(), other].map(|options| {
             let options = Options::with_closed(Size::Ratio(0.1), options);
-            simplify(&mesh, None, &options, go_on).unwrap().mesh
+            simplify(&mesh, &options, go_on).unwrap().mesh
         });
         assert_ne!(kernel, other);
         let distance = |result: &TriMesh| crate::metrics::quick_distance(&mesh, result, 10_000, 1).unwrap().mean;

@@ -1,10 +1,9 @@
 //! Requests to the closed assembly.
 
 use crate::mesh::{Attributes, FeatureEdge, Role, UnitedMesh};
-use crate::model::Weights;
 use crate::simplify::hidden::visible_shares;
 use crate::simplify::input::{Input, kept_edges, locked_vertices};
-use crate::simplify::options::{ClosedOptions, Purpose, ScoreSource};
+use crate::simplify::options::{ClosedOptions, Purpose, ScoreSource, SimplifyError};
 
 use super::stage_settings::StageSettings;
 
@@ -20,25 +19,30 @@ const SHARE_EXPONENT: f32 = 1.5;
 pub struct Task<'a> {
     pub input: Input<'a>,
     pub options: &'a ClosedOptions,
-    pub weights: Option<&'a Weights>,
     pub differentiable: bool,
     /// True to reach the size even where too few vertices are free to keep the shape.
     pub forces_size: bool,
 }
 
 impl<'a> Task<'a> {
-    pub fn new(input: Input<'a>, options: &'a ClosedOptions, weights: Option<&'a Weights>) -> Self {
-        Self { input, options, weights, differentiable: false, forces_size: false }
+    pub fn new(input: Input<'a>, options: &'a ClosedOptions) -> Self {
+        Self { input, options, differentiable: false, forces_size: false }
     }
 
-    /// Chooses the source of vertex scores: none if without effect, the network if the caller gives weights.
+    /// Returns an error for an input that does not fit the mesh or the options.
+    pub fn check(&self) -> Result<(), SimplifyError> {
+        self.input.check()?;
+        let is_unscored = self.options.scores == ScoreSource::Network && self.input.scores.is_empty();
+        if is_unscored { Err(SimplifyError::NoScores) } else { Ok(()) }
+    }
+
+    /// Chooses the source of vertex scores: none if without effect, the network if the caller gives its scores.
     fn score_source(&self, settings: &StageSettings) -> ScoreSource {
         match self.options.scores {
-            // The purpose Poses distributes the vertices by a term of its own, so scores need given weights there.
-            _ if settings.strength == 0.0 || self.options.purpose != Purpose::Shape && self.weights.is_none() => {
-                ScoreSource::Geometry
-            }
-            ScoreSource::Bending if self.weights.is_some() => ScoreSource::Network,
+            _ if settings.strength == 0.0 => ScoreSource::Geometry,
+            _ if !self.input.scores.is_empty() => ScoreSource::Network,
+            // The purpose Poses distributes the vertices by a term of its own, so no formula does.
+            _ if self.options.purpose != Purpose::Shape => ScoreSource::Geometry,
             scores => scores,
         }
     }
@@ -103,7 +107,7 @@ pub struct VisualProperties<'a> {
 }
 
 impl<'a> ClosedRequest<'a> {
-    /// Plans a run: options, constraints and weights become one request.
+    /// Plans a run: options, constraints and scores become one request.
     pub fn new(task: Task<'a>) -> Self {
         let request = Self::without_visibility(task);
         Self { visibility: visibility(&task.input, &request.settings), ..request }
@@ -111,13 +115,13 @@ impl<'a> ClosedRequest<'a> {
 
     /// Plans a run in which nothing is collapsed, so that vertices need no importance.
     pub fn without_visibility(task: Task<'a>) -> Self {
-        let Task { input, options, weights, .. } = task;
+        let Task { input, options, .. } = task;
         let settings = StageSettings::new(options.optimize, options.effort);
         let scores = task.score_source(&settings);
         let importance = match scores {
             // The caller's importance overrules any score.
             _ if !input.importance.is_empty() => Importance::Given(input.importance),
-            ScoreSource::Network => Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default())),
+            ScoreSource::Network => Importance::Scores(input.scores),
             ScoreSource::Bending => Importance::Bending,
             ScoreSource::Geometry => Importance::Even,
         };
@@ -161,8 +165,8 @@ pub enum Importance<'a> {
     Even,
     /// More where the surface bends.
     Bending,
-    /// Scores of this network's Point Sampler.
-    Network(&'a Weights),
+    /// One score per mesh vertex, as of a network.
+    Scores(&'a [f32]),
     /// One positive factor per mesh vertex.
     Given(&'a [f32]),
 }

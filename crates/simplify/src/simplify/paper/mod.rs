@@ -16,9 +16,7 @@ use super::network_scores::edge_graph;
 use super::progress::{PAPER_STAGES, Progress, run_with_listener};
 use super::{Listener, PaperOptions, SimplifyError, vertex_normals};
 use crate::mesh::TriMesh;
-use crate::model::{
-    PredictedEdges, PredictedFaces, Weights, in_edge_lengths, predict_edges, predict_faces, vertex_scores,
-};
+use crate::model::{PredictedEdges, PredictedFaces, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
 use std::sync::Arc;
 
 /// Simplified mesh over vertices of the input.
@@ -60,7 +58,8 @@ pub struct PaperStages {
 /// use std::ops::ControlFlow;
 /// let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// let mesh = TriMesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
-/// match simplify_paper(&mesh, 4, &Weights::random(1), &PaperOptions::default(), &mut |_| ControlFlow::Continue(())) {
+/// let options = PaperOptions { weights: Some(Weights::random(1).into()), ..PaperOptions::default() };
+/// match simplify_paper(&mesh, 4, &options, &mut |_| ControlFlow::Continue(())) {
 ///     Ok(result) => assert_eq!(result.vertices, [0, 1, 2, 3]),
 ///     Err(error) => assert_eq!(error, SimplifyError::NothingKept),
 /// }
@@ -68,24 +67,20 @@ pub struct PaperStages {
 pub fn simplify_paper(
     mesh: &TriMesh,
     n_target_vertices: usize,
-    weights: &Weights,
     options: &PaperOptions,
     progress: &mut Listener,
 ) -> Result<PaperResult, SimplifyError> {
-    run_with_listener(progress, &PAPER_STAGES, |progress| {
-        simplify_in_run(mesh, n_target_vertices, weights, options, progress)
-    })
+    run_with_listener(progress, &PAPER_STAGES, |progress| simplify_in_run(mesh, n_target_vertices, options, progress))
 }
 
 /// Simplifies as [`simplify_paper`] does, within a run.
 pub(super) fn simplify_in_run(
     mesh: &TriMesh,
     n_target_vertices: usize,
-    weights: &Weights,
     options: &PaperOptions,
     progress: Progress,
 ) -> Result<PaperResult, SimplifyError> {
-    let stages = run_stages(mesh, n_target_vertices, weights, options, progress)?;
+    let stages = run_stages(mesh, n_target_vertices, options, progress)?;
     progress.enter("assemble", 1)?;
     let samples = &stages.samples;
     let mut faces = assemble(&gather(mesh.positions(), samples), &stages);
@@ -112,32 +107,29 @@ pub(super) fn simplify_in_run(
 /// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::{PaperOptions, paper::paper_stages}};
 /// use std::ops::ControlFlow;
 /// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
-/// let options = PaperOptions::default();
-/// let stages = paper_stages(&mesh, 3, &Weights::random(1), &options, &mut |_| ControlFlow::Continue(())).unwrap();
+/// let options = PaperOptions { weights: Some(Weights::random(1).into()), ..PaperOptions::default() };
+/// let stages = paper_stages(&mesh, 3, &options, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!(stages.faces.candidates.triangles, [[0, 1, 2]]);
 /// ```
 pub fn paper_stages(
     mesh: &TriMesh,
     n_target_vertices: usize,
-    weights: &Weights,
     options: &PaperOptions,
     progress: &mut Listener,
 ) -> Result<PaperStages, SimplifyError> {
-    run_with_listener(progress, &PAPER_STAGES, |progress| {
-        run_stages(mesh, n_target_vertices, weights, options, progress)
-    })
+    run_with_listener(progress, &PAPER_STAGES, |progress| run_stages(mesh, n_target_vertices, options, progress))
 }
 
 fn run_stages(
     mesh: &TriMesh,
     n_target_vertices: usize,
-    weights: &Weights,
     options: &PaperOptions,
     progress: Progress,
 ) -> Result<PaperStages, SimplifyError> {
     if mesh.faces().is_empty() {
         return Err(SimplifyError::Empty);
     }
+    let weights = options.used_weights()?;
     progress.enter("scores", 1)?;
     let rings = Arc::new(edge_graph(mesh));
     let points = in_edge_lengths(mesh.positions(), &rings);
@@ -178,6 +170,7 @@ fn gather(points: &[[f32; 3]], samples: &[u32]) -> Vec<[f32; 3]> {
 mod tests {
     use super::*;
     use crate::linalg::test_values::run_on_threads;
+    use crate::model::{Architecture, Weights};
     use crate::simplify::Event;
     use rustc_hash::FxHashMap;
     use std::f32::consts::TAU;
@@ -201,12 +194,10 @@ mod tests {
         ControlFlow::Continue(())
     }
 
-    fn paper_options(seed: u64) -> PaperOptions {
-        PaperOptions { seed, ..PaperOptions::default() }
-    }
-
-    fn small_weights(seed: u64) -> Weights {
-        Weights::random_of(crate::model::Architecture::narrow(), seed)
+    /// Options with small weights of seed `of_weights`.
+    fn paper_options(of_weights: u64, seed: u64) -> PaperOptions {
+        let weights = Weights::random_of(Architecture::narrow(), of_weights);
+        PaperOptions { weights: Some(weights.into()), seed, ..PaperOptions::default() }
     }
 
     #[test]
@@ -214,7 +205,7 @@ mod tests {
         let mesh = torus(24, 12);
         let mut n_results = 0;
         for seed in 0..4 {
-            let Ok(result) = simplify_paper(&mesh, 60, &small_weights(seed), &paper_options(seed), &mut go_on) else {
+            let Ok(result) = simplify_paper(&mesh, 60, &paper_options(seed, seed), &mut go_on) else {
                 continue;
             };
             n_results += 1;
@@ -234,7 +225,7 @@ mod tests {
     #[test]
     fn quotient_triangles_are_always_candidates() {
         let mesh = torus(24, 12);
-        let stages = paper_stages(&mesh, 40, &small_weights(1), &paper_options(5), &mut go_on).unwrap();
+        let stages = paper_stages(&mesh, 40, &paper_options(1, 5), &mut go_on).unwrap();
         assert!(!stages.quotient.triangles.is_empty());
         let candidates = &stages.faces.candidates.triangles;
         assert!(stages.quotient.triangles.iter().all(|triangle| candidates.contains(triangle)));
@@ -244,7 +235,7 @@ mod tests {
     #[test]
     fn with_all_quotient_triangles_likely_a_torus_comes_back_closed() {
         let mesh = torus(24, 12);
-        let mut stages = paper_stages(&mesh, 288, &small_weights(1), &paper_options(5), &mut go_on).unwrap();
+        let mut stages = paper_stages(&mesh, 288, &paper_options(1, 5), &mut go_on).unwrap();
         let likely = |triangle| if stages.quotient.triangles.binary_search(triangle).is_ok() { 0.9 } else { 0.1 };
         stages.faces.probabilities = stages.faces.candidates.triangles.iter().map(likely).collect();
         let rotated = |face: &[u32; 3]| {
@@ -266,7 +257,7 @@ mod tests {
         let mesh = shapes::wavy_sphere(5, 5.0);
         let mean = |place| {
             let options = PaperOptions { close: true, place, ..PaperOptions::default() };
-            let result = simplify_paper(&mesh, 400, Weights::shipped_paper_open(), &options, &mut go_on).unwrap();
+            let result = simplify_paper(&mesh, 400, &options, &mut go_on).unwrap();
             assert_eq!((result.vertices.len(), result.positions.len()), (400, 400));
             let mut positions = mesh.positions().to_vec();
             result.vertices.iter().zip(&result.positions).for_each(|(&v, &p)| positions[v as usize] = p);
@@ -278,9 +269,8 @@ mod tests {
 
     #[test]
     fn the_same_seed_gives_the_same_result_on_any_number_of_threads() {
-        let (mesh, weights) = (torus(30, 20), small_weights(3));
-        let on_threads =
-            |n| run_on_threads(n, || paper_stages(&mesh, 150, &weights, &paper_options(9), &mut go_on)).unwrap();
+        let mesh = torus(30, 20);
+        let on_threads = |n| run_on_threads(n, || paper_stages(&mesh, 150, &paper_options(3, 9), &mut go_on)).unwrap();
         let one = on_threads(1);
         assert_eq!(one, on_threads(2));
         assert_eq!(one, on_threads(8));
@@ -288,16 +278,12 @@ mod tests {
 
     #[test]
     fn tiny_targets_and_empty_meshes_have_sensible_answers() {
-        let weights = small_weights(1);
-        assert_eq!(
-            simplify_paper(&TriMesh::default(), 5, &weights, &paper_options(0), &mut go_on),
-            Err(SimplifyError::Empty)
-        );
+        assert_eq!(simplify_paper(&TriMesh::default(), 5, &paper_options(1, 0), &mut go_on), Err(SimplifyError::Empty));
         for n in 0..3 {
-            let result = simplify_paper(&torus(5, 4), n, &weights, &paper_options(0), &mut go_on);
+            let result = simplify_paper(&torus(5, 4), n, &paper_options(1, 0), &mut go_on);
             assert_eq!(result, Err(SimplifyError::NothingKept));
         }
-        let stages = paper_stages(&torus(5, 4), 1000, &weights, &paper_options(0), &mut go_on).unwrap();
+        let stages = paper_stages(&torus(5, 4), 1000, &paper_options(1, 0), &mut go_on).unwrap();
         assert_eq!(stages.samples.len(), 20);
     }
 
@@ -305,17 +291,14 @@ mod tests {
     fn progress_can_stop_every_stage() {
         let mesh = torus(6, 5);
         let mut names = Vec::new();
-        let _ = paper_stages(&mesh, 12, &small_weights(1), &paper_options(0), &mut |event| {
+        let _ = paper_stages(&mesh, 12, &paper_options(1, 0), &mut |event| {
             names.push(event.stage);
             go_on(event)
         });
         assert_eq!(names, ["scores", "sample", "assign", "edges", "faces"]);
         for name in names {
             let mut stop = |event: Event| if event.stage == name { ControlFlow::Break(()) } else { go_on(event) };
-            assert_eq!(
-                simplify_paper(&mesh, 12, &small_weights(1), &paper_options(0), &mut stop),
-                Err(SimplifyError::Interrupted)
-            );
+            assert_eq!(simplify_paper(&mesh, 12, &paper_options(1, 0), &mut stop), Err(SimplifyError::Interrupted));
         }
     }
 }

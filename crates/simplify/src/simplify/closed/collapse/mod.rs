@@ -214,7 +214,7 @@ mod tests {
     fn known_prices_are_those_of_merges_at_charts() {
         let (mesh, edges) = charted_torus();
         let options = ClosedOptions::default();
-        let request = ClosedRequest::new(Task::new(Input::bare(&mesh), &options, None));
+        let request = ClosedRequest::new(Task::new(Input::bare(&mesh), &options));
         let original = prepare(&ClosedRequest { edges, ..request }, Pulse::NONE);
         for vertices in [400, 150, 60] {
             let collapse = Collapse::new(Pulse::NONE, &original.surface);

@@ -150,7 +150,7 @@ mod tests {
         };
         let options = ClosedOptions { purpose, prune: false, ..ClosedOptions::default() };
         let input = Input { importance, ..Input::bare(mesh) };
-        let request = ClosedRequest::new(Task { differentiable: true, ..Task::new(input, &options, None) });
+        let request = ClosedRequest::new(Task { differentiable: true, ..Task::new(input, &options) });
         let levels = simplify_levels(&request, Levels::new(&[limit]), Progress::SILENT).unwrap().results;
         let mut closed = levels.into_iter().next().unwrap();
         let derivative = closed.derivative.take().unwrap();
