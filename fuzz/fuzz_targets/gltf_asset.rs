@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use neural_mesh::io::{Asset, Format, SimplifiedPart, ReadError};
+use neural_mesh::io::{Asset, Format, ReadError, SimplifiedPart};
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::picture::SurfaceMaterials;
 

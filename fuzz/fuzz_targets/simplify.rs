@@ -21,6 +21,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let target = match flags >> 1 & 3 {
         0 => Size::Ratio(f64::from(*size) / 255.0),
         1 => Size::Vertices(*size as usize),
+        2 => Size::FaceRatio(f64::from(*size) / 255.0),
         _ => Size::Faces(*size as usize),
     };
     let (prune, frame) = (flags & 8 != 0, cleaned.frame);
@@ -129,11 +130,9 @@ fn check_topology(before: &Topology, after: &Topology, n_pruned: usize, story: &
 
 // Checks that the size is the target's, unless components were pruned or the input was already smaller.
 fn check_size(before: &Topology, after: &Topology, options: &Options, result: &Simplified, story: &str) {
-    let (was, is, asked) = match options.target {
-        Size::Ratio(ratio) => (before.vertices, after.vertices, ((ratio * before.vertices as f64) as usize).max(1)),
-        Size::Vertices(target) => (before.vertices, after.vertices, target),
-        Size::Faces(target) => (before.faces, after.faces, target),
-    };
+    let is_of_faces = options.target.is_of_faces();
+    let (was, is) = if is_of_faces { (before.faces, after.faces) } else { (before.vertices, after.vertices) };
+    let asked = options.target.count(was);
     if result.report.outcome == Outcome::Reached {
         let split = if was <= asked { result.report.split_vertices } else { 0 };
         assert!(is <= asked + split, "too large, {story}");
