@@ -1,5 +1,6 @@
 //! Mesh files, and a test mesh of any size.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use crate::evaluate::mesh_files;
@@ -8,6 +9,8 @@ use neural_mesh::io::read_path;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{TriMesh, compact, shapes};
 use neural_mesh::metrics::largest_distance;
+use neural_mesh::model::Weights;
+use neural_mesh::simplify::{Options, simplify};
 
 pub fn load(path: &Path) -> Result<TriMesh> {
     let raw = read_path(path, None).with_context(|| path.display().to_string())?;
@@ -16,11 +19,16 @@ pub fn load(path: &Path) -> Result<TriMesh> {
     Ok(compact(&positions, faces)?.0)
 }
 
+/// Simplifies a mesh by neural-mesh.
+pub fn simplify_ours(mesh: &TriMesh, weights: Option<&Weights>, options: &Options) -> Result<TriMesh> {
+    Ok(simplify(mesh, weights, options, &mut |_| ControlFlow::Continue(()))?.mesh)
+}
+
 /// Returns names and paths of the mesh files of a folder, ordered by name.
 pub fn mesh_paths(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let files = mesh_files(folder, &[]).with_context(|| format!("{}: unpack the meshes there", folder.display()))?;
     let name = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(files.into_iter().map(|file| (name(&file.path), file.path)).collect())
+    Ok(files.into_iter().map(|path| (name(&path), path)).collect())
 }
 
 /// Returns the Hausdorff distance in the mesh's unit: an upper bound, at most 1 % too large.

@@ -6,7 +6,7 @@ use anyhow::Result;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks, typed_to_bytes};
 use neural_mesh::mesh::{Attributes, Channel, Role, compact};
 
-use super::model::AttributedMesh;
+use super::AttributedMesh;
 
 // Weights of attributes relative to the position, whose unit is the mesh's extent.
 #[derive(Clone, Copy)]
