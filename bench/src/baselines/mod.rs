@@ -2,11 +2,11 @@
 
 mod ball_pivoting;
 mod meshoptimizer;
+mod points;
 mod qem;
 mod sampled;
 
 use anyhow::{Result, ensure};
-use glam::DVec3;
 use neural_mesh::mesh::TriMesh;
 use qem::qem;
 use sampled::{farthest_ball_pivoting, uniform_ball_pivoting};
@@ -81,8 +81,4 @@ pub fn simplify_by(baseline: Baseline, mesh: &TriMesh, size: Size, seed: u64) ->
 pub(crate) fn check_has_faces(simplified: TriMesh) -> Result<TriMesh> {
     ensure!(!simplified.faces().is_empty(), "the method left no face: ask for a larger mesh");
     Ok(simplified)
-}
-
-fn to_double(rows: &[[f32; 3]]) -> Vec<DVec3> {
-    rows.iter().map(|row| DVec3::from_array(row.map(f64::from))).collect()
 }

@@ -6,7 +6,7 @@ mod sheet;
 
 use glam::DVec3;
 
-use super::to_double;
+use super::points::to_double;
 use ball::Ball;
 use neural_mesh::spatial::nearest_neighbours;
 use rolling::{add_face, find_seed, reopen_edges, roll};

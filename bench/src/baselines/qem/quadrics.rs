@@ -1,6 +1,6 @@
 //! Vertex quadrics from faces and open edges.
 
-use crate::baselines::to_double;
+use crate::baselines::points::to_double;
 use neural_mesh::geometry::Quadric;
 use neural_mesh::geometry::triangle::area_normal_f64;
 use neural_mesh::mesh::{TriMesh, edges};

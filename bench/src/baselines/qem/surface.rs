@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::quadrics::quadrics;
-use crate::baselines::to_double;
+use crate::baselines::points::to_double;
 use anyhow::Result;
 use neural_mesh::geometry::Quadric;
 use neural_mesh::geometry::triangle::area_normal_f64;

@@ -9,19 +9,14 @@ use anyhow::{Context, Result};
 use neural_mesh::appearance::VIEWS;
 use neural_mesh::io::{Asset, Format, read_attributed_path};
 use neural_mesh::job::{Arguments, Document, RatioOf};
-use neural_mesh::mesh::{Attributes, Looks, TriMesh};
+use neural_mesh::mesh::Looks;
 use neural_mesh::metrics::{Surface, psnr, surface_distance};
 use neural_mesh::picture::{CornerNormals, DecodedMaterials, ShadedMesh, view_shaded};
 use neural_mesh::simplify::{Input, Options, Target, simplify};
 
 use crate::rows::ResultRow;
 
-use attributed::{Weighting, simplify_weighted};
-
-struct AttributedMesh {
-    mesh: TriMesh,
-    attributes: Attributes,
-}
+use attributed::{AttributedMesh, Weighting, simplify_weighted};
 
 struct Model {
     attributed: AttributedMesh,

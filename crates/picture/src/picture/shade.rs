@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 use super::camera::Camera;
 use super::corner_normals::BlendedNormals;
+use super::pixels::to_srgb;
 use super::raster::{Buffer, NOTHING};
 use super::scaled_mesh::ScaledMesh;
 use super::surface_materials::PlacedMaterials;
 use super::value_paint::ValuePaint;
 use super::{Image, SAMPLES};
-use crate::mesh::{linear_light, srgb};
 
 // Colours in linear light.
 const FRONT: Vec3 = Vec3::new(0.50, 0.58, 0.68);
@@ -193,13 +193,4 @@ fn background_light(down: f32) -> Vec3 {
 
 pub fn background(down: f32) -> [u8; 4] {
     to_srgb(background_light(down))
-}
-
-pub fn from_srgb(colour: [u8; 3]) -> Vec3 {
-    Vec3::from(colour.map(|byte| linear_light(f32::from(byte) / 255.0)))
-}
-
-pub fn to_srgb(linear: Vec3) -> [u8; 4] {
-    let encode = |x: f32| (srgb(x.clamp(0.0, 1.0)) * 255.0).round() as u8;
-    [encode(linear.x), encode(linear.y), encode(linear.z), 255]
 }
