@@ -10,9 +10,8 @@ use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh};
 use neural_mesh::metrics::{CompareOptions, Surface, self_intersecting_faces, surface_distance};
 use neural_mesh::simplify::{Options, Size, simplify};
-use neural_mesh_bench::along_surface::{Eigenpairs, HeatMethod, IntrinsicOptions, Judge, Laplacian};
+use neural_mesh_bench::along_surface::{EIGENPAIRS, Eigenpairs, HeatMethod, Judge, Laplacian};
 
-const PAIRS: usize = 200;
 const SAMPLES: usize = 50_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -32,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     fields.push(("crossing_simplified".into(), format!("{:?}", self_intersecting_faces(&simplified))));
     let mut judging = CompareOptions::default();
     judging.samples = SAMPLES;
-    let judge = Judge::new(&original, &judging, &IntrinsicOptions::default());
+    let judge = Judge::new(&original, &judging, Some(EIGENPAIRS));
     let figures = judge.figures(&simplified, simplified.positions().len());
     fields.extend(figures.iter().map(|figure| (figure.name.into(), json(figure.value))));
     let lines: Vec<String> = fields.iter().map(|(name, value)| format!("\"{name}\": {value}")).collect();
@@ -59,7 +58,7 @@ fn distances(original: &TriMesh, simplified: &TriMesh) -> Result<Vec<(String, St
 fn along_surface(mesh: &TriMesh) -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let laplacian = Laplacian::new(mesh).ok_or("the mesh has no area")?;
     let heat = HeatMethod::new(&laplacian).ok_or("the Laplacian cannot be factored")?;
-    let pairs = Eigenpairs::compute_lowest(&laplacian, PAIRS).ok_or("the eigenpairs were not found")?;
+    let pairs = Eigenpairs::compute_lowest(&laplacian, EIGENPAIRS).ok_or("the eigenpairs were not found")?;
     let geodesic: Vec<Option<f64>> =
         heat.distances(&laplacian, 0).into_iter().map(|d| Some(d).filter(|d| d.is_finite())).collect();
     let geodesic: Vec<String> = geodesic.into_iter().map(json).collect();
@@ -67,6 +66,6 @@ fn along_surface(mesh: &TriMesh) -> Result<Vec<(String, String)>, Box<dyn Error>
         ("vertices_in_use".into(), format!("{:?}", laplacian.vertices)),
         ("eigenvalues".into(), format!("{:?}", pairs.values)),
         ("geodesic".into(), format!("[{}]", geodesic.join(","))),
-        ("biharmonic".into(), format!("{:?}", pairs.biharmonic_distances(0, PAIRS))),
+        ("biharmonic".into(), format!("{:?}", pairs.biharmonic_distances(0, EIGENPAIRS))),
     ])
 }

@@ -9,6 +9,13 @@ pub struct Cell {
     pub value: Option<f64>,
 }
 
+impl From<String> for Cell {
+    /// Makes a cell that does not compete.
+    fn from(text: String) -> Self {
+        Self { text, value: None }
+    }
+}
+
 /// A value with its mesh.
 pub type MeshValue<'a> = (&'a str, f64);
 
@@ -103,12 +110,12 @@ pub fn median_digits(values: &[MeshValue]) -> Cell {
 }
 
 pub fn worst_mesh(values: &[MeshValue]) -> Cell {
-    Cell { text: worst_of(values).map_or("-".into(), |(mesh, _)| mesh.into()), value: None }
+    worst_of(values).map_or("-".to_owned(), |(mesh, _)| mesh.into()).into()
 }
 
 /// Formats the mesh of the largest value with this value.
 pub fn worst(values: &[MeshValue]) -> Cell {
-    Cell { text: format!("{} {}", worst_mesh(values).text, largest(values).text), value: None }
+    format!("{} {}", worst_mesh(values).text, largest(values).text).into()
 }
 
 /// Formats median, least and largest as `0.98 (0.70 to 1.20)`.
@@ -128,12 +135,12 @@ pub fn sum(values: &[MeshValue]) -> Cell {
 /// Formats the number of zeros as `7 of 9`.
 pub fn zeros(values: &[MeshValue]) -> Cell {
     let n_zero = values.iter().filter(|(_, value)| *value == 0.0).count();
-    Cell { text: format!("{n_zero} of {}", values.len()), value: None }
+    format!("{n_zero} of {}", values.len()).into()
 }
 
 /// Formats the number of values.
 pub fn n_values(values: &[MeshValue]) -> Cell {
-    Cell { text: values.len().to_string(), value: None }
+    values.len().to_string().into()
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@ pub mod along_surface;
 mod autodiff;
 pub mod baselines;
 mod cells;
+mod clock;
 mod command;
-mod error;
 mod evaluate;
 mod learned_baselines;
 #[cfg(test)]

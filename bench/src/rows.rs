@@ -81,8 +81,7 @@ impl Table {
     }
 
     pub(crate) fn figures_of(columns: &[String]) -> Option<Vec<String>> {
-        let (keys, figures) = columns.split_at_checked(KEYS.len())?;
-        (keys == KEYS).then(|| figures.to_vec())
+        columns.strip_prefix(&KEYS.map(String::from)).map(<[String]>::to_vec)
     }
 
     /// Returns a figure of a row; `None` if the row has no value or the table no such figure.
@@ -104,7 +103,8 @@ impl Table {
         let case = |row: &ResultRow| (row.mesh.clone(), row.ratio.to_bits(), row.seed);
         let others: HashMap<_, _> =
             self.rows.iter().filter(|row| row.method == method).map(|row| (case(row), row)).collect();
-        let noise: Vec<Option<f64>> = self.figures.iter().map(|figure| noise_of(figure)).collect();
+        let noise_of = |figure: &String| NOISE.iter().find(|(name, _)| name == figure).map(|(_, noise)| *noise);
+        let noise: Vec<Option<f64>> = self.figures.iter().map(noise_of).collect();
         let divide = |row: &ResultRow| {
             let other = others.get(&case(row));
             let quotient = |at: usize| {
@@ -135,10 +135,6 @@ impl Table {
     pub fn meshes(&self) -> Vec<&str> {
         distinct(self.rows.iter().map(|row| row.mesh.as_str()))
     }
-}
-
-fn noise_of(figure: &str) -> Option<f64> {
-    NOISE.iter().find(|(name, _)| *name == figure).map(|(_, noise)| *noise)
 }
 
 pub(crate) fn distinct<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {

@@ -4,7 +4,8 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use crate::error::EvaluateError;
+use neural_mesh_cli::shared::Failure;
+
 use crate::rows::{ResultRow, Table};
 
 pub(crate) struct RowsFile {
@@ -14,28 +15,23 @@ pub(crate) struct RowsFile {
 }
 
 impl RowsFile {
-    pub fn open(path: &Path, figures: &[String]) -> Result<Self, EvaluateError> {
-        let problem = |error: std::io::Error| {
-            EvaluateError::file(path, format!("cannot be written: {error}: check the folder and the disk"))
-        };
+    pub fn open(path: &Path, figures: &[String]) -> Result<Self, Failure> {
+        let problem = |error: std::io::Error| write_problem(path, &error);
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(problem)?;
-        file.try_lock().map_err(|error| EvaluateError::file(path, lock_problem(&error)))?;
+        file.try_lock().map_err(|error| Failure::in_file(path, lock_problem(&error)))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(problem)?;
         // A killed run may have left the beginning of a row, which is cut off.
-        let n_whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
+        let n_whole = whole_lines(&bytes).len();
         file.set_len(n_whole as u64).map_err(problem)?;
         file.seek(SeekFrom::Start(n_whole as u64)).map_err(problem)?;
         let table = match n_whole {
             0 => Table { figures: figures.to_vec(), rows: Vec::new() },
-            _ => parse(path, &bytes[..n_whole])?,
+            _ => parse(path, whole_lines(&bytes))?,
         };
         if table.figures != figures {
-            return Err(EvaluateError::Differs(format!(
-                "{} has other columns than this version writes",
-                path.display()
-            )));
+            return Err(differs(&format!("{} has other columns than this version writes", path.display())));
         }
         let mut rows = Self { file, path: path.into(), table };
         if n_whole == 0 {
@@ -44,28 +40,30 @@ impl RowsFile {
         Ok(rows)
     }
 
-    pub fn push(&mut self, rows: Vec<ResultRow>) -> Result<(), EvaluateError> {
+    pub fn push(&mut self, rows: Vec<ResultRow>) -> Result<(), Failure> {
         self.write(&rows.iter().map(ResultRow::fields).collect::<Vec<_>>())?;
         self.table.rows.extend(rows);
         Ok(())
     }
 
-    fn write(&mut self, records: &[Vec<String>]) -> Result<(), EvaluateError> {
-        let bytes = self.bytes(records)?;
-        self.file.write_all(&bytes).and_then(|()| self.file.sync_data()).map_err(|error| self.problem(error))
-    }
-
-    fn bytes(&self, records: &[Vec<String>]) -> Result<Vec<u8>, EvaluateError> {
+    // All records go to the file at once.
+    fn write(&mut self, records: &[Vec<String>]) -> Result<(), Failure> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        for record in records {
-            writer.write_record(record).map_err(|error| self.problem(error.into()))?;
-        }
-        writer.into_inner().map_err(|error| self.problem(error.into_error()))
+        let formatted = records.iter().try_for_each(|record| writer.write_record(record));
+        let bytes =
+            formatted.map_err(Into::into).and_then(|()| writer.into_inner().map_err(|error| error.into_error()));
+        let written = bytes.and_then(|bytes| self.file.write_all(&bytes)).and_then(|()| self.file.sync_data());
+        written.map_err(|error| write_problem(&self.path, &error))
     }
+}
 
-    fn problem(&self, error: std::io::Error) -> EvaluateError {
-        EvaluateError::file(&self.path, format!("cannot be written: {error}: check the folder and the disk"))
-    }
+fn write_problem(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::in_file(path, format!("cannot be written: {error}: check the folder and the disk"))
+}
+
+/// Makes the error for rows that were measured otherwise.
+pub(crate) fn differs(what: &str) -> Failure {
+    Failure::Failed(format!("the rows do not match: {what}: undo this change, or evaluate into another folder"))
 }
 
 fn lock_problem(error: &TryLockError) -> String {
@@ -77,17 +75,20 @@ fn lock_problem(error: &TryLockError) -> String {
     }
 }
 
-pub(crate) fn read_rows(path: &Path) -> Result<Table, EvaluateError> {
+pub(crate) fn read_rows(path: &Path) -> Result<Table, Failure> {
     let bytes = std::fs::read(path).map_err(|error| {
-        EvaluateError::file(path, format!("cannot be read: {error}: give the folder of an evaluation"))
+        Failure::in_file(path, format!("cannot be read: {error}: give the folder of an evaluation"))
     })?;
-    let n_whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
-    parse(path, &bytes[..n_whole])
+    parse(path, whole_lines(&bytes))
 }
 
-fn parse(path: &Path, bytes: &[u8]) -> Result<Table, EvaluateError> {
+fn whole_lines(bytes: &[u8]) -> &[u8] {
+    &bytes[..bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1)]
+}
+
+fn parse(path: &Path, bytes: &[u8]) -> Result<Table, Failure> {
     let broken = |what: String| {
-        EvaluateError::file(path, format!("{what}: put a good copy of the file back, or choose another folder"))
+        Failure::in_file(path, format!("{what}: put a good copy of the file back, or choose another folder"))
     };
     let mut records = csv::ReaderBuilder::new().has_headers(false).from_reader(bytes).into_records();
     let header = records.next().transpose().map_err(|error| broken(error.to_string()))?.unwrap_or_default();
@@ -143,7 +144,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rows.csv");
         drop(RowsFile::open(&path, &["x".into()]).unwrap());
-        assert!(matches!(RowsFile::open(&path, &["y".into()]), Err(EvaluateError::Differs(_))));
+        let other = RowsFile::open(&path, &["y".into()]);
+        assert!(other.is_err_and(|error| error.to_string().contains("the rows do not match")));
         std::fs::write(&path, "mesh,words\n").unwrap();
         assert!(read_rows(&path).is_err());
     }

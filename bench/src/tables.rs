@@ -86,7 +86,7 @@ impl<'a> Column<'a> {
     pub fn of_results() -> Self {
         let count = |_: &Table, rows: &[&ResultRow]| {
             let n = rows.iter().filter(|row| row.error.is_empty()).count();
-            Cell { text: format!("{n} of {}", rows.len()), value: None }
+            format!("{n} of {}", rows.len()).into()
         };
         Self::new("results", count)
     }

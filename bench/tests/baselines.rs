@@ -2,7 +2,7 @@
 
 use neural_mesh::mesh::{TriMesh, shapes, topology};
 use neural_mesh::metrics::{Surface, surface_distance, turned_faces};
-use neural_mesh_bench::baselines::{Baseline, BaselineError, TargetCounts, ball_pivoting, simplify_by};
+use neural_mesh_bench::baselines::{Baseline, TargetCounts, ball_pivoting, simplify_by};
 use proptest::prelude::*;
 
 const BY_FACES: [Baseline; 3] = [Baseline::Qem, Baseline::Meshoptimizer, Baseline::MeshoptimizerUpdate];
@@ -26,13 +26,6 @@ fn area(mesh: &TriMesh) -> f64 {
     let corner = |v: u32| glam::DVec3::from_array(mesh.positions()[v as usize].map(f64::from));
     let face_area = |face: &[u32; 3]| neural_mesh::geometry::triangle::area_normal_f64(face.map(corner)).length();
     0.5 * mesh.faces().iter().map(face_area).sum::<f64>()
-}
-
-#[test]
-fn names_lead_back() {
-    for baseline in Baseline::ALL {
-        assert_eq!(Baseline::from_name(baseline.name()), Some(baseline));
-    }
 }
 
 #[test]
@@ -137,7 +130,8 @@ fn seeds_choose_the_points() {
 fn a_mesh_without_faces_is_named() {
     let points = TriMesh::new(vec![[0.0; 3]; 4], vec![]).unwrap();
     for baseline in Baseline::ALL {
-        assert_eq!(simplify_by(baseline, &points, size(9), 0), Err(BaselineError::Empty));
+        let refused = simplify_by(baseline, &points, size(9), 0).unwrap_err();
+        assert!(refused.to_string().contains("the mesh has no faces"), "{refused}");
     }
 }
 
@@ -152,7 +146,7 @@ fn run_all(mesh: &TriMesh) {
             Ok(simplified) => {
                 assert!(!simplified.faces().is_empty() && topology(&simplified).unreferenced_vertices == 0)
             }
-            Err(error) => assert_ne!(error, BaselineError::Empty),
+            Err(error) => assert!(!error.to_string().contains("the mesh has no faces"), "{error}"),
         }
     }
 }

@@ -4,18 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::common::{self, *};
+use crate::data_folder;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
-
-fn data_folder(meshes: &[(&str, TriMesh)]) -> tempfile::TempDir {
-    let folder = folder();
-    std::fs::create_dir(folder.path().join("data")).unwrap();
-    for (name, mesh) in meshes {
-        let bytes = write(mesh, &Frame::default(), Format::Ply).unwrap();
-        std::fs::write(folder.path().join("data").join(name), bytes).unwrap();
-    }
-    folder
-}
 
 fn ball() -> (&'static str, TriMesh) {
     ("ball.ply", shapes::icosphere(3))
@@ -95,8 +86,7 @@ fn a_method_that_crashes_is_a_row_with_its_error() {
         "copies=cp {in.obj} {out.obj}",
     ];
     let more = [&["--methods", "qem", "--ratios", "0.4"], &tools[..]].concat();
-    let done = run(folder.path(), &evaluation("run", &more));
-    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    succeed(folder.path(), &evaluation("run", &more));
     let rows = rows(folder.path(), "run");
     let error = |method: &str| {
         let row = rows.iter().find(|row| row["method"] == method).unwrap();
@@ -143,8 +133,7 @@ fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
     ]);
     let tool = "counts=sh -c 'echo {ratio} >> log; cp $0 $1' {in} {out}";
     let more = ["--methods", "geometry,qem,counts", "--ratios", "0.2,0.4", "--seeds", "0,1", "--tool", tool];
-    let whole = run(folder.path(), &evaluation("whole", &more));
-    assert_eq!(whole.code, Some(0), "{}", whole.stderr);
+    succeed(folder.path(), &evaluation("whole", &more));
     let log = folder.path().join("log");
     let n_runs = || n_lines(&log);
     assert_eq!(n_runs(), 12);
@@ -158,13 +147,12 @@ fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
         n_killed += usize::from(kill_after(child, milliseconds, || n_lines(&table) >= n_rows));
     }
     assert!(n_killed >= 2, "killed only {n_killed} times");
-    let finished = run(folder.path(), &resuming);
-    assert_eq!(finished.code, Some(0), "{}", finished.stderr);
+    succeed(folder.path(), &resuming);
     assert_eq!(rows_without_times(folder.path(), "killed"), rows_without_times(folder.path(), "whole"));
     assert!((12..=12 + n_killed).contains(&n_runs()), "{} runs", n_runs());
     let seen = || [&log, &table].map(|path| std::fs::read(path).unwrap());
     let before = seen();
-    assert_eq!(run(folder.path(), &resuming).code, Some(0));
+    succeed(folder.path(), &resuming);
     assert_eq!(seen(), before);
 }
 
@@ -192,13 +180,13 @@ fn runs(id: &str) -> bool {
 #[test]
 fn changes_of_a_tool_to_its_files_do_not_affect_others() {
     let folder = data_folder(&[ball()]);
-    let tool = "spoils=sh -c 'echo $OMP_NUM_THREADS >> threads; cp $0 $1; echo rubbish > $0' {in} {out}";
+    let tool =
+        "spoils=sh -c 'echo $OMP_NUM_THREADS $RAYON_NUM_THREADS >> threads; cp $0 $1; echo rubbish > $0' {in} {out}";
     let more = ["--methods", "spoils,qem", "--ratios", "0.2,0.5", "--tool", tool];
-    let done = run(folder.path(), &evaluation("run", &more));
-    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    succeed(folder.path(), &evaluation("run", &more));
     let rows = rows(folder.path(), "run");
     assert!(rows.len() == 4 && rows.iter().all(|row| row["error"].is_empty()), "{rows:?}");
-    assert_eq!(std::fs::read_to_string(folder.path().join("threads")).unwrap(), "1\n".repeat(2));
+    assert_eq!(std::fs::read_to_string(folder.path().join("threads")).unwrap(), "1 1\n".repeat(2));
 }
 
 #[test]
@@ -235,11 +223,9 @@ fn refusals_say_what_to_do() {
     let folder = data_folder(&[ball()]);
     std::fs::create_dir(folder.path().join("empty")).unwrap();
     let quick = |more: &[&'static str]| evaluation("run", &[&["--methods", "qem", "--ratios", "0.5"], more].concat());
-    assert_eq!(run(folder.path(), &quick(&[])).code, Some(0));
+    succeed(folder.path(), &quick(&[]));
     let refused = |code: i32, arguments: &[&str], words: &str| {
-        let refusal = run(folder.path(), arguments);
-        assert_eq!(refusal.code, Some(code), "{}", refusal.stderr);
-        let line = error_line(&refusal);
+        let line = refuse(folder.path(), arguments, code);
         assert!(line.contains(words), "{line}");
     };
     refused(1, &quick(&[]), "--resume");
@@ -268,14 +254,15 @@ fn numbers_are_told_what_is_taken() {
     let folder = folder();
     for (option, value, words) in [
         ("--ratios", "0.5,2", "like 10%"),
+        ("--ratios", "nan", "like 10%"),
         ("--seeds", "-1", "a whole number of at least 0"),
         ("--repeat", "0", "at least 1"),
         ("--time-limit", "-1", "seconds above 0"),
+        ("--time-limit", "inf", "seconds above 0"),
         ("--samples", "0", "at least 1"),
         ("--threads", "0", "from 1 to 1024"),
     ] {
-        let refused = run(folder.path(), &["evaluate", "--data", "missing", "--out", "run", option, value]);
-        let line = error_line(&refused);
-        assert!(refused.code == Some(2) && line.contains(option) && line.contains(words), "{line}");
+        let line = refuse(folder.path(), &["evaluate", "--data", "missing", "--out", "run", option, value], 2);
+        assert!(line.contains(option) && line.contains(words), "{line}");
     }
 }

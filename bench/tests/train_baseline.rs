@@ -1,18 +1,13 @@
 //! `neural-mesh-bench train-baseline`: weights for `evaluate`, and rejected input.
 
 use crate::common::*;
-use neural_mesh::io::{Format, write};
-use neural_mesh::mesh::{Frame, shapes};
+use neural_mesh::mesh::shapes;
 
 const SETTINGS: &str = "validation = []\nratio_min = 0.1\nratio_max = 0.2\nmax_samples = 100\nlearning_rate = 0.001\n";
 
 fn data_folder() -> tempfile::TempDir {
-    let folder = folder();
-    std::fs::create_dir(folder.path().join("data")).unwrap();
-    for (name, mesh) in [("ball.ply", shapes::icosphere(3)), ("ring.ply", shapes::torus(36, 18, 2.0, 0.6))] {
-        let bytes = write(&mesh, &Frame::default(), Format::Ply).unwrap();
-        std::fs::write(folder.path().join("data").join(name), bytes).unwrap();
-    }
+    let folder =
+        crate::data_folder(&[("ball.ply", shapes::icosphere(3)), ("ring.ply", shapes::torus(36, 18, 2.0, 0.6))]);
     std::fs::write(folder.path().join("small.toml"), SETTINGS).unwrap();
     folder
 }
@@ -36,9 +31,6 @@ fn weights_are_those_of_the_method_and_the_same_after_a_stop() {
     for name in ["last.safetensors", "steps.csv", "epochs.csv"] {
         assert!(file("whole", name) == file("parts", name), "{name}");
     }
-    let evaluation = ["evaluate", "--data", "data", "--out", "rows", "--methods", "potamias", "--ratios", "0.3"];
-    let more = ["--learned-weights", "whole/last.safetensors", "--repeat", "1", "--samples", "500", "-q"];
-    done(&[&evaluation[..], &more].concat());
     done(&training("potamias", "on", &["--epochs", "1", "--init", "whole/last.safetensors"]));
 }
 
@@ -46,9 +38,8 @@ fn weights_are_those_of_the_method_and_the_same_after_a_stop() {
 fn untrainable_requests_are_refused_in_one_line() {
     let folder = data_folder();
     let refused = |code: i32, arguments: &[&str], words: &str| {
-        let refusal = run(folder.path(), arguments);
-        let line = error_line(&refusal);
-        assert!(refusal.code == Some(code) && line.contains(words), "{line}");
+        let line = refuse(folder.path(), arguments, code);
+        assert!(line.contains(words), "{line}");
     };
     refused(2, &training("magic", "run", &[]), "dse, potamias, pointtrinet");
     refused(2, &training("dse", "run", &["--objective", "shape"]), "--objective");

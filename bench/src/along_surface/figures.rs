@@ -2,16 +2,23 @@
 
 use glam::DVec3;
 
-use super::intrinsic_surface::{IntrinsicOptions, IntrinsicSurface};
 use super::laplacian::Laplacian;
-use super::spectrum::{ValueTransfer, spectrum_error};
+use super::spectrum::{Eigenpairs, HeatMethod, ValueTransfer, spectrum_error};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Figure, closest_point_tree};
 
 pub struct IntrinsicFigures {
-    options: IntrinsicOptions,
     original: Option<IntrinsicSurface>,
+    // Point where distances start: the one farthest from the centre of the original's box.
     source: DVec3,
+}
+
+/// A surface with its Laplacian, eigenpairs and geodesic solver.
+struct IntrinsicSurface {
+    laplacian: Laplacian,
+    points: Vec<DVec3>,
+    heat: Option<HeatMethod>,
+    pairs: Option<Eigenpairs>,
 }
 
 struct Pair<'a> {
@@ -23,14 +30,15 @@ struct Pair<'a> {
 }
 
 impl IntrinsicFigures {
-    pub fn new(mesh: &TriMesh, options: &IntrinsicOptions, n_vertices: usize) -> Self {
-        let original = IntrinsicSurface::new(mesh, options, n_vertices);
-        let source =
-            original.as_ref().map(|original| choose_source(mesh, options, &original.points)).unwrap_or_default();
-        Self { options: *options, original, source }
+    /// Prepares an original with at most `n_pairs` eigenpairs; without a number, no figure is measured.
+    pub fn new(mesh: &TriMesh, n_pairs: Option<usize>, n_vertices: usize) -> Self {
+        let original = n_pairs.and_then(|n_pairs| IntrinsicSurface::new(mesh, n_pairs.min(n_vertices / 4)));
+        let source = original.as_ref().map(|original| farthest_from_centre(&original.points)).unwrap_or_default();
+        Self { original, source }
     }
 
-    pub fn eigenpairs(&self, n_target: usize) -> usize {
+    /// Returns the number of eigenpairs compared at a target: at most a quarter of its vertices and of the original's.
+    pub fn n_pairs(&self, n_target: usize) -> usize {
         let known = self.original.as_ref().and_then(|intrinsic| intrinsic.pairs.as_ref());
         known.map_or(0, |pairs| pairs.values.len().min(n_target / 4))
     }
@@ -56,8 +64,8 @@ impl IntrinsicFigures {
 
     fn make_pair(&self, simplified: &TriMesh, n_target: usize) -> Option<Pair<'_>> {
         let first = self.original.as_ref()?;
-        let n_pairs = self.eigenpairs(n_target);
-        let second = IntrinsicSurface::new(simplified, &self.options, 4 * n_pairs)?;
+        let n_pairs = self.n_pairs(n_target);
+        let second = IntrinsicSurface::new(simplified, n_pairs)?;
         let transfer =
             ValueTransfer::new(&first.points, simplified, &second.laplacian, &closest_point_tree(simplified))?;
         // Distances start at the simplified mesh's vertex nearest to the source, because its vertices are sparser.
@@ -67,14 +75,28 @@ impl IntrinsicFigures {
     }
 }
 
-fn choose_source(mesh: &TriMesh, options: &IntrinsicOptions, points: &[DVec3]) -> DVec3 {
-    let is_used = |v: &u32| mesh.faces().as_flattened().contains(v);
-    let chosen = options.source.filter(is_used).and_then(|v| mesh.positions().get(v as usize));
-    let low = points.iter().copied().reduce(DVec3::min).unwrap_or_default();
-    let high = points.iter().copied().reduce(DVec3::max).unwrap_or_default();
-    let middle = low.midpoint(high);
-    let farthest = || points.iter().copied().max_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle)));
-    chosen.map(|p| DVec3::from_array(p.map(f64::from))).or_else(farthest).unwrap_or_default()
+impl IntrinsicSurface {
+    fn new(mesh: &TriMesh, n_pairs: usize) -> Option<Self> {
+        let laplacian = Laplacian::new(mesh)?;
+        let point = |&v: &u32| DVec3::from_array(mesh.positions()[v as usize].map(f64::from));
+        Some(Self {
+            points: laplacian.vertices.iter().map(point).collect(),
+            heat: HeatMethod::new(&laplacian),
+            pairs: if n_pairs > 0 { Eigenpairs::compute_lowest(&laplacian, n_pairs) } else { None },
+            laplacian,
+        })
+    }
+
+    fn nearest(&self, p: DVec3) -> u32 {
+        let distance = |&i: &u32| self.points[i as usize].distance_squared(p);
+        (0..self.points.len() as u32).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap_or(0)
+    }
+}
+
+fn farthest_from_centre(points: &[DVec3]) -> DVec3 {
+    let [low, high] = [DVec3::min, DVec3::max].map(|end| points.iter().copied().reduce(end).unwrap_or_default());
+    let distance = |p: &DVec3| p.distance(low.midpoint(high));
+    points.iter().copied().max_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or_default()
 }
 
 fn geodesic_error(pair: &Pair) -> Option<f64> {

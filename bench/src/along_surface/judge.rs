@@ -4,7 +4,9 @@ use neural_mesh::mesh::{TriMesh, topology};
 use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
 
 use super::figures::IntrinsicFigures;
-use super::intrinsic_surface::IntrinsicOptions;
+
+/// Largest number of eigenpairs that the paper compares.
+pub const EIGENPAIRS: usize = 200;
 
 // Name of the figure after which those along the surface are inserted.
 const BEFORE: &str = "curvature_error";
@@ -16,19 +18,12 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// Prepares an original for comparisons.
-    pub fn new(mesh: &TriMesh, options: &CompareOptions, along: &IntrinsicOptions) -> Self {
+    /// Prepares an original for comparisons, those along the surface by at most `n_pairs` eigenpairs.
+    pub fn new(mesh: &TriMesh, options: &CompareOptions, n_pairs: Option<usize>) -> Self {
         let original = ReferenceMesh::new(mesh, options);
         let found = topology(mesh);
         let n_vertices = found.vertices - found.unreferenced_vertices;
-        Self { along: IntrinsicFigures::new(&original.to_unit_size(mesh), along, n_vertices), original }
-    }
-
-    /// Returns the number of eigenpairs compared at a target of `n_target` vertices.
-    ///
-    /// It is at most a quarter of the target and of the original's used vertices.
-    pub fn eigenpairs(&self, n_target: usize) -> usize {
-        self.along.eigenpairs(n_target)
+        Self { along: IntrinsicFigures::new(&original.to_unit_size(mesh), n_pairs, n_vertices), original }
     }
 
     /// Measures a simplified mesh made for a target of `n_target` vertices; figures come in a fixed order.
@@ -45,18 +40,17 @@ impl Judge {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::test_values::run_on_threads;
     use neural_mesh::mesh::shapes;
 
-    const ALONG: IntrinsicOptions = IntrinsicOptions { eigenpairs: 20, geodesics: true, source: None };
-
-    fn judge_of(original: &TriMesh, along: &IntrinsicOptions) -> Judge {
+    fn judge_of(original: &TriMesh, n_pairs: Option<usize>) -> Judge {
         let mut options = CompareOptions::default();
         options.samples = 3000;
-        Judge::new(original, &options, along)
+        Judge::new(original, &options, n_pairs)
     }
 
     fn compare_meshes(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
-        judge_of(original, &ALONG).figures(simplified, simplified.positions().len())
+        judge_of(original, Some(20)).figures(simplified, simplified.positions().len())
     }
 
     fn value(figures: &[Figure], name: &str) -> Option<f64> {
@@ -77,7 +71,7 @@ mod tests {
                 assert_eq!(names(compare_meshes(original, simplified)), all);
             }
         }
-        assert_eq!(names(judge_of(&sphere, &IntrinsicOptions::NONE).figures(&sphere, 42)), all);
+        assert_eq!(names(judge_of(&sphere, None).figures(&sphere, 42)), all);
     }
 
     #[test]
@@ -93,10 +87,7 @@ mod tests {
 
     #[test]
     fn threads_do_not_change_a_bit() {
-        let on = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| compare_meshes(&shapes::bolt(40), &shapes::bolt(24)))
-        };
+        let on = |n| run_on_threads(n, || compare_meshes(&shapes::bolt(40), &shapes::bolt(24)));
         assert_eq!(on(1), on(3));
     }
 
@@ -126,8 +117,7 @@ mod tests {
     #[test]
     fn lost_vertices_do_not_make_the_spectrum_better() {
         let sphere = shapes::icosphere(4);
-        let along = IntrinsicOptions { eigenpairs: 100, geodesics: false, ..ALONG };
-        let judge = judge_of(&sphere, &along);
+        let judge = judge_of(&sphere, Some(100));
         let coarse = shapes::icosphere(2);
         let few = |n: usize| TriMesh::new(coarse.positions().to_vec(), coarse.faces()[..n].to_vec()).unwrap();
         let errors = [320, 160, 20, 1].map(|n| {
@@ -137,21 +127,6 @@ mod tests {
         assert!(errors[..3].is_sorted_by(|a, b| a < b), "{errors:?}");
         // A single face has three vertices, so only three of the 40 eigenfunctions.
         assert!(errors[3] > 1.8, "{errors:?}");
-        assert_eq!((judge.eigenpairs(162), judge.eigenpairs(100_000)), (40, 100));
-    }
-
-    #[test]
-    fn a_source_that_no_face_uses_is_none() {
-        let sphere = shapes::icosphere(3);
-        let mut positions = sphere.positions().to_vec();
-        positions.push([9.0; 3]);
-        let with_point = TriMesh::new(positions, sphere.faces().to_vec()).unwrap();
-        let from = |source| {
-            let along = IntrinsicOptions { source, eigenpairs: 0, ..ALONG };
-            let figures = judge_of(&with_point, &along).figures(&shapes::icosphere(2), 162);
-            value(&figures, "geodesic_error").unwrap()
-        };
-        assert_eq!(from(Some(642)), from(None));
-        assert_eq!(from(Some(100_000)), from(None));
+        assert_eq!((judge.along.n_pairs(162), judge.along.n_pairs(100_000)), (40, 100));
     }
 }

@@ -1,30 +1,25 @@
-//! Competing methods behind one interface, and the collapse of plain meshes, which is not behind the program.
+//! Competing methods behind one interface.
 
 mod ball_pivoting;
-mod collapse;
-mod error;
 mod meshoptimizer;
-mod planes;
+mod points;
 mod qem;
 mod sampled;
 
+use anyhow::{Result, ensure};
 use neural_mesh::mesh::TriMesh;
 use qem::qem;
 use sampled::{farthest_ball_pivoting, uniform_ball_pivoting};
 
 pub use ball_pivoting::ball_pivoting;
-pub use error::BaselineError;
 pub use meshoptimizer::meshoptimizer_faces;
+pub(crate) use sampled::points_and_normals;
 
 /// A competing method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Baseline {
     /// Edge collapse (Garland and Heckbert 1997).
     Qem,
-    /// The collapse of plain meshes, without a fit.
-    Collapse,
-    /// The collapse of plain meshes, with two fit steps.
-    CollapseFitted,
     /// meshoptimizer's `simplify`.
     Meshoptimizer,
     /// meshoptimizer's `simplifyWithUpdate`, which also moves remaining vertices.
@@ -37,10 +32,8 @@ pub enum Baseline {
 
 impl Baseline {
     /// All methods.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 5] = [
         Self::Qem,
-        Self::Collapse,
-        Self::CollapseFitted,
         Self::Meshoptimizer,
         Self::MeshoptimizerUpdate,
         Self::FarthestBallPivoting,
@@ -49,15 +42,7 @@ impl Baseline {
 
     /// Returns the name in tables and arguments.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Qem => "qem",
-            Self::Collapse => "collapse",
-            Self::CollapseFitted => "collapse-fitted",
-            Self::Meshoptimizer => "meshopt",
-            Self::MeshoptimizerUpdate => "meshopt-update",
-            Self::FarthestBallPivoting => "farthest-bpa",
-            Self::UniformBallPivoting => "uniform-bpa",
-        }
+        ["qem", "meshopt", "meshopt-update", "farthest-bpa", "uniform-bpa"][self as usize]
     }
 
     /// Returns the method with a name.
@@ -66,7 +51,7 @@ impl Baseline {
     }
 }
 
-/// Target size; QEM, the collapse and meshoptimizer use the number of faces, the others that of vertices.
+/// Target size; QEM and meshoptimizer use the number of faces, the others that of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TargetCounts {
     /// Number of vertices.
@@ -80,24 +65,20 @@ pub struct TargetCounts {
 /// Results miss the target size where a method gets stuck.
 ///
 /// # Errors
-/// [`BaselineError::Empty`] for an input without faces, [`BaselineError::NothingLeft`] for such a result.
-pub fn simplify_by(
-    baseline: Baseline,
-    mesh: &TriMesh,
-    size: TargetCounts,
-    seed: u64,
-) -> Result<TriMesh, BaselineError> {
-    if mesh.faces().is_empty() {
-        return Err(BaselineError::Empty);
-    }
+/// One line for an input or a result without faces.
+pub fn simplify_by(baseline: Baseline, mesh: &TriMesh, size: TargetCounts, seed: u64) -> Result<TriMesh> {
+    ensure!(!mesh.faces().is_empty(), "the mesh has no faces: there is nothing to simplify");
     let simplified = match baseline {
         Baseline::Qem => qem(mesh, size.faces),
-        Baseline::Collapse => collapse::simplify(mesh, size.faces, 0),
-        Baseline::CollapseFitted => collapse::simplify(mesh, size.faces, 2),
         Baseline::Meshoptimizer => meshoptimizer::simplify(mesh, size.faces),
         Baseline::MeshoptimizerUpdate => meshoptimizer::simplify_updating(mesh, size.faces),
         Baseline::FarthestBallPivoting => farthest_ball_pivoting(mesh, size.vertices, seed),
         Baseline::UniformBallPivoting => uniform_ball_pivoting(mesh, size.vertices, seed),
     }?;
-    if simplified.faces().is_empty() { Err(BaselineError::NothingLeft) } else { Ok(simplified) }
+    check_has_faces(simplified)
+}
+
+pub(crate) fn check_has_faces(simplified: TriMesh) -> Result<TriMesh> {
+    ensure!(!simplified.faces().is_empty(), "the method left no face: ask for a larger mesh");
+    Ok(simplified)
 }

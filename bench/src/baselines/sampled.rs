@@ -3,19 +3,19 @@
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use super::BaselineError;
 use super::ball_pivoting;
+use anyhow::Result;
 use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
 use neural_mesh::spatial::farthest_points;
 
-pub(super) fn farthest_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64) -> Result<TriMesh, BaselineError> {
+pub(super) fn farthest_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64) -> Result<TriMesh> {
     let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
     let first = uniform_points(mesh.positions().len(), 1, seed);
     let samples = first.first().map_or(Vec::new(), |&first| farthest_points(mesh.positions(), n_vertices, first));
     mesh_samples(&mesh, samples)
 }
 
-pub(super) fn uniform_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64) -> Result<TriMesh, BaselineError> {
+pub(super) fn uniform_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64) -> Result<TriMesh> {
     let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
     mesh_samples(&mesh, uniform_points(mesh.positions().len(), n_vertices, seed))
 }
@@ -33,11 +33,14 @@ fn uniform_points(n: usize, k: usize, seed: u64) -> Vec<u32> {
     points
 }
 
-fn mesh_samples(mesh: &TriMesh, mut samples: Vec<u32>) -> Result<TriMesh, BaselineError> {
+fn mesh_samples(mesh: &TriMesh, mut samples: Vec<u32>) -> Result<TriMesh> {
     samples.sort_unstable();
+    let [points, normals] = points_and_normals(mesh, &samples);
+    Ok(compact(&points, ball_pivoting(&points, &normals))?.0)
+}
+
+/// Returns positions and normals of some vertices, n x 3 each.
+pub(crate) fn points_and_normals(mesh: &TriMesh, samples: &[u32]) -> [Vec<[f32; 3]>; 2] {
     let normals = vertex_normals(mesh);
-    let pick = |rows: &[[f32; 3]]| -> Vec<[f32; 3]> { samples.iter().map(|&v| rows[v as usize]).collect() };
-    let points = pick(mesh.positions());
-    let faces = ball_pivoting(&points, &pick(&normals));
-    Ok(compact(&points, faces)?.0)
+    [mesh.positions(), &normals].map(|rows| samples.iter().map(|&v| rows[v as usize]).collect())
 }

@@ -2,14 +2,17 @@
 
 mod evaluate;
 mod train_baseline;
-pub mod work;
 
+use std::io::{BufRead, Read};
 use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 use neural_mesh_cli::shared::{Failure, finish, print_help_or_error};
+use nix::sys::signal::{Signal, killpg};
+use nix::unistd::{getpgrp, getpid};
 
+use crate::evaluate::answer_job;
 use crate::measure::{self, MeasureArgs, MeshoptimizerArgs};
 use evaluate::EvaluateArgs;
 use train_baseline::TrainBaselineArgs;
@@ -50,7 +53,7 @@ pub fn run() -> ExitCode {
         Command::TrainBaseline(args) => train_baseline::run(&args),
         Command::Measure(args) => with_causes(measure::run(args)),
         Command::Stale => with_causes(measure::print_stale()),
-        Command::Work => with_causes(work::run_job()),
+        Command::Work => with_causes(run_job()),
         Command::WholeMeshoptimizer(args) => with_causes(measure::run_meshoptimizer(&args)),
     };
     finish(result)
@@ -58,4 +61,20 @@ pub fn run() -> ExitCode {
 
 fn with_causes(result: Result<()>) -> Result<(), Failure> {
     result.map_err(|error| Failure::Failed(format!("{error:#}")))
+}
+
+// Runs one job of an evaluation in this process, whose crash affects nothing else.
+fn run_job() -> Result<()> {
+    let mut line = String::new();
+    std::io::stdin().lock().read_line(&mut line)?;
+    // Standard input closes when the caller stops waiting; then this process ends with its children.
+    std::thread::spawn(|| {
+        let _ = std::io::stdin().read_to_end(&mut Vec::new());
+        if getpgrp() == getpid() {
+            let _ = killpg(getpgrp(), Signal::SIGKILL);
+        }
+        std::process::exit(1);
+    });
+    print!("{}", answer_job(&line));
+    Ok(())
 }

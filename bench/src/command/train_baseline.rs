@@ -34,7 +34,8 @@ pub fn run(args: &TrainBaselineArgs) -> Result<(), Failure> {
         return Err(Failure::Usage("--objective: METHOD already sets the objective: leave --objective out".into()));
     }
     let network = first_weights(args)?.network();
-    let other = OtherNetwork { objective: args.method.name(), network: &network, step: &|| args.method.step() };
+    let other =
+        OtherNetwork { objective: args.method.name(), network: &network, step: &|| Box::new(args.method.step()) };
     run_for(&args.train, Some(&other))
 }
 

@@ -1,166 +1,168 @@
-//! Runs of methods that can be stopped.
+//! Runs of methods, each in a process of its own, and cases whose methods run in turns.
 
-use std::ffi::OsString;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
 use super::foreign::{self, ForeignRun};
 use super::job::{self, Job, Work};
-use super::limited::{RunFailure, append_last_output, run_limited, stderr_path};
+use super::limited::{RunFailure, append_last_output, join_lines, run_limited, stderr_path};
 use super::method::Method;
-use super::settings::LearnedFile;
+use super::settings::EvaluateOptions;
 use super::tool::{Placeholders, Tool};
 use crate::baselines::TargetCounts;
 use neural_mesh::mesh::TriMesh;
-
-/// A program that passes one line of standard input to [`answer_job`](super::answer_job) and prints the answer.
-///
-/// It should end, with all its children, when its standard input ends.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Worker {
-    /// Path of the program.
-    pub program: PathBuf,
-    /// Arguments.
-    pub arguments: Vec<OsString>,
-}
+use neural_mesh_cli::shared::stopping::is_stop_requested;
 
 pub(super) struct Engine<'a> {
-    pub worker: &'a Worker,
-    pub time_limit: Duration,
-    pub threads: usize,
-    // Weights files of the closed and of the paper's assembly; shipped weights if `None`.
-    pub weights: [Option<&'a Path>; 2],
-    pub learned: &'a [LearnedFile],
+    // This program, whose command `work` answers a job.
+    pub program: &'a Path,
+    pub options: &'a EvaluateOptions,
     pub scratch: &'a Path,
 }
 
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RunTarget {
+/// A mesh at a ratio, drawn by a seed.
+pub(super) struct Case<'a> {
+    pub mesh: &'a TriMesh,
     pub ratio: f64,
-    pub size: TargetCounts,
     pub seed: u64,
+    // The first of our methods, whose resulting number of faces is the target of the others.
+    pub leader: Option<&'a Method>,
+    pub n_faces: Option<usize>,
 }
 
-pub(super) struct RunResult {
-    pub mesh: TriMesh,
-    pub seconds: f64,
-    pub timed: TimedScope,
+/// What became of a method in a case.
+pub(super) struct MethodOutcome {
+    pub size: TargetCounts,
+    // Seconds of each run.
+    pub seconds: Vec<f64>,
+    // True if the time is that of the whole process, with start, reading and writing.
+    pub is_whole_process: bool,
+    pub result: Result<TriMesh, String>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum TimedScope {
-    // The time is that of the method alone, with the mesh in memory.
-    Method,
-    // The time is that of the whole process, with start, reading and writing.
-    Process,
+struct RunResult {
+    mesh: TriMesh,
+    seconds: f64,
+    is_whole_process: bool,
+}
+
+impl Case<'_> {
+    fn size(&self, n_faces: Option<usize>) -> TargetCounts {
+        let share = |n: usize| ((n as f64 * self.ratio) as usize).max(1);
+        let faces = n_faces.unwrap_or_else(|| share(self.mesh.faces().len()));
+        TargetCounts { vertices: share(self.mesh.positions().len()), faces }
+    }
 }
 
 impl Engine<'_> {
-    pub fn prepare(&self, mesh: &TriMesh, methods: &[Method]) -> Result<(), String> {
-        let tools = methods.iter().filter_map(|method| if let Method::Tool(tool) = method { Some(tool) } else { None });
-        let mut endings: Vec<&str> = tools.filter_map(|tool| tool.ending("in")).chain(["ply"]).collect();
-        endings.sort_unstable();
-        endings.dedup();
-        endings.into_iter().try_for_each(|ending| job::write_mesh(&self.input().with_extension(ending), mesh))
+    /// Writes the mesh that our methods and baselines read.
+    pub fn prepare(&self, mesh: &TriMesh) -> Result<(), String> {
+        job::write_mesh(&self.input(), mesh).map_err(|error| error.to_string())
     }
 
-    pub fn run(
-        &self,
-        method: &Method,
-        target: &RunTarget,
-        wait: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<RunResult, RunFailure> {
+    /// Runs each method once per round; `None` if the evaluation is to stop.
+    pub fn run_case(&self, case: &Case, methods: &[Method]) -> Option<Vec<MethodOutcome>> {
+        let mut n_faces = case.n_faces;
+        let mut outcomes: Vec<Option<MethodOutcome>> = methods.iter().map(|_| None).collect();
+        let mut order: Vec<usize> = (0..methods.len()).collect();
+        order.sort_by_key(|&at| case.leader != Some(&methods[at]));
+        // Turns let a slow spell of the machine affect all methods.
+        for &at in (0..self.options.settings.repeats).flat_map(|_| &order) {
+            let (method, outcome) = (&methods[at], &mut outcomes[at]);
+            // A method that failed is not run again and keeps its first error.
+            if matches!(outcome, Some(MethodOutcome { result: Err(_), .. })) {
+                continue;
+            }
+            let size = outcome.as_ref().map_or_else(|| case.size(n_faces), |outcome| outcome.size);
+            let done = match self.run(method, case, size) {
+                Err(RunFailure::Stopped) => return None,
+                Err(RunFailure::Failed(why)) => Err(join_lines(&why)),
+                Ok(done) => Ok(done),
+            };
+            if let Ok(RunResult { mesh, .. }) = &done
+                && case.leader == Some(method)
+            {
+                n_faces = Some(mesh.faces().len());
+            }
+            match (outcome.as_mut(), done) {
+                (Some(outcome), Ok(done)) => outcome.seconds.push(done.seconds),
+                (_, done) => *outcome = Some(first_outcome(size, done)),
+            }
+        }
+        outcomes.into_iter().collect()
+    }
+
+    fn run(&self, method: &Method, case: &Case, size: TargetCounts) -> Result<RunResult, RunFailure> {
         match method {
-            Method::Tool(tool) => self.run_tool(tool, target, wait),
-            _ => self.run_own(method, target, wait),
+            Method::Tool(tool) => self.run_tool(tool, case, size),
+            _ => self.run_own(method, case, size),
         }
     }
 
-    fn run_own(
-        &self,
-        method: &Method,
-        target: &RunTarget,
-        wait: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<RunResult, RunFailure> {
+    fn run_own(&self, method: &Method, case: &Case, size: TargetCounts) -> Result<RunResult, RunFailure> {
         let output = self.scratch.join("result.ply");
         let job = Job {
-            input: self.input().with_extension("ply"),
+            input: self.input(),
             output: output.clone(),
             method: method.name().into(),
-            vertices: target.size.vertices,
-            faces: target.size.faces,
-            seed: target.seed,
-            weights: self.weights_of(method).map(Path::to_path_buf),
-            threads: self.threads,
+            vertices: size.vertices,
+            faces: size.faces,
+            seed: case.seed,
+            weights: if method.is_paper() { &self.options.paper_weights } else { &self.options.weights }.clone(),
+            threads: self.options.settings.threads,
         };
-        let seconds = self.run_worker(&Work::Method(job), wait)?;
-        let mesh = job::read_mesh(&output).and_then(check_has_faces).map_err(RunFailure::Failed)?;
-        Ok(RunResult { mesh, seconds, timed: TimedScope::Method })
+        let seconds = self.run_worker(&Work::Method(job))?;
+        let mesh = job::read_mesh(&output).map_err(|error| error.to_string()).and_then(check_has_faces);
+        Ok(RunResult { mesh: mesh.map_err(RunFailure::Failed)?, seconds, is_whole_process: false })
     }
 
-    fn weights_of(&self, method: &Method) -> Option<&Path> {
-        let [closed, paper] = self.weights;
-        match method {
-            _ if method.is_paper() => paper,
-            Method::Learned(baseline) => {
-                self.learned.iter().find(|file| file.baseline == *baseline).map(|file| file.path.as_path())
-            }
-            _ => closed,
-        }
-    }
-
-    fn run_worker(&self, work: &Work, wait: &mut dyn FnMut() -> ControlFlow<()>) -> Result<f64, RunFailure> {
+    fn run_worker(&self, work: &Work) -> Result<f64, RunFailure> {
         let failed =
             |error: serde_json::Error| RunFailure::Failed(format!("the worker process gave no valid answer: {error}"));
         let line = serde_json::to_string(work).map_err(failed)?;
-        let mut command = Command::new(&self.worker.program);
-        command.args(&self.worker.arguments);
-        let out = run_limited(command, &line, self.time_limit, self.scratch, wait)?;
+        let mut command = Command::new(self.program);
+        command.arg("work");
+        let limit = Duration::try_from_secs_f64(self.options.settings.time_limit).unwrap_or(Duration::MAX);
+        let out = run_limited(command, &line, limit, self.scratch, is_stop_requested)?;
         let answer: Result<f64, String> = serde_json::from_str(&out).map_err(failed)?;
         let words = stderr_path(self.scratch);
         let out = if let Work::Foreign(foreign) = work { &foreign.out } else { &words };
         answer.map_err(|why| RunFailure::Failed(append_last_output(&why, &[&words, out])))
     }
 
-    fn run_tool(
-        &self,
-        tool: &Tool,
-        target: &RunTarget,
-        wait: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<RunResult, RunFailure> {
+    fn run_tool(&self, tool: &Tool, case: &Case, size: TargetCounts) -> Result<RunResult, RunFailure> {
         // Each tool has a folder of its own, so that changes to its files do not affect other methods.
-        let folder = self.copy_input_for(tool).map_err(|error| {
-            RunFailure::Failed(format!(
-                "its input cannot be copied: {error}: check the folder of the results and the disk"
-            ))
-        })?;
+        let failed = |what: String| RunFailure::Failed(format!("its input cannot be written: {what}"));
+        let folder = tempfile::tempdir_in(self.scratch).map_err(|error| failed(error.to_string()))?;
         let [input, output] = ["original", "result"].map(|name| folder.path().join(name));
-        let given = Placeholders { input: &input, output: &output, ratio: target.ratio, size: target.size };
+        let written = job::write_mesh(&input.with_extension(tool.ending("in").unwrap_or("ply")), case.mesh);
+        written.map_err(|error| failed(error.to_string()))?;
+        let given = Placeholders { input: &input, output: &output, ratio: case.ratio, size };
         let out = folder.path().join("stdout");
-        let foreign = ForeignRun { words: tool.words(&given), threads: self.threads, out: out.clone() };
-        let seconds = self.run_worker(&Work::Foreign(foreign), wait)?;
+        let threads = self.options.settings.threads;
+        let foreign = ForeignRun { words: tool.words(&given), threads, out: out.clone() };
+        let seconds = self.run_worker(&Work::Foreign(foreign))?;
         let printed = std::fs::read(&out).unwrap_or_default();
-        let reported =
-            foreign::reported_seconds(&String::from_utf8_lossy(&printed)).map(|seconds| (seconds, TimedScope::Method));
-        let (seconds, timed) = reported.unwrap_or((seconds, TimedScope::Process));
+        let reported = foreign::reported_seconds(&String::from_utf8_lossy(&printed));
         let output = output.with_extension(tool.ending("out").unwrap_or("ply"));
         let result = foreign::read_result(&output).and_then(check_has_faces);
         let mesh =
             result.map_err(|why| RunFailure::Failed(append_last_output(&why, &[&stderr_path(self.scratch), &out])))?;
-        Ok(RunResult { mesh, seconds, timed })
-    }
-
-    fn copy_input_for(&self, tool: &Tool) -> std::io::Result<tempfile::TempDir> {
-        let folder = tempfile::tempdir_in(self.scratch)?;
-        let input = self.input().with_extension(tool.ending("in").unwrap_or("ply"));
-        std::fs::copy(&input, folder.path().join("original").with_extension(input.extension().unwrap_or_default()))?;
-        Ok(folder)
+        Ok(RunResult { mesh, seconds: reported.unwrap_or(seconds), is_whole_process: reported.is_none() })
     }
 
     fn input(&self) -> PathBuf {
-        self.scratch.join("original")
+        self.scratch.join("original.ply")
+    }
+}
+
+fn first_outcome(size: TargetCounts, done: Result<RunResult, String>) -> MethodOutcome {
+    match done {
+        Ok(RunResult { mesh, seconds, is_whole_process }) => {
+            MethodOutcome { size, seconds: vec![seconds], is_whole_process, result: Ok(mesh) }
+        }
+        Err(why) => MethodOutcome { size, seconds: Vec::new(), is_whole_process: false, result: Err(why) },
     }
 }
 

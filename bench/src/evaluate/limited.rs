@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
@@ -25,13 +24,13 @@ pub(super) enum RunFailure {
     Failed(String),
 }
 
-/// Runs a process with `line` on its standard input and returns its output; `wait` is called regularly and can stop it.
+/// Runs a process with `line` on its standard input and returns its output; `is_stopped` is asked regularly.
 pub(super) fn run_limited(
     mut command: Command,
     line: &str,
     limit: Duration,
     scratch: &Path,
-    wait: &mut dyn FnMut() -> ControlFlow<()>,
+    is_stopped: fn() -> bool,
 ) -> Result<String, RunFailure> {
     let [out, words] = [OUT, WORDS].map(|name| scratch.join(name));
     let failed = |error: std::io::Error| RunFailure::Failed(format!("cannot be run: {error}"));
@@ -47,11 +46,11 @@ pub(super) fn run_limited(
         // A program that does not read its input is fine.
         let _ = writeln!(stdin, "{line}");
     }
-    let ended = wait_for_end(child.as_mut(), began, limit, wait);
+    let ended = wait_for_end(child.as_mut(), began, limit, is_stopped);
     // Its children must not outlive it, even after success.
     let _ = child.start_kill();
     let _ = child.wait();
-    let status = ended.map_err(|unfinished| unfinished.unwrap_or_else(|| time_limit_failure(limit)))?;
+    let status = ended?;
     if !status.success() {
         return Err(RunFailure::Failed(append_last_output(&describe_status(status), &[&words, &out])));
     }
@@ -72,21 +71,20 @@ fn wait_for_end(
     child: &mut dyn ChildWrapper,
     began: Instant,
     limit: Duration,
-    wait: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<ExitStatus, Option<RunFailure>> {
+    is_stopped: fn() -> bool,
+) -> Result<ExitStatus, RunFailure> {
     loop {
-        let status =
-            child.try_wait().map_err(|error| Some(RunFailure::Failed(format!("cannot be waited for: {error}"))))?;
+        let status = child.try_wait().map_err(|error| RunFailure::Failed(format!("cannot be waited for: {error}")))?;
         if let Some(status) = status {
             return Ok(status);
         }
         let elapsed = began.elapsed();
-        // `Err(None)` means that the time limit was reached.
         if elapsed >= limit {
-            return Err(None);
+            let why = format!("took longer than the time limit of {} s", limit.as_secs_f64());
+            return Err(RunFailure::Failed(why));
         }
-        if wait().is_break() {
-            return Err(Some(RunFailure::Stopped));
+        if is_stopped() {
+            return Err(RunFailure::Stopped);
         }
         let patience = elapsed.mul_f64(WAIT_FRACTION).clamp(Duration::from_micros(200), LONGEST_WAIT);
         std::thread::sleep(patience.min(limit.saturating_sub(elapsed)));
@@ -95,10 +93,6 @@ fn wait_for_end(
 
 pub(super) fn join_lines(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-fn time_limit_failure(limit: Duration) -> RunFailure {
-    RunFailure::Failed(format!("took longer than the time limit of {} s", limit.as_secs_f64()))
 }
 
 pub(super) fn describe_status(status: ExitStatus) -> String {
@@ -129,7 +123,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut command = Command::new("sh");
         command.args(["-c", script]).current_dir(folder.path());
-        run_limited(command, "a line", Duration::from_secs_f64(limit), folder.path(), &mut || ControlFlow::Continue(()))
+        run_limited(command, "a line", Duration::from_secs_f64(limit), folder.path(), || false)
     }
 
     #[test]
@@ -168,10 +162,9 @@ mod tests {
         let mut command = Command::new("sleep");
         command.arg("600");
         let limit = Duration::from_secs(600);
-        let stopped = run_limited(command, "", limit, folder.path(), &mut || ControlFlow::Break(()));
+        let stopped = run_limited(command, "", limit, folder.path(), || true);
         assert_eq!(stopped.unwrap_err(), RunFailure::Stopped);
-        let none =
-            run_limited(Command::new("no-such-program"), "", limit, folder.path(), &mut || ControlFlow::Break(()));
+        let none = run_limited(Command::new("no-such-program"), "", limit, folder.path(), || true);
         assert!(matches!(none, Err(RunFailure::Failed(why)) if why.contains("no-such-program")));
     }
 }

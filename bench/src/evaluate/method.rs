@@ -2,13 +2,15 @@
 
 use super::tool::Tool;
 use crate::baselines::Baseline;
-use crate::error::EvaluateError;
 use crate::learned_baselines::LearnedBaseline;
+use crate::rows::distinct;
+use neural_mesh::simplify::{ClosedOptions, Effort, Optimize, Options, PaperOptions, ScoreSource, Size};
+use neural_mesh_cli::shared::Failure;
 
 /// A compared method.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// One of neural-mesh, by its name in [`OURS`].
+    /// One of neural-mesh, by its name.
     Ours(&'static str),
     /// A baseline.
     Baseline(Baseline),
@@ -18,35 +20,56 @@ pub enum Method {
     Tool(Tool),
 }
 
-/// Names of our methods; `job` has their options.
-const OURS: [&str; 14] = [
-    "closed",
-    "network",
-    "geometry",
-    "mean",
-    "max",
-    "normals",
-    "looks",
-    "fast",
-    "best",
-    "best-mean",
-    "paper",
-    "paper-closed",
-    "paper-placed",
-    "paper-quotient",
+type SetOptions = fn(&mut ClosedOptions);
+
+/// Our closed methods with the options that they set.
+const CLOSED: [(&str, SetOptions); 10] = [
+    ("closed", |_| ()),
+    ("network", |options| options.scores = ScoreSource::Network),
+    ("geometry", |options| options.scores = ScoreSource::Geometry),
+    ("mean", |options| options.optimize = Optimize::Mean),
+    ("max", |options| options.optimize = Optimize::Max),
+    ("normals", |options| options.optimize = Optimize::Normals),
+    ("looks", |options| options.optimize = Optimize::Looks),
+    ("fast", |options| options.effort = Effort::Fast),
+    ("best", |options| options.effort = Effort::Best),
+    ("best-mean", |options| (options.optimize, options.effort) = (Optimize::Mean, Effort::Best)),
 ];
+
+/// The paper's assembly: whether holes are closed, and vertices placed.
+const PAPER: [(&str, [bool; 2]); 4] = [
+    ("paper", [false, false]),
+    ("paper-closed", [true, false]),
+    ("paper-placed", [true, true]),
+    ("paper-quotient", [false, false]),
+];
+
+/// Lists the names of our methods.
+fn ours() -> impl Iterator<Item = &'static str> {
+    CLOSED.iter().map(|(name, _)| *name).chain(PAPER.iter().map(|(name, _)| *name))
+}
+
+/// Returns the options of one of our methods.
+pub(super) fn options(name: &str, target: Size, seed: u64) -> Options {
+    if let Some(&(_, [close, place])) = PAPER.iter().find(|(paper, _)| *paper == name) {
+        return Options::with_paper(target, PaperOptions { seed, close, place, ..PaperOptions::default() });
+    }
+    let mut closed = ClosedOptions::default();
+    CLOSED.iter().filter(|(own, _)| *own == name).for_each(|(_, set)| set(&mut closed));
+    Options::with_closed(target, closed)
+}
 
 impl Method {
     /// Returns the names of all methods except tools, ours first.
     pub fn names() -> Vec<&'static str> {
         let baselines = Baseline::ALL.map(Baseline::name);
         let learned = LearnedBaseline::ALL.map(LearnedBaseline::name);
-        OURS.into_iter().chain(baselines).chain(learned).collect()
+        ours().chain(baselines).chain(learned).collect()
     }
 
     /// Returns the method of a name, except tools.
     pub fn from_name(name: &str) -> Option<Self> {
-        let ours = OURS.into_iter().find(|ours| *ours == name).map(Self::Ours);
+        let ours = ours().find(|ours| *ours == name).map(Self::Ours);
         let baseline = || Baseline::from_name(name).map(Self::Baseline);
         let learned = || LearnedBaseline::from_name(name).map(Self::Learned);
         ours.or_else(baseline).or_else(learned)
@@ -73,7 +96,7 @@ impl Method {
 }
 
 /// Returns the methods of these names, each once; `all` means every named method.
-pub(super) fn choose_methods(names: &[String], tools: &[Tool]) -> Result<Vec<Method>, EvaluateError> {
+pub(super) fn choose_methods(names: &[String], tools: &[Tool]) -> Result<Vec<Method>, Failure> {
     check_tools(tools)?;
     let tool = |name: &str| tools.iter().find(|tool| tool.name == name).cloned().map(Method::Tool);
     let mut methods: Vec<Method> = Vec::new();
@@ -84,30 +107,23 @@ pub(super) fn choose_methods(names: &[String], tools: &[Tool]) -> Result<Vec<Met
             methods.push(method);
         }
     }
-    methods.extend(tools.iter().cloned().map(Method::Tool));
-    let mut seen: Vec<Method> = Vec::new();
-    methods.retain(|method| {
-        let is_new = !seen.contains(method);
-        seen.push(method.clone());
-        is_new
-    });
-    Ok(methods)
+    Ok(distinct(methods.into_iter().chain(tools.iter().cloned().map(Method::Tool))))
 }
 
-fn check_tools(tools: &[Tool]) -> Result<(), EvaluateError> {
+fn check_tools(tools: &[Tool]) -> Result<(), Failure> {
     for (index, Tool { name, .. }) in tools.iter().enumerate() {
         let taken = name == "all" || Method::from_name(name).is_some();
         if taken || tools[..index].iter().any(|other| other.name == *name) {
-            return Err(EvaluateError::Settings(format!("tool {name}: the name is taken: choose another")));
+            return Err(Failure::Usage(format!("tool {name}: the name is taken: choose another")));
         }
     }
     Ok(())
 }
 
-fn unknown(name: &str, tools: &[Tool]) -> EvaluateError {
+fn unknown(name: &str, tools: &[Tool]) -> Failure {
     let tools = tools.iter().map(|tool| tool.name.as_str());
     let known: Vec<&str> = Method::names().into_iter().chain(tools).chain(["all"]).collect();
-    EvaluateError::Settings(format!("unknown method {name}: choose from {}", known.join(", ")))
+    Failure::Usage(format!("unknown method {name}: choose from {}", known.join(", ")))
 }
 
 #[cfg(test)]

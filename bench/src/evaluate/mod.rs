@@ -1,7 +1,5 @@
 //! Evaluation of methods on meshes at several ratios, as in Sec. 4 of the paper.
 
-mod clock;
-mod contest;
 mod engine;
 mod folder;
 mod foreign;
@@ -14,12 +12,9 @@ mod run;
 mod settings;
 mod tool;
 
-pub use crate::error::EvaluateError;
-pub(crate) use clock::thread_time;
-pub use engine::Worker;
-pub use job::answer_job;
+pub use job::{answer_job, simplify_ours};
 pub(crate) use meshes::mesh_files;
 pub use report::{REPORT, write_report};
-pub use run::{Ending, Event, Request, evaluate};
-pub use settings::Settings;
+pub use run::evaluate;
+pub use settings::{EvaluateOptions, Settings};
 pub use tool::Tool;

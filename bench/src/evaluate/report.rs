@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::folder::{ROWS, write_whole};
 use crate::cells::{Cell, mean_digits, median_digits};
-use crate::error::EvaluateError;
 use crate::rows::{ResultRow, Table, distinct};
 use crate::rows_file::read_rows;
 use crate::tables::{Column, Line, TextTable, pivot};
+use neural_mesh_cli::shared::Failure;
 
 /// File name of the report.
 pub const REPORT: &str = "report.md";
@@ -37,14 +37,14 @@ const LARGER: f64 = 1.1;
 /// Writes `report.md` next to the rows of an evaluation, and returns the rows.
 ///
 /// # Errors
-/// [`EvaluateError`] where the folder or the method `relative_to` has no rows.
-pub fn write_report(folder: &Path, relative_to: Option<&str>) -> Result<Table, EvaluateError> {
+/// [`Failure`] where the folder or the method `relative_to` has no rows.
+pub fn write_report(folder: &Path, relative_to: Option<&str>) -> Result<Table, Failure> {
     let table = read_rows(&folder.join(ROWS))?;
     let methods = table.methods();
     if let Some(name) = relative_to.filter(|name| !methods.contains(name)) {
         let methods = methods.join(", ");
         let what = format!("--relative-to {name}: the evaluation has no rows of this method: give one of {methods}");
-        return Err(EvaluateError::Settings(what));
+        return Err(Failure::Usage(what));
     }
     let relative_to = relative_to.or_else(|| methods.contains(&DEFAULT_REFERENCE).then_some(DEFAULT_REFERENCE));
     write_whole(&folder.join(REPORT), &format_report(&table, relative_to))?;
@@ -110,7 +110,7 @@ fn count_results(table: &Table, rows: &[&ResultRow]) -> Cell {
     let n_cases = rows.iter().filter(|row| is_read(table, row)).count();
     let n_results = rows.iter().filter(|row| row.error.is_empty()).count();
     let larger = Some(count_too_large(table, rows)).filter(|n| *n > 0).map(|n| format!(", {n} larger"));
-    Cell { text: format!("{n_results} of {n_cases}{}", larger.unwrap_or_default()), value: None }
+    format!("{n_results} of {n_cases}{}", larger.unwrap_or_default()).into()
 }
 
 // Columns of the figures that have values, with their units.

@@ -1,25 +1,22 @@
 //! An evaluation from beginning to end.
 
-use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::contest::{ContestCase, MethodOutcome, run_case};
-use super::engine::{Engine, TimedScope, Worker};
+use super::engine::{Case, Engine, MethodOutcome};
 use super::folder::{open_folder, scratch_in};
-use super::meshes::{MeshFile, checksums, mesh_files, read_mesh};
+use super::meshes::{checksums, file_name, mesh_files, read_mesh};
 use super::method::Method;
-use super::settings::{LearnedFile, Origin, Settings, learned_files, learned_names, weights_name};
-use crate::along_surface::{IntrinsicOptions, Judge};
-use crate::error::EvaluateError;
-use crate::rows::{ResultRow, Table, median};
+use super::settings::{EvaluateOptions, Origin, Settings, weights_checksums};
+use crate::along_surface::{EIGENPAIRS, Judge};
+use crate::rows::{ResultRow, median};
 use crate::rows_file::RowsFile;
 use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
 use neural_mesh::mesh::{TriMesh, shapes};
 use neural_mesh::metrics::{CompareOptions, Figure};
-use neural_mesh::model::Weights;
+use neural_mesh_cli::shared::Failure;
+use neural_mesh_cli::shared::stopping::is_stop_requested;
 
 // Figures before those of the judge; `whole_process` is 1 if a tool's time includes start, reading and writing.
 const SIZES: [&str; 9] = [
@@ -34,113 +31,37 @@ const SIZES: [&str; 9] = [
     "whole_process",
 ];
 
-/// Input of an evaluation.
-#[derive(Clone, Debug)]
-pub struct Request {
-    /// Folder of the meshes.
-    pub data: PathBuf,
-    /// Folder of the output, created if missing.
-    pub folder: PathBuf,
-    /// Settings.
-    pub settings: Settings,
-    /// Weights of the closed assembly; the shipped ones if `None`.
-    pub weights: Option<PathBuf>,
-    /// Weights of the paper's assembly; the shipped ones if `None`.
-    pub paper_weights: Option<PathBuf>,
-    /// Weights of learned baselines; the others use shipped ones.
-    pub learned_weights: Vec<PathBuf>,
-    /// True to continue with the present rows.
-    pub resume: bool,
-    /// Process that runs one method at a time.
-    pub worker: Worker,
-}
-
-impl Request {
-    /// Makes a request with default settings.
-    pub fn new(data: impl Into<PathBuf>, folder: impl Into<PathBuf>, worker: Worker) -> Self {
-        Self {
-            data: data.into(),
-            folder: folder.into(),
-            settings: Settings::default(),
-            weights: None,
-            paper_weights: None,
-            learned_weights: Vec::new(),
-            resume: false,
-            worker,
-        }
-    }
-}
-
-/// An event during an evaluation.
-#[derive(Clone, Copy, Debug)]
-pub enum Event<'a> {
-    /// A case begins.
-    Case {
-        /// Mesh file.
-        mesh: &'a str,
-        /// Target ratio of vertices.
-        ratio: f64,
-        /// Random seed.
-        seed: u64,
-        /// Number of cases done, earlier runs included.
-        n_done: usize,
-        /// Number of all cases.
-        n_cases: usize,
-    },
-    /// A method runs; reported repeatedly.
-    Running {
-        /// Running method.
-        method: &'a Method,
-        /// Index of this method's run in the case, from 0.
-        round: usize,
-    },
-    /// Results are being measured.
-    Judging,
-    /// A row was added.
-    Row(&'a ResultRow),
-}
-
-/// The way an evaluation ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
-    /// All rows are there.
-    Finished,
-    /// The caller stopped it; finished rows are saved.
-    Stopped,
-}
-
 /// Measures every method at every ratio on every mesh and appends the rows to `rows.csv` case by case.
 ///
-/// A killed run loses only the present case. `report` can stop the run by `Break`.
+/// A killed run loses only the present case. `say` gets a line for each case and failure. Returns whether all rows are
+/// there; they are not after Ctrl-C.
 ///
 /// # Errors
-/// [`EvaluateError`] about settings, data or folder.
-pub fn evaluate(request: &Request, report: &mut dyn FnMut(Event) -> ControlFlow<()>) -> Result<Ending, EvaluateError> {
-    let methods = request.settings.resolve_methods()?;
-    let files = mesh_files(&request.data, &request.settings.only)?;
-    let learned = learned_files(&request.learned_weights)?;
+/// [`Failure`] about settings, data or folder.
+pub fn evaluate(data: &Path, folder: &Path, options: &EvaluateOptions, say: &dyn Fn(&str)) -> Result<bool, Failure> {
+    let methods = options.settings.resolve_methods()?;
+    let files = mesh_files(data, &options.settings.only)?;
+    let program = std::env::current_exe().map_err(|error| {
+        Failure::Failed(format!("the path of this program cannot be found: {error}: start it by its full path"))
+    })?;
     let origin = Origin {
         version: env!("CARGO_PKG_VERSION").into(),
-        settings: request.settings.clone(),
-        weights: [
-            weights_name(request.weights.as_ref(), Weights::shipped_default())?,
-            weights_name(request.paper_weights.as_ref(), Weights::shipped_paper_open())?,
-        ],
-        learned: learned_names(&learned),
+        settings: options.settings.clone(),
+        weights: weights_checksums(options)?,
         meshes: checksums(&files),
     };
     let judged = empty_figures().into_iter().map(|figure| figure.name);
     let figures: Vec<String> = SIZES.into_iter().chain(judged).map(String::from).collect();
-    let rows = open_folder(&request.folder, &origin, request.resume, &figures)?;
-    let scratch = scratch_in(&request.folder)?;
-    let (n_figures, scratch) = (figures.len(), scratch.path());
-    let mut run = EvaluationRun { request, methods, learned, rows, n_figures, scratch, machine: machine() };
+    let rows = open_folder(folder, &origin, options.resume, &figures)?;
+    let scratch = scratch_in(folder)?;
+    let engine = Engine { program: &program, options, scratch: scratch.path() };
+    let mut run = EvaluationRun { engine, methods, rows, n_figures: figures.len(), machine: machine(), say };
     for (index, file) in files.iter().enumerate() {
-        if run.run_mesh(file, index, files.len(), report)?.is_break() {
-            return Ok(Ending::Stopped);
+        if !run.run_mesh(file, index, files.len())? {
+            return Ok(false);
         }
     }
-    Ok(Ending::Finished)
+    Ok(true)
 }
 
 fn machine() -> String {
@@ -154,7 +75,7 @@ fn empty_figures() -> Vec<Figure> {
     let mesh = shapes::icosphere(0);
     let mut judging = CompareOptions::default();
     judging.samples = 1;
-    all_figures(&Judge::new(&mesh, &judging, &IntrinsicOptions::NONE), &mesh, 0, None)
+    all_figures(&Judge::new(&mesh, &judging, None), &mesh, 0, None)
 }
 
 fn all_figures(judge: &Judge, result: &TriMesh, n_asked: usize, seen_beside: Option<&TriMesh>) -> Vec<Figure> {
@@ -172,143 +93,100 @@ struct PreparedMesh {
 }
 
 struct EvaluationRun<'a> {
-    request: &'a Request,
+    engine: Engine<'a>,
     methods: Vec<Method>,
-    learned: Vec<LearnedFile>,
     rows: RowsFile,
     n_figures: usize,
-    scratch: &'a Path,
     machine: String,
-}
-
-struct Trial<'a> {
-    mesh: &'a str,
-    ratio: f64,
-    seed: u64,
-}
-
-impl Trial<'_> {
-    fn row<'a>(&self, table: &'a Table, method: &Method) -> Option<&'a ResultRow> {
-        table.rows.iter().find(|row| row.is_case(self.mesh, self.ratio, self.seed, method.name()))
-    }
+    say: &'a dyn Fn(&str),
 }
 
 impl EvaluationRun<'_> {
-    fn run_mesh(
-        &mut self,
-        file: &MeshFile,
-        index: usize,
-        n_files: usize,
-        report: &mut dyn FnMut(Event) -> ControlFlow<()>,
-    ) -> Result<ControlFlow<()>, EvaluateError> {
-        let Settings { ratios, seeds, .. } = &self.request.settings;
-        let mesh = &file.name;
-        let cases: Vec<Trial> =
-            ratios.iter().flat_map(|&ratio| seeds.iter().map(move |&seed| Trial { mesh, ratio, seed })).collect();
-        let n_cases = cases.len();
+    fn known_row(&self, mesh: &str, ratio: f64, seed: u64, method: &Method) -> Option<&ResultRow> {
+        self.rows.table.rows.iter().find(|row| row.is_case(mesh, ratio, seed, method.name()))
+    }
+
+    /// Measures the missing rows of a mesh; returns false if the evaluation is to stop.
+    fn run_mesh(&mut self, file: &Path, index: usize, n_files: usize) -> Result<bool, Failure> {
+        let Settings { ratios, seeds, .. } = &self.engine.options.settings;
+        let name = file_name(file);
+        let cases: Vec<(f64, u64)> =
+            ratios.iter().flat_map(|&ratio| seeds.iter().map(move |&seed| (ratio, seed))).collect();
         let mut ready = None;
-        for (at, trial) in cases.iter().enumerate() {
-            let is_missing = |method: &&Method| trial.row(&self.rows.table, method).is_none();
-            let missing: Vec<Method> = self.methods.iter().filter(is_missing).cloned().collect();
-            let &Trial { mesh, ratio, seed } = trial;
-            let event = Event::Case { mesh, ratio, seed, n_done: index * n_cases + at, n_cases: n_files * n_cases };
-            if report(event).is_break() {
-                return Ok(ControlFlow::Break(()));
+        for (at, &(ratio, seed)) in cases.iter().enumerate() {
+            if is_stop_requested() {
+                return Ok(false);
             }
+            let is_missing = |method: &&Method| self.known_row(&name, ratio, seed, method).is_none();
+            let missing: Vec<Method> = self.methods.iter().filter(is_missing).cloned().collect();
             if missing.is_empty() {
                 continue;
             }
+            let (n_done, n_cases) = (index * cases.len() + at, n_files * cases.len());
+            (self.say)(&format!("measuring {name} at {ratio}, seed {seed} ({n_done} of {n_cases} cases done)"));
             let prepared = ready.get_or_insert_with(|| self.prepare(file));
-            let Some(rows) = self.run_case(trial, prepared, &missing, report) else {
-                return Ok(ControlFlow::Break(()));
+            let blank = |method: &Method| ResultRow {
+                seed,
+                machine: self.machine.clone(),
+                values: vec![None; self.n_figures],
+                ..ResultRow::new(&name, ratio, method.name(), &[])
             };
-            self.rows.push(rows.clone())?;
-            if rows.iter().any(|row| report(Event::Row(row)).is_break()) {
-                return Ok(ControlFlow::Break(()));
+            let blanks: Vec<ResultRow> = missing.iter().map(blank).collect();
+            let rows = match prepared {
+                Ok(prepared) => self.run_case(prepared, &missing, blanks),
+                Err(why) => {
+                    let fail = |row| ResultRow { error: format!("the input mesh: {why}"), ..row };
+                    Some(blanks.into_iter().map(fail).collect())
+                }
+            };
+            let Some(rows) = rows else { return Ok(false) };
+            for ResultRow { mesh, ratio, method, error, .. } in rows.iter().filter(|row| !row.error.is_empty()) {
+                (self.say)(&format!("failed    {mesh} at {ratio}, {method}: {error}"));
             }
+            self.rows.push(rows)?;
         }
-        Ok(ControlFlow::Continue(()))
+        Ok(true)
     }
 
-    fn engine(&self) -> Engine<'_> {
-        let Request { worker, settings, weights, paper_weights, .. } = self.request;
-        Engine {
-            worker,
-            time_limit: Duration::try_from_secs_f64(settings.time_limit).unwrap_or(Duration::MAX),
-            threads: settings.threads,
-            weights: [weights.as_deref(), paper_weights.as_deref()],
-            learned: &self.learned,
-            scratch: self.scratch,
-        }
-    }
-
-    fn prepare(&self, file: &MeshFile) -> Result<PreparedMesh, String> {
-        let mesh = read_mesh(&file.path)?;
-        self.engine().prepare(&mesh, &self.methods)?;
-        let Settings { samples, spectrum, .. } = self.request.settings;
+    fn prepare(&self, file: &Path) -> Result<PreparedMesh, String> {
+        let mesh = read_mesh(file)?;
+        self.engine.prepare(&mesh)?;
+        let Settings { samples, spectrum, .. } = self.engine.options.settings;
         let mut judging = CompareOptions::default();
         judging.samples = samples;
-        let along = if spectrum { IntrinsicOptions::default() } else { IntrinsicOptions::NONE };
-        Ok(PreparedMesh { judge: Judge::new(&mesh, &judging, &along), mesh })
+        Ok(PreparedMesh { judge: Judge::new(&mesh, &judging, spectrum.then_some(EIGENPAIRS)), mesh })
     }
 
-    fn run_case(
-        &self,
-        trial: &Trial,
-        prepared: &Result<PreparedMesh, String>,
-        methods: &[Method],
-        report: &mut dyn FnMut(Event) -> ControlFlow<()>,
-    ) -> Option<Vec<ResultRow>> {
-        let &Trial { mesh, ratio, seed } = trial;
-        let blank = |method: &Method| ResultRow {
-            seed,
-            machine: self.machine.clone(),
-            values: vec![None; self.n_figures],
-            ..ResultRow::new(mesh, ratio, method.name(), &[])
-        };
-        let prepared = match prepared {
-            Ok(prepared) => prepared,
-            Err(why) => {
-                let row = |method| ResultRow { error: format!("the input mesh: {why}"), ..blank(method) };
-                return Some(methods.iter().map(row).collect());
-            }
-        };
+    /// Fills the blank row of each method; `None` if the evaluation is to stop.
+    fn run_case(&self, prepared: &PreparedMesh, methods: &[Method], blanks: Vec<ResultRow>) -> Option<Vec<ResultRow>> {
+        let ResultRow { mesh, ratio, seed, .. } = blanks.first()?;
         // An earlier run may have the leader's result already.
         let leader = self.methods.iter().find(|method| method.is_ours());
-        let table = &self.rows.table;
-        let known = leader.and_then(|leader| table.value(trial.row(table, leader)?, "faces_out"));
+        let known =
+            leader.and_then(|leader| self.rows.table.value(self.known_row(mesh, *ratio, *seed, leader)?, "faces_out"));
         let n_faces = known.map(|n| n as usize);
-        let case = ContestCase { mesh: &prepared.mesh, ratio, seed, leader, n_faces };
-        let repeats = self.request.settings.repeats;
-        let mut wait = |method: &Method, round| report(Event::Running { method, round });
-        let outcomes = run_case(&self.engine(), &case, methods, repeats, &mut wait)?;
-        if report(Event::Judging).is_break() {
-            return None;
-        }
-        let judged = methods.par_iter().zip(outcomes);
-        Some(judged.map(|(method, outcome)| self.judge_outcome(blank(method), prepared, outcome)).collect())
+        let case = Case { mesh: &prepared.mesh, ratio: *ratio, seed: *seed, leader, n_faces };
+        let outcomes = self.engine.run_case(&case, methods)?;
+        let judged = blanks.par_iter().zip(outcomes);
+        let has_pictures = self.engine.options.settings.appearance;
+        Some(judged.map(|(row, outcome)| judge_outcome(row.clone(), prepared, outcome, has_pictures)).collect())
     }
+}
 
-    fn judge_outcome(&self, blank: ResultRow, prepared: &PreparedMesh, outcome: MethodOutcome) -> ResultRow {
-        let MethodOutcome { size, seconds, timed, result } = outcome;
-        let PreparedMesh { mesh, judge } = prepared;
-        let mut row = blank;
-        let sizes = [mesh.positions().len(), mesh.faces().len(), size.vertices, size.faces];
-        row.values.iter_mut().zip(sizes).for_each(|(value, size)| *value = Some(size as f64));
-        match result {
-            Err(error) => ResultRow { error, ..row },
-            Ok(result) => {
-                let seen_beside = self.request.settings.appearance.then_some(mesh);
-                let figures = all_figures(judge, &result, size.vertices, seen_beside);
-                let sizes = [result.positions().len(), result.faces().len()].map(|n| Some(n as f64));
-                let runs = Some(seconds.len() as f64);
-                let whole = Some(f64::from(u8::from(timed == Some(TimedScope::Process))));
-                let timed = [median(seconds), runs, whole];
-                let judged = figures.into_iter().map(|figure| figure.value);
-                let values = sizes.into_iter().chain(timed).chain(judged);
-                row.values[4..].iter_mut().zip(values).for_each(|(value, found)| *value = found);
-                row
-            }
-        }
-    }
+fn judge_outcome(mut row: ResultRow, prepared: &PreparedMesh, outcome: MethodOutcome, has_pictures: bool) -> ResultRow {
+    let MethodOutcome { size, seconds, is_whole_process, result } = outcome;
+    let PreparedMesh { mesh, judge } = prepared;
+    let sizes = [mesh.positions().len(), mesh.faces().len(), size.vertices, size.faces];
+    row.values.iter_mut().zip(sizes).for_each(|(value, size)| *value = Some(size as f64));
+    let result = match result {
+        Ok(result) => result,
+        Err(error) => return ResultRow { error, ..row },
+    };
+    let figures = all_figures(judge, &result, size.vertices, has_pictures.then_some(mesh));
+    let sizes = [result.positions().len(), result.faces().len()].map(|n| Some(n as f64));
+    let runs = Some(seconds.len() as f64);
+    let timed = [median(seconds), runs, Some(f64::from(u8::from(is_whole_process)))];
+    let values = sizes.into_iter().chain(timed).chain(figures.into_iter().map(|figure| figure.value));
+    row.values[4..].iter_mut().zip(values).for_each(|(value, found)| *value = found);
+    row
 }

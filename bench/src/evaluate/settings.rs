@@ -3,16 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use clap::{Args, Command, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::meshes::sha256;
 use super::method::{Method, choose_methods};
 use super::tool::Tool;
-use crate::error::EvaluateError;
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 use neural_mesh::model::Weights;
 use neural_mesh_cli::shared::numbers::{number_parser, parse_seed, parse_thread_count, share, whole_number_parser};
+use neural_mesh_cli::shared::{Failure, files};
 
 /// Settings of an evaluation, as arguments and in `settings.json`.
 #[derive(Clone, Debug, PartialEq, clap::Args, Serialize, Deserialize)]
@@ -59,44 +60,37 @@ pub struct Settings {
 }
 
 impl Default for Settings {
+    /// Returns the defaults of the arguments, on one thread.
     fn default() -> Self {
-        Self {
-            methods: vec!["all".into()],
-            tools: Vec::new(),
-            ratios: vec![0.05, 0.1, 0.2, 0.5],
-            seeds: vec![0],
-            repeats: 3,
-            time_limit: 600.0,
-            threads: 1,
-            samples: 50_000,
-            spectrum: false,
-            appearance: false,
-            only: Vec::new(),
-        }
+        let given = Self::augment_args(Command::new("evaluate")).get_matches_from(["evaluate", "--threads", "1"]);
+        Self::from_arg_matches(&given).expect("defaults are valid")
     }
 }
 
 impl Settings {
-    /// Checks the settings and returns the methods.
+    /// Returns the methods of these names and the tools, each once.
     ///
     /// # Errors
-    /// [`EvaluateError::Settings`] for an unknown method or a number out of range.
-    pub fn resolve_methods(&self) -> Result<Vec<Method>, EvaluateError> {
-        let refusal = |what: String| Err(EvaluateError::Settings(what));
-        if let Some(ratio) = self.ratios.iter().find(|ratio| !(**ratio > 0.0 && **ratio <= 1.0)) {
-            return refusal(format!("ratio {ratio}: give numbers above 0 and at most 1"));
-        }
-        if self.ratios.is_empty() || self.seeds.is_empty() {
-            return refusal("no ratio or no seed: give at least one of each".into());
-        }
-        if self.repeats == 0 || self.threads == 0 || self.samples == 0 {
-            return refusal("repeats, threads and samples: give numbers of at least 1".into());
-        }
-        if !(self.time_limit > 0.0 && self.time_limit <= 1e9) {
-            return refusal(format!("time limit {}: give seconds above 0", self.time_limit));
-        }
+    /// [`Failure::Usage`] for an unknown method or a tool with a name that is taken.
+    pub fn resolve_methods(&self) -> Result<Vec<Method>, Failure> {
         choose_methods(&self.methods, &self.tools)
     }
+}
+
+/// Settings of an evaluation, its weights, and whether it continues.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct EvaluateOptions {
+    #[command(flatten)]
+    pub settings: Settings,
+    /// Weights for the method network [default: those that come with the program]
+    #[arg(long, value_name = "FILE")]
+    pub weights: Option<PathBuf>,
+    /// Weights for the method paper [default: those that come with the program]
+    #[arg(long, value_name = "FILE")]
+    pub paper_weights: Option<PathBuf>,
+    /// Continue with the rows in RUN
+    #[arg(long)]
+    pub resume: bool,
 }
 
 // All that determines the figures in the rows; a resumed run must have it unchanged.
@@ -104,11 +98,8 @@ impl Settings {
 pub(super) struct Origin {
     pub version: String,
     pub settings: Settings,
-    // SHA-256 of the weights of the closed assembly, and of the paper's.
-    pub weights: [String; 2],
-    // SHA-256 of learned weights by method.
-    #[serde(default)]
-    pub learned: BTreeMap<String, String>,
+    // SHA-256 of the weights by method.
+    pub weights: BTreeMap<String, String>,
     // SHA-256 of the mesh files by name.
     pub meshes: BTreeMap<String, String>,
 }
@@ -121,13 +112,8 @@ impl Origin {
                 self.version, now.version
             ));
         }
-        for (kind, index) in [("weights", 0), ("paper-weights", 1)] {
-            if self.weights[index] != now.weights[index] {
-                return Some(format!("they were made with other --{kind}"));
-            }
-        }
-        if self.learned != now.learned {
-            return Some("they were made with other --learned-weights".into());
+        if self.weights != now.weights {
+            return Some("they were made with other weights".into());
         }
         differing_field(&self.settings, &now.settings).or_else(|| self.changed_file(now))
     }
@@ -151,45 +137,24 @@ fn differing_field(before: &Settings, now: &Settings) -> Option<String> {
     Some(format!("`{}` was {value} and is {} now", name.replace('_', "-"), now.get(name).unwrap_or(&Value::Null)))
 }
 
-pub(super) fn weights_name(path: Option<&PathBuf>, shipped: &Weights) -> Result<String, EvaluateError> {
-    let Some(path) = path else { return Ok(sha256(&shipped.to_bytes())) };
-    let bytes = std::fs::read(path)
-        .map_err(|error| EvaluateError::file(path, format!("cannot be read: {error}: check the path")))?;
-    // An invalid network is rejected before any work.
-    Weights::from_bytes(&bytes).map_err(|error| EvaluateError::file(path, error))?;
-    Ok(sha256(&bytes))
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct LearnedFile {
-    pub baseline: LearnedBaseline,
-    pub path: PathBuf,
-    pub sha256: String,
-}
-
-pub(super) fn learned_files(paths: &[PathBuf]) -> Result<Vec<LearnedFile>, EvaluateError> {
-    let mut files: Vec<LearnedFile> = Vec::new();
-    for path in paths {
-        let bytes = std::fs::read(path)
-            .map_err(|error| EvaluateError::file(path, format!("cannot be read: {error}: check the path")))?;
-        let weights = LearnedWeights::from_bytes(&bytes).map_err(|error| EvaluateError::file(path, error))?;
-        let baseline = weights.baseline();
-        if files.iter().any(|file| file.baseline == baseline) {
-            let what = format!("is a second file of weights for {}: give one for each method", baseline.name());
-            return Err(EvaluateError::file(path, what));
-        }
-        files.push(LearnedFile { baseline, path: path.clone(), sha256: sha256(&bytes) });
-    }
-    Ok(files)
-}
-
-pub(super) fn learned_names(files: &[LearnedFile]) -> BTreeMap<String, String> {
-    let name = |baseline: LearnedBaseline| {
-        let file = files.iter().find(|file| file.baseline == baseline);
-        let shipped = || sha256(&LearnedWeights::load_shipped(baseline).to_bytes());
-        (baseline.name().to_string(), file.map_or_else(shipped, |file| file.sha256.clone()))
+/// Returns the SHA-256 of the weights of the closed assembly, of the paper's, and of each learned method.
+///
+/// # Errors
+/// [`Failure`] for a file that cannot be read or is no network, before any work.
+pub(super) fn weights_checksums(options: &EvaluateOptions) -> Result<BTreeMap<String, String>, Failure> {
+    let checksum = |path: Option<&PathBuf>, shipped: &Weights| -> Result<String, Failure> {
+        let Some(path) = path else { return Ok(sha256(&shipped.to_bytes())) };
+        let bytes = files::read(path)?;
+        Weights::from_bytes(&bytes).map_err(|error| Failure::in_file(path, error))?;
+        Ok(sha256(&bytes))
     };
-    LearnedBaseline::ALL.into_iter().map(name).collect()
+    let of_learned = |baseline: LearnedBaseline| sha256(&LearnedWeights::load_shipped(baseline).to_bytes());
+    let learned = LearnedBaseline::ALL.map(|baseline| (baseline.name().into(), of_learned(baseline)));
+    let ours = [
+        ("closed".into(), checksum(options.weights.as_ref(), Weights::shipped_default())?),
+        ("paper".into(), checksum(options.paper_weights.as_ref(), Weights::shipped_paper_open())?),
+    ];
+    Ok(ours.into_iter().chain(learned).collect())
 }
 
 #[cfg(test)]
@@ -201,8 +166,7 @@ mod tests {
         let origin = Origin {
             version: "1".into(),
             settings: Settings::default(),
-            weights: ["1".into(), "2".into()],
-            learned: BTreeMap::new(),
+            weights: [("closed".to_string(), "1".to_string())].into(),
             meshes: [("a".to_string(), "1".to_string())].into(),
         };
         assert_eq!(origin.difference(&origin), None);
@@ -212,35 +176,11 @@ mod tests {
         let read: Origin = serde_json::from_str(&serde_json::to_string(&other).unwrap()).unwrap();
         assert_eq!(read.difference(&other), None);
         other = origin.clone();
+        other.weights.insert("dse".into(), "2".into());
+        assert!(origin.difference(&other).unwrap().contains("other weights"));
+        other = origin.clone();
         other.meshes.insert("b".into(), "2".into());
         assert!(origin.difference(&other).unwrap().contains("b is new"));
         assert!(other.difference(&origin).unwrap().contains("b is gone"));
-    }
-
-    #[test]
-    fn files_of_learned_weights_say_whose_they_are() {
-        let folder = tempfile::tempdir().unwrap();
-        let [one, other, none] = ["one", "other", "none"].map(|name| folder.path().join(name));
-        let bytes = LearnedWeights::random(LearnedBaseline::Potamias, 0.25, 1).to_bytes();
-        std::fs::write(&one, &bytes).unwrap();
-        std::fs::write(&other, &bytes).unwrap();
-        std::fs::write(&none, "words").unwrap();
-        let files = learned_files(std::slice::from_ref(&one)).unwrap();
-        assert_eq!((files[0].baseline, &files[0].sha256), (LearnedBaseline::Potamias, &sha256(&bytes)));
-        assert!(learned_files(&[one, other]).unwrap_err().to_string().contains("give one"));
-        assert!(learned_files(&[none]).is_err());
-    }
-
-    #[test]
-    fn numbers_out_of_range_are_refused() {
-        let good = Settings::default();
-        assert!(good.resolve_methods().is_ok());
-        let bad = [
-            Settings { ratios: vec![f64::NAN], ..good.clone() },
-            Settings { seeds: Vec::new(), ..good.clone() },
-            Settings { repeats: 0, ..good.clone() },
-            Settings { time_limit: f64::INFINITY, ..good.clone() },
-        ];
-        assert!(bad.iter().all(|settings| settings.resolve_methods().is_err()));
     }
 }

@@ -5,7 +5,6 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::baselines::TargetCounts;
-use crate::error::EvaluateError;
 
 // Extensions allowed in placeholders such as `{in.obj}`; `{in}` means `ply`.
 const ENDINGS: [&str; 4] = ["ply", "obj", "stl", "off"];
@@ -31,9 +30,9 @@ impl Tool {
     /// Parses `NAME=command {in} {out} {ratio}`.
     ///
     /// # Errors
-    /// [`EvaluateError::Settings`] for an invalid name, open quotes, or a missing `{in}` or `{out}`.
-    pub fn parse(text: &str) -> Result<Self, EvaluateError> {
-        let refusal = |what: &str| EvaluateError::Settings(format!("tool {text}: {what}"));
+    /// One line for an invalid name, open quotes, or a missing `{in}` or `{out}`.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let refusal = |what: &str| format!("tool {text}: {what}");
         let (name, command) = text.split_once('=').ok_or_else(|| refusal("give NAME='command {in} {out}'"))?;
         let is_name = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if name.is_empty() || !name.chars().all(is_name) {

@@ -3,17 +3,18 @@
 use super::LearnedBaseline;
 use neural_mesh::autodiff::{Tensors, WeightsError, architecture_text};
 use neural_mesh::linalg::Matrix;
+use neural_mesh::train::OwnNetwork;
 use std::sync::{Arc, LazyLock};
 
-const DSE_FILE: &[u8] = include_bytes!("../../weights/dse.safetensors");
-const POTAMIAS_FILE: &[u8] = include_bytes!("../../weights/potamias.safetensors");
+// Shipped weights in the order of [`LearnedBaseline::ALL`].
+const FILES: [&[u8]; 3] = [
+    include_bytes!("../../weights/dse.safetensors"),
+    include_bytes!("../../weights/potamias.safetensors"),
+    include_bytes!("../../weights/pointtrinet.safetensors"),
+];
 
-const POINTTRINET_FILE: &[u8] = include_bytes!("../../weights/pointtrinet.safetensors");
-
-static DSE: LazyLock<LearnedWeights> = LazyLock::new(|| parse_shipped(DSE_FILE));
-static POTAMIAS: LazyLock<LearnedWeights> = LazyLock::new(|| parse_shipped(POTAMIAS_FILE));
-
-static POINTTRINET: LazyLock<LearnedWeights> = LazyLock::new(|| parse_shipped(POINTTRINET_FILE));
+static SHIPPED: LazyLock<[LearnedWeights; 3]> =
+    LazyLock::new(|| FILES.map(|file| LearnedWeights::from_bytes(file).expect("shipped weights are valid")));
 
 /// Finite weights with the shapes of a network.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,18 +30,6 @@ impl LearnedWeights {
         Self { baseline, width_share, tensors: baseline.initial_tensors(width_share, seed) }
     }
 
-    /// Makes weights of tensors.
-    ///
-    /// # Errors
-    /// [`WeightsError`] names the first wrong tensor.
-    pub fn from_tensors(
-        baseline: LearnedBaseline,
-        width_share: f64,
-        tensors: &Tensors<Arc<Matrix>>,
-    ) -> Result<Self, WeightsError> {
-        Ok(Self { baseline, width_share, tensors: tensors.check_shapes(&baseline.shapes(width_share))? })
-    }
-
     /// Reads a safetensors file.
     ///
     /// # Errors
@@ -51,9 +40,12 @@ impl LearnedWeights {
         let bad = |what: &str| WeightsError::BadArchitecture(what.into());
         let baseline = word("objective").and_then(LearnedBaseline::from_name);
         let baseline = baseline.ok_or_else(|| bad("states no `objective` of a learned baseline"))?;
-        let width_share = word("width_share").and_then(|share| share.parse().ok()).filter(|share| is_share(*share));
+        let is_share = |share: &f64| *share > 0.0 && *share <= 1.0;
+        let width_share = word("width_share").and_then(|share| share.parse().ok()).filter(is_share);
         let width_share = width_share.ok_or_else(|| bad("must state `width_share`, above 0 and at most 1"))?;
-        Self::from_tensors(baseline, width_share, &Tensors::from_bytes(bytes, &baseline.shapes(width_share))?)
+        let shapes = baseline.shapes(width_share);
+        let tensors = Tensors::from_bytes(bytes, &shapes)?.check_shapes(&shapes)?;
+        Ok(Self { baseline, width_share, tensors })
     }
 
     /// Writes a safetensors file.
@@ -61,17 +53,18 @@ impl LearnedWeights {
         self.tensors.to_bytes(&self.metadata())
     }
 
-    pub(super) fn metadata(&self) -> String {
+    fn metadata(&self) -> String {
         format!("width_share={} objective={}", self.width_share, self.baseline.name())
+    }
+
+    /// Returns the network as the start of a training.
+    pub fn network(&self) -> OwnNetwork {
+        OwnNetwork { tensors: self.tensors.clone(), about: self.metadata() }
     }
 
     /// Returns the shipped weights.
     pub fn load_shipped(baseline: LearnedBaseline) -> &'static Self {
-        match baseline {
-            LearnedBaseline::Dse => &DSE,
-            LearnedBaseline::Potamias => &POTAMIAS,
-            LearnedBaseline::PointTriNet => &POINTTRINET,
-        }
+        &SHIPPED[baseline as usize]
     }
 
     /// Returns the method.
@@ -83,14 +76,6 @@ impl LearnedWeights {
     pub fn tensors(&self) -> &Tensors<Arc<Matrix>> {
         &self.tensors
     }
-}
-
-fn is_share(share: f64) -> bool {
-    share > 0.0 && share <= 1.0
-}
-
-fn parse_shipped(file: &[u8]) -> LearnedWeights {
-    LearnedWeights::from_bytes(file).expect("shipped weights are valid")
 }
 
 #[cfg(test)]

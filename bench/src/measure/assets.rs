@@ -8,15 +8,15 @@ use anyhow::{Context, Result, ensure};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{DistanceTolerance, Surface, certified_distance, surface_distance};
 use neural_mesh::search::simplify_to_error;
-use neural_mesh::simplify::{ClosedOptions, Input, Options, Size, simplify, simplify_levels_of_detail};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Size, simplify_levels_of_detail};
 
 use super::bench::{Bench, Blocks, LARGE, RATIOS, root, thread_pool};
-use super::clock::measure_time;
 use super::meshes::load;
 use super::textured::compare_model;
 use crate::baselines::{Baseline, TargetCounts, simplify_by};
 use crate::cells::{Cell, MeshValue, Show, largest, least, median, one_decimal, three_decimals, whole_number};
-use crate::evaluate::Settings;
+use crate::clock::measure_time;
+use crate::evaluate::{Settings, simplify_ours};
 use crate::rows::{ResultRow, Table, median as median_of};
 use crate::tables::{Column, Line, TextTable, pivot, ratio_lines};
 
@@ -68,12 +68,12 @@ fn mesh_lines(rows: &Table) -> Vec<Line> {
 
 fn signed_median(values: &[MeshValue]) -> Cell {
     let middle = median_of(values.iter().map(|(_, value)| *value).collect()).unwrap_or_default();
-    Cell { text: format!("{middle:+.2}"), value: None }
+    format!("{middle:+.2}").into()
 }
 
 fn n_positive(values: &[MeshValue]) -> Cell {
     let n_positive = values.iter().filter(|(_, value)| *value > 0.0).count();
-    Cell { text: format!("{n_positive} of {}", values.len()), value: None }
+    format!("{n_positive} of {}", values.len()).into()
 }
 
 fn measure_textures(bench: &Bench) -> Result<String> {
@@ -218,31 +218,20 @@ fn mean_distance(original: &Surface, simplified: &TriMesh) -> Result<f64> {
     Ok(surface_distance(original, &Surface::new(simplified, SAMPLES, 1)).context("no faces")?.both.mean)
 }
 
-// Figures of one mesh as columns of the CSV and the page.
-fn wide_tables(
-    bench: &Bench,
-    csv: &str,
-    rows: &Table,
-    first: Vec<Column>,
-    figures: &[(String, &str)],
-) -> Result<String> {
-    let columns = figures.iter().map(|(title, figure)| Column::of_figure(title, figure, 1.0, median));
-    let columns: Vec<Column> = first.into_iter().chain(columns).collect();
-    bench.write_csv(csv, &pivot(rows, &["mesh"], &mesh_lines(rows), &columns))?;
-    Ok(aggregate_table(rows, figures, &SPREAD).markdown())
-}
-
 fn measure_levels(bench: &Bench) -> Result<String> {
     let names = ["faces", "seconds", "time", "distance_0", "distance_1", "distance_2", "distance_3"];
     let rows = bench.measure("levels", &names, bench.meshes("test")?, |name, path| compare_levels(name, path))?;
-    let first = vec![
+    let distances = LEVELS.iter().zip(&names[3..]);
+    let distances = distances.map(|(ratio, figure)| (format!("mean distance at {ratio}"), *figure));
+    let figures: Vec<(String, &str)> = [("time".to_owned(), "time")].into_iter().chain(distances).collect();
+    let sizes = [
         Column::of_figure("faces", "faces", 1.0, whole_number),
         Column::of_figure("four runs, s", "seconds", 1.0, three_decimals),
     ];
-    let mut figures = vec![("time".to_owned(), "time")];
-    figures
-        .extend(LEVELS.iter().zip(&names[3..]).map(|(ratio, figure)| (format!("mean distance at {ratio}"), *figure)));
-    wide_tables(bench, "assets-levels", &rows, first, &figures)
+    let columns = figures.iter().map(|(title, figure)| Column::of_figure(title, figure, 1.0, median));
+    let columns: Vec<Column> = sizes.into_iter().chain(columns).collect();
+    bench.write_csv("assets-levels", &pivot(&rows, &["mesh"], &mesh_lines(&rows), &columns))?;
+    Ok(aggregate_table(&rows, &figures, &SPREAD).markdown())
 }
 
 fn compare_levels(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
@@ -276,6 +265,5 @@ fn simplify_levels(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
 }
 
 fn simplify_each(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
-    let run = |ratio| simplify(mesh, &Options::new(Size::Ratio(ratio)), &mut |_| ControlFlow::Continue(()));
-    LEVELS.map(run).into_iter().map(|result| Ok(result?.mesh)).collect()
+    LEVELS.into_iter().map(|ratio| simplify_ours(mesh, None, Options::new(Size::Ratio(ratio)))).collect()
 }

@@ -1,6 +1,5 @@
 //! Mesh folders, measured rows, and the folder that the pages are in.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -10,8 +9,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::meshes::mesh_paths;
 use super::versions::{Subsystem, stamp};
-use crate::command::work::worker;
-use crate::evaluate::{Event, Request, Settings, evaluate, write_report};
+use crate::evaluate::{EvaluateOptions, Settings, evaluate, write_report};
 use crate::rows::{ResultRow, Table};
 use crate::rows_file::RowsFile;
 use crate::tables::TextTable;
@@ -55,12 +53,6 @@ impl Bench {
         mesh_paths(&self.set_folder(set))
     }
 
-    /// Returns the meshes of TOSCA's unseen classes, one in three.
-    pub fn some_of_classes(&self) -> Result<Vec<(String, PathBuf)>> {
-        let meshes = self.meshes("tosca")?.into_iter();
-        Ok(meshes.filter(|(name, _)| CLASSES.iter().any(|class| name.starts_with(class))).step_by(3).collect())
-    }
-
     pub fn scratch(&self, name: &str) -> Result<PathBuf> {
         let folder = self.work.join("scratch").join(name);
         std::fs::create_dir_all(&folder)?;
@@ -95,22 +87,10 @@ impl Bench {
     /// Evaluates methods on a set; rows of an earlier run are kept, and meshes lose their endings.
     pub fn evaluate_set(&self, name: &str, set: &str, settings: Settings, paper: Option<PathBuf>) -> Result<Table> {
         let folder = self.work.join(name);
-        let mut request = Request::new(self.set_folder(set), &folder, worker()?);
-        (request.settings, request.paper_weights) = (settings, paper);
-        request.resume = folder.join("settings.json").exists();
-        evaluate(&request, &mut |event| {
-            match event {
-                Event::Case { mesh, ratio, seed, n_done, n_cases } => {
-                    eprintln!("{name} {n_done}/{n_cases}: {mesh} at {ratio}, seed {seed}");
-                }
-                Event::Row(ResultRow { mesh, ratio, method, error, .. }) if !error.is_empty() => {
-                    eprintln!("{method} failed on {mesh} at {ratio}: {error}");
-                }
-                _ => {}
-            }
-            ControlFlow::Continue(())
-        })
-        .with_context(|| name.to_owned())?;
+        let resume = folder.join("settings.json").exists();
+        let options = EvaluateOptions { settings, paper_weights: paper, resume, ..EvaluateOptions::default() };
+        let done = evaluate(&self.set_folder(set), &folder, &options, &|line| eprintln!("{name}: {line}"));
+        done.with_context(|| name.to_owned())?;
         let mut table = write_report(&folder, None)?;
         table.rows.iter_mut().for_each(|row| row.mesh.truncate(row.mesh.rfind('.').unwrap_or(row.mesh.len())));
         Ok(table)

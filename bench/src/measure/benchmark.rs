@@ -1,7 +1,5 @@
 //! The benchmark against meshoptimizer's `simplify`, and the README's table.
 
-use std::path::Path;
-
 use anyhow::Result;
 use neural_mesh::io::write_path;
 use neural_mesh::mesh::topology;
@@ -9,7 +7,7 @@ use neural_mesh::mesh::topology;
 use super::bench::{Bench, Blocks, LARGE, RATIOS};
 use super::versions::{Subsystem, TABLE_BEGINS, TABLE_ENDS, stamp};
 use super::{cgal, curve, meshes::load};
-use crate::cells::{Cell, Show, largest, median, number, sum, worst, worst_mesh, zeros};
+use crate::cells::{Show, largest, median, number, sum, worst, worst_mesh, zeros};
 use crate::evaluate::Settings;
 use crate::rows::{ResultRow, Table};
 use crate::tables::{Column, Line, TextTable, pivot, replace_between};
@@ -82,14 +80,10 @@ pub fn evaluate_all(bench: &Bench) -> Result<Table> {
 /// Returns the number of faces of each benchmark mesh, and 1 if it is closed and manifold.
 pub fn inspect_inputs(bench: &Bench) -> Result<Table> {
     bench.measure("inputs", &["faces", "is_closed_manifold"], bench.meshes("test")?, |name, path| {
-        inspect_input(name, path)
+        let found = topology(&load(path)?);
+        let is_whole = found.is_closed_manifold() && found.non_manifold_vertices == 0;
+        Ok(vec![ResultRow::new(name, 1.0, "", &[found.faces as f64, f64::from(u8::from(is_whole))])])
     })
-}
-
-fn inspect_input(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
-    let found = topology(&load(path)?);
-    let is_whole = found.is_closed_manifold() && found.non_manifold_vertices == 0;
-    Ok(vec![ResultRow::new(name, 1.0, "", &[found.faces as f64, f64::from(u8::from(is_whole))])])
 }
 
 fn lines(is_short: bool, with_reference: bool) -> Vec<Line> {
@@ -117,7 +111,7 @@ fn topology_columns() -> Vec<Column<'static>> {
     let is_manifold = |table: &Table, rows: &[&ResultRow]| {
         let figures = ["non_manifold_edges", "non_manifold_vertices", "edges_without_two_faces"];
         let n = rows.iter().filter(|row| figures.iter().all(|figure| table.value(row, figure) == Some(0.0))).count();
-        Cell { text: format!("{n} of {}", rows.len()), value: None }
+        format!("{n} of {}", rows.len()).into()
     };
     let column = |title: &str, figure: &str, show| Column::of_figure(title, figure, 1.0, show);
     vec![
@@ -155,7 +149,7 @@ fn ratio_table(rows: &Table, large: &Table) -> TextTable {
 fn mesh_table(rows: &Table, inputs: &Table) -> TextTable {
     let of_figure = |(title, figure): (&str, &str)| {
         let line = |input: &ResultRow| {
-            let faces = number_of_faces(inputs, input);
+            let faces = inputs.value(input, "faces").map_or("-".into(), |faces| faces.to_string());
             Line::new([title, &input.mesh, &faces]).with_mesh(&input.mesh)
         };
         let at = |ratio: f64| {
@@ -172,19 +166,13 @@ fn mesh_table(rows: &Table, inputs: &Table) -> TextTable {
     FIGURES.into_iter().map(of_figure).fold(TextTable::default(), TextTable::with_lines_of)
 }
 
-fn number_of_faces(inputs: &Table, input: &ResultRow) -> String {
-    inputs.value(input, "faces").map_or("-".into(), |faces| faces.to_string())
-}
-
 fn draw_curve(rows: &Table) -> Result<String> {
-    const HIDDEN: [&str; 5] = ["best-mean", "network", "mean", "max", "normals"];
-    let point = |&(method, about, _): &(&str, &str, bool)| {
+    let point = |&(method, about, is_shown): &(&str, &str, bool)| {
         let of_method: Vec<&ResultRow> = rows.rows.iter().filter(|row| row.method == method).collect();
         let median =
             |figure: &str| crate::rows::median(of_method.iter().filter_map(|row| rows.value(row, figure)).collect());
         let place = median(FIGURES[3].1).zip(median(FIGURES[0].1))?;
         let is_ours = about.starts_with(METHODS[0].1);
-        let is_shown = !HIDDEN.contains(&method);
         is_shown.then(|| curve::CurvePoint { name: about.replace('`', ""), is_ours, place })
     };
     curve::draw_curve(&METHODS.iter().filter_map(point).collect::<Vec<_>>())
@@ -204,15 +192,14 @@ fn readme_table(rows: &Table, closed: &Table) -> TextTable {
     let share = |_: &Table, rows: &[&ResultRow]| {
         let of_method = closed.rows.iter().filter(|row| rows.first().is_some_and(|first| first.method == row.method));
         let n_whole = of_method.clone().filter(is_whole).count();
-        Cell { text: format!("{n_whole} of {}", of_method.count()), value: None }
+        format!("{n_whole} of {}", of_method.count()).into()
     };
     let figure = |(title, figure): (&'static str, &'static str)| {
         let title = if title == "time" { "time, one thread" } else { title };
         Column::new(title, move |table: &Table, rows: &[&ResultRow]| {
             let values = rows.iter().filter_map(|row| table.value(row, figure)).collect();
             let is_reference = rows.first().is_some_and(|row| row.method == REFERENCE);
-            let text = if is_reference { "1".into() } else { number(crate::rows::median(values)) };
-            Cell { text, value: None }
+            if is_reference { "1".to_owned() } else { number(crate::rows::median(values)) }.into()
         })
     };
     let last = Column::new("closed inputs that stay closed and manifold", share);

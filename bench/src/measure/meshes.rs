@@ -20,7 +20,7 @@ pub fn load(path: &Path) -> Result<TriMesh> {
 pub fn mesh_paths(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let files = mesh_files(folder, &[]).with_context(|| format!("{}: unpack the meshes there", folder.display()))?;
     let name = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(files.into_iter().map(|file| (name(&file.path), file.path)).collect())
+    Ok(files.into_iter().map(|path| (name(&path), path)).collect())
 }
 
 /// Returns the Hausdorff distance in the mesh's unit: an upper bound, at most 1 % too large.

@@ -118,65 +118,19 @@ fn short(title: &str) -> &str {
     title.split(',').next().unwrap_or_default()
 }
 
-// The paper's columns: CD, WA in percent, LE, NE, and seconds for 20 meshes.
-type PaperCells = [f64; 5];
-
-// Method, and the cells at each ratio.
-type PaperLine = (&'static str, [PaperCells; 4]);
-
-// The paper's Table 1 (Potamias et al. 2022).
-const TABLE_1: [PaperLine; 5] = [
-    (
-        "paper",
-        [
-            [1.02, 2.17, 0.90, 0.19, 4.1],
-            [0.42, 2.21, 0.47, 0.15, 4.2],
-            [0.19, 2.49, 0.24, 0.11, 4.2],
-            [0.06, 3.57, 0.10, 0.06, 4.4],
-        ],
-    ),
-    (
-        "pointtrinet",
-        [
-            [1.06, 12.14, 0.98, 0.20, 107.2],
-            [0.47, 11.64, 0.52, 0.17, 238.1],
-            [0.21, 11.48, 0.27, 0.13, 581.9],
-            [0.08, 14.92, 0.12, 0.08, 1333.3],
-        ],
-    ),
-    (
-        "dse",
-        [
-            [1.39, 6.64, 0.95, 0.23, 271.8],
-            [0.51, 4.38, 0.50, 0.19, 490.7],
-            [0.24, 3.12, 0.26, 0.15, 941.0],
-            [0.07, 2.39, 0.12, 0.08, 2245.2],
-        ],
-    ),
-    (
-        "potamias",
-        [
-            [10.47, 8.53, 1.23, 0.21, 105.2],
-            [0.83, 8.39, 0.76, 0.17, 149.3],
-            [0.49, 4.72, 0.43, 0.14, 158.7],
-            [0.20, 4.67, 0.22, 0.10, 183.7],
-        ],
-    ),
-    (
-        "qem",
-        [
-            [0.45, 0.00, 0.94, 0.14, 45.6],
-            [0.22, 0.00, 0.53, 0.10, 31.1],
-            [0.11, 0.00, 0.27, 0.07, 28.4],
-            [0.05, 0.00, 0.13, 0.03, 25.6],
-        ],
-    ),
-];
-
+// The paper's Table 1 (Potamias et al. 2022), with seconds for 20 meshes, and its methods.
+const TABLE_1: &str = include_str!("printed_table_1.csv");
+const PRINTED_METHODS: [&str; 5] = ["paper", "pointtrinet", "dse", "potamias", "qem"];
 // Number of meshes in the printed times.
 const TIMED_MESHES: f64 = 20.0;
-// Index of the ratio by whose figures methods are put in order.
-const ORDER_RATIO: usize = 1;
+// Ratio by whose figures methods are put in order.
+const ORDER_RATIO: f64 = RATIOS[1];
+
+fn printed_cells(ratio: f64, method: &str) -> [f64; 5] {
+    let line = TABLE_1.lines().find_map(|line| line.strip_prefix(&format!("{method},{ratio},")));
+    let mut cells = line.expect("a line of each method").split(',').map(|cell| cell.parse().expect("a number"));
+    std::array::from_fn(|_| cells.next().expect("five columns"))
+}
 
 // Our means in the paper's columns.
 fn mean_cells(rows: &Table, ratio: f64, method: &str) -> [Option<f64>; 5] {
@@ -187,34 +141,30 @@ fn mean_cells(rows: &Table, ratio: f64, method: &str) -> [Option<f64>; 5] {
 }
 
 fn comparison(rows: &Table) -> TextTable {
-    let line = |at: usize, (method, printed): &PaperLine| {
-        let [own, qem] = [method, REFERENCE].map(|method| mean_cells(rows, RATIOS[at], method));
-        let over = |own: Option<f64>, qem: Option<f64>| own.zip(qem).map(|(own, qem)| own / qem);
-        let cells = (0..5).map(|column| {
-            let [mut here, mut print] = [own[column], Some(printed[at][column])];
-            // The paper gives no unit of CD.
-            if column == 0 {
-                [here, print] = [over(here, qem[0]), over(print, Some(TABLE_1[4].1[at][0]))];
-            }
-            format!("{} / {}", number(here), number(print))
-        });
-        [RATIOS[at].to_string(), format!("`{method}`")].into_iter().chain(cells).collect()
+    let line = |(ratio, method): (f64, &str)| {
+        let [mut here, qem] = [method, REFERENCE].map(|method| mean_cells(rows, ratio, method));
+        let [mut print, printed_qem] = [method, REFERENCE].map(|method| printed_cells(ratio, method));
+        // The paper gives no unit of CD.
+        here[0] = here[0].zip(qem[0]).map(|(own, qem)| own / qem);
+        print[0] /= printed_qem[0];
+        let cells = here.into_iter().zip(print);
+        let cells = cells.map(|(here, print)| format!("{} / {}", number(here), number(Some(print))));
+        [ratio.to_string(), format!("`{method}`")].into_iter().chain(cells).collect()
     };
     let head = ["ratio", "method", "CD over `qem`'s", "WA, %", "LE", "NE, radians", "s for 20 meshes"];
-    let lines = (0..RATIOS.len()).flat_map(|at| TABLE_1.iter().map(move |printed| line(at, printed))).collect();
-    TextTable { head: head.map(String::from).into(), lines }
+    let cases = RATIOS.into_iter().flat_map(|ratio| PRINTED_METHODS.map(|method| (ratio, method)));
+    TextTable { head: head.map(String::from).into(), lines: cases.map(line).collect() }
 }
 
 fn order_table(rows: &Table) -> TextTable {
-    let sorted = |value: &dyn Fn(&PaperLine) -> f64| {
-        let mut methods: Vec<_> = TABLE_1.iter().collect();
+    let sorted = |value: &dyn Fn(&str) -> f64| {
+        let mut methods = PRINTED_METHODS;
         methods.sort_by(|a, b| value(a).total_cmp(&value(b)));
-        methods.iter().map(|printed| printed.0).collect::<Vec<_>>().join(", ")
+        methods.join(", ")
     };
     let line = |(name, column): (&str, usize)| {
-        let here =
-            |printed: &PaperLine| mean_cells(rows, RATIOS[ORDER_RATIO], printed.0)[column].unwrap_or(f64::INFINITY);
-        vec![name.into(), sorted(&here), sorted(&|printed| printed.1[ORDER_RATIO][column])]
+        let here = |method: &str| mean_cells(rows, ORDER_RATIO, method)[column].unwrap_or(f64::INFINITY);
+        vec![name.into(), sorted(&here), sorted(&|method| printed_cells(ORDER_RATIO, method)[column])]
     };
     let head = ["figure", "here", "in the paper"].map(String::from).into();
     TextTable { head, lines: [("CD", 0), ("WA", 1), ("time", 4)].map(line).into() }

@@ -12,11 +12,11 @@ use neural_mesh::metrics::{Surface, quick_distance, surface_distance};
 use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Size, simplify};
 
 use super::bench::{Bench, Blocks, LARGE, RATIOS, build_program, thread_pool};
-use super::clock::{measure_program_time, measure_time, peak_bytes, reset_peak};
 use super::meshes::{bumpy_torus, hausdorff_distance, load};
 use crate::baselines::meshoptimizer_faces;
-use crate::cells::{Cell, MeshValue, count, least, median, n_values, one_decimal, spread, whole_number};
-use crate::evaluate::thread_time;
+use crate::cells::{MeshValue, count, least, median, n_values, one_decimal, spread, whole_number};
+use crate::clock::{measure_program_time, measure_time, peak_bytes, reset_peak, thread_time};
+use crate::evaluate::simplify_ours;
 use crate::rows::{ResultRow, Table, median as median_of};
 use crate::tables::{Column, Line, TextTable, pivot, ratio_lines};
 
@@ -71,10 +71,6 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
         ("files", file_table(&files).markdown()),
         ("check", check_table(&check).markdown()),
     ])
-}
-
-fn run_default(mesh: &TriMesh, target: Size) -> Result<TriMesh> {
-    Ok(simplify(mesh, &Options::new(target), &mut |_| ControlFlow::Continue(()))?.mesh)
 }
 
 fn middle(values: impl IntoIterator<Item = f64>) -> f64 {
@@ -160,7 +156,7 @@ fn measure_growth(name: &str, &n_faces: &usize) -> Result<Vec<ResultRow>> {
     let n_faces = mesh.faces().len();
     let n_left = (0.1 * n_faces as f64).round() as usize;
     let [one, two] = [thread_pool(1)?, thread_pool(2)?];
-    let ours = || run_default(&mesh, Size::Faces(n_left));
+    let ours = || simplify_ours(&mesh, None, Options::new(Size::Faces(n_left)));
     reset_peak()?;
     two.install(ours)?;
     let memory = peak_bytes()? as f64 / n_faces as f64;
@@ -271,7 +267,7 @@ fn measure_check(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
     let original = Surface::new(&mesh, MANY_SAMPLES, 77);
     let mut rows = Vec::new();
     for ratio in CHECK_RATIOS {
-        let result = run_default(&mesh, Size::Ratio(ratio))?;
+        let result = simplify_ours(&mesh, None, Options::new(Size::Ratio(ratio)))?;
         let many = surface_distance(&original, &Surface::new(&result, MANY_SAMPLES, 78)).context("no faces")?;
         let one = thread_pool(1)?;
         let (quick, time) = one.install(|| measure_time(|| Ok(quick_distance(&mesh, &result, QUICK_SAMPLES, 0))))?;
@@ -287,15 +283,12 @@ fn measure_check(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
 }
 
 fn check_table(check: &Table) -> TextTable {
-    let text = |text: String| Cell { text, value: None };
-    let percent = |values: &[MeshValue]| Cell { text: format!("{} %", median(values).text), value: None };
-    let worst = |values: &[MeshValue]| Cell {
-        text: format!("{:.1} %", values.iter().fold(0.0, |most: f64, value| most.max(value.1))),
-        value: None,
-    };
+    let percent = |values: &[MeshValue]| format!("{} %", median(values).text).into();
+    let worst =
+        |values: &[MeshValue]| format!("{:.1} %", values.iter().fold(0.0, |most: f64, value| most.max(value.1))).into();
     let n_right = move |table: &Table, rows: &[&ResultRow]| {
         let is_right = |row: &&&ResultRow| table.value(row, "largest") >= Some(RIGHT);
-        text(format!("{} of {}", rows.iter().filter(is_right).count(), rows.len()))
+        format!("{} of {}", rows.iter().filter(is_right).count(), rows.len()).into()
     };
     let columns = [
         Column::of_figure("meshes", "deviation", 1.0, n_values),

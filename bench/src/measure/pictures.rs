@@ -1,20 +1,20 @@
 //! Pictures of meshes before and after, and the paper's Figure 6.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use neural_mesh::io::write_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::picture::{PictureOptions, encode_png, render};
-use neural_mesh::simplify::{Options, Size, simplify};
+use neural_mesh::simplify::{Options, Size};
 
-use super::bench::{Bench, Blocks, root, tosca_weights};
+use super::bench::{Bench, Blocks};
+use super::figure6;
 use super::meshes::load;
 use crate::baselines::{Baseline, TargetCounts, simplify_by};
 use crate::cells::count;
+use crate::evaluate::simplify_ours;
 use crate::rows::ResultRow;
 
 // All licences allow pictures of these meshes.
@@ -39,22 +39,14 @@ pub fn measure(bench: &Bench) -> Result<Blocks> {
             .map(|figure| count(row.and_then(|row| drawn.value(row, figure)).unwrap_or_default() as usize));
         (mesh, format!("## {mesh}, {after} faces of {before}\n"))
     };
-    Ok(MESHES.map(heading).into_iter().chain([("figure-6", draw_figure_6(bench)?)]).collect())
-}
-
-fn draw_figure_6(bench: &Bench) -> Result<String> {
-    let mut cargo = Command::new("cargo");
-    cargo.args(["run", "--quiet", "--release", "-p", "neural-mesh-bench", "--example", "figure6", "--"]);
-    let mesh = std::path::absolute(bench.set_folder("tosca").join("cat0.ply"))?;
-    let picture = std::path::absolute(bench.output("docs/measured/figure6.png"))?;
-    let done = cargo.arg(mesh).arg(tosca_weights()).arg(picture).current_dir(root()).output().context("cargo")?;
-    ensure!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    Ok(String::from_utf8(done.stdout)?)
+    let cat = bench.set_folder("tosca").join("cat0.ply");
+    let figure6 = figure6::draw(&cat, &bench.output("docs/measured/figure6.png"))?;
+    Ok(MESHES.map(heading).into_iter().chain([("figure-6", figure6)]).collect())
 }
 
 fn draw_mesh(bench: &Bench, name: &str, (path, ratio): &(PathBuf, f64)) -> Result<Vec<ResultRow>> {
     let mesh = load(Path::new(path))?;
-    let ours = simplify(&mesh, &Options::new(Size::Ratio(*ratio)), &mut |_| ControlFlow::Continue(()))?.mesh;
+    let ours = simplify_ours(&mesh, None, Options::new(Size::Ratio(*ratio)))?;
     let size = TargetCounts { vertices: ours.positions().len(), faces: ours.faces().len() };
     let theirs = simplify_by(Baseline::Meshoptimizer, &mesh, size, 0)?;
     let original = Surface::new(&mesh, SAMPLES, 0);

@@ -10,13 +10,14 @@ use neural_mesh::metrics::{chamfer, curvature_error};
 use neural_mesh::model::{Weights, in_edge_lengths, vertex_scores};
 use neural_mesh::simplify::{Draw, edge_graph, gumbel_top_k};
 use neural_mesh::spatial::farthest_points;
+use neural_mesh::train::random::uniform;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rand_xoshiro::rand_core::SeedableRng;
 
-use super::bench::{Bench, Blocks, thread_pool, tosca_weights};
-use super::clock::measure_time;
+use super::bench::{Bench, Blocks, CLASSES, thread_pool, tosca_weights};
 use super::meshes::load;
 use crate::cells::number;
+use crate::clock::measure_time;
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplify_points};
 use crate::rows::{ResultRow, Table};
 use crate::tables::TextTable;
@@ -47,7 +48,10 @@ const TABLE_2: [(&str, [[f64; 6]; 2]); 4] = [
 ];
 
 pub fn measure(bench: &Bench) -> Result<Blocks> {
-    let meshes = bench.some_of_classes()?;
+    let meshes = bench.meshes("tosca")?.into_iter();
+    // One in three is enough.
+    let meshes = meshes.filter(|(name, _)| CLASSES.iter().any(|class| name.starts_with(class))).step_by(3);
+    let meshes: Vec<_> = meshes.collect();
     let measured = |noise: f64| {
         // Whole numbers: what follows a dot would be taken for the ending of the file.
         let name = format!("table-2-noise-{}", 10.0 * noise);
@@ -130,7 +134,7 @@ fn farthest_by_all_distances(points: &[[f32; 3]], n: usize) -> Vec<u32> {
 
 fn with_replacement(n_vertices: usize, n: usize) -> Vec<u32> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
-    let mut drawn: Vec<u32> = (0..n).map(|_| (unit(&mut rng) * n_vertices as f64) as u32).collect();
+    let mut drawn: Vec<u32> = (0..n).map(|_| (uniform(&mut rng) * n_vertices as f64) as u32).collect();
     drawn.sort_unstable();
     drawn.dedup();
     drawn
@@ -150,13 +154,8 @@ fn with_noise(mesh: &TriMesh, sigma: f64) -> TriMesh {
 
 /// Draws a standard normal number (Box and Muller 1958).
 fn normal(rng: &mut Xoshiro256PlusPlus) -> f64 {
-    let radius = (-2.0 * (1.0 - unit(rng)).ln()).sqrt();
-    radius * (std::f64::consts::TAU * unit(rng)).cos()
-}
-
-/// Draws a number in 0..1.
-fn unit(rng: &mut Xoshiro256PlusPlus) -> f64 {
-    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    let radius = (-2.0 * (1.0 - uniform(rng)).ln()).sqrt();
+    radius * (std::f64::consts::TAU * uniform(rng)).cos()
 }
 
 // CD and curvature of a sampler: its mean, this divided by that of uniform sampling, and this quotient in the paper.

@@ -19,46 +19,30 @@ pub enum Subsystem {
 impl Subsystem {
     pub const ALL: [Self; 3] = [Self::Closed, Self::Carried, Self::Paper];
 
-    fn name(self) -> &'static str {
+    // Name in stamps, name in sentences, and version.
+    fn description(self) -> (&'static str, &'static str, u32) {
         match self {
-            Self::Closed => "closed",
-            Self::Carried => "carried",
-            Self::Paper => "paper",
+            Self::Closed => ("closed", "the closed assembly", CLOSED_VERSION),
+            Self::Carried => ("carried", "attributes and files", CARRIED_VERSION),
+            Self::Paper => ("paper", "the paper's assembly", PAPER_VERSION),
         }
     }
+}
 
-    fn label(self) -> &'static str {
-        match self {
-            Self::Closed => "the closed assembly",
-            Self::Carried => "attributes and files",
-            Self::Paper => "the paper's assembly",
-        }
-    }
-
-    fn version(self) -> u32 {
-        match self {
-            Self::Closed => CLOSED_VERSION,
-            Self::Carried => CARRIED_VERSION,
-            Self::Paper => PAPER_VERSION,
-        }
-    }
+fn join_descriptions(subsystems: &[Subsystem], between: &str, word: fn((&str, &str, u32)) -> String) -> String {
+    subsystems.iter().map(|subsystem| word(subsystem.description())).collect::<Vec<_>>().join(between)
 }
 
 /// Formats the stamp of a page: `closed 1, paper 1`.
 pub fn stamp(subsystems: &[Subsystem]) -> String {
-    let words: Vec<String> =
-        subsystems.iter().map(|subsystem| format!("{} {}", subsystem.name(), subsystem.version())).collect();
-    words.join(", ")
+    join_descriptions(subsystems, ", ", |(name, _, version)| format!("{name} {version}"))
 }
 
 /// Replaces the stamp of a page, and the sentence in italics below it.
 pub fn restamp(page: &str, subsystems: &[Subsystem]) -> Result<String> {
-    let words: Vec<String> = subsystems
-        .iter()
-        .map(|subsystem| format!("version {} of {}", subsystem.version(), subsystem.label()))
-        .collect();
+    let words = join_descriptions(subsystems, " and ", |(_, label, version)| format!("version {version} of {label}"));
     let page = replace_between(page, "<!-- ", " -->", &stamp(subsystems))?;
-    replace_between(&page, "*Measured with ", ", by ", &words.join(" and "))
+    replace_between(&page, "*Measured with ", ", by ", &words)
 }
 
 // The stamp of a page that depends on no version.

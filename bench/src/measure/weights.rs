@@ -1,6 +1,5 @@
 //! Results of the shipped weights, and effects of scores on the closed assembly.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -8,17 +7,18 @@ use anyhow::{Context, Result};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{ClosedOptions, Input, Options, ScoreSource, Size, asked_scores, simplify};
+use neural_mesh::simplify::{ClosedOptions, Options, ScoreSource, Size};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::bench::{Bench, Blocks, RATIOS, thread_pool, tosca_weights};
 use super::benchmark::{self, FIGURES};
-use super::clock::measure_time;
 use super::meshes::{hausdorff_distance, load};
 use super::paper;
 use super::versions::Subsystem;
 use crate::cells::{Cell, Show, largest, mean, median, worst, worst_mesh};
+use crate::clock::measure_time;
+use crate::evaluate::simplify_ours;
 use crate::rows::{ResultRow, Table};
 use crate::tables::{Column, Line, TextTable, pivot};
 
@@ -70,12 +70,9 @@ fn measure_stages(name: &str, path: &Path) -> Result<Vec<ResultRow>> {
         for (method, scores, weights) in cases {
             let closed = ClosedOptions { scores, prune: false, ..ClosedOptions::default() };
             let options = Options::with_closed(Size::Vertices(n), closed);
-            let given = asked_scores(scores, &mesh, weights);
-            let mut input = Input::bare(&mesh);
-            input.scores = &given;
-            let run = || Ok(simplify(input, &options, &mut |_| ControlFlow::Continue(()))?.mesh);
-            let (simplified, time) =
-                one.install(|| measure_time(run)).with_context(|| format!("{method} at {ratio}"))?;
+            let (simplified, time) = one
+                .install(|| measure_time(|| simplify_ours(&mesh, weights, options.clone())))
+                .with_context(|| format!("{method} at {ratio}"))?;
             let distance = surface_distance(&original, &Surface::new(&simplified, SAMPLES, 1)).context("no faces")?;
             let (both, share) = (distance.both, 100.0 / distance.diagonal);
             let largest = hausdorff_distance(&mesh, &simplified)? * share;

@@ -17,7 +17,9 @@ pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
         let order = sort_by_angle(mesh, [from, to], half_edges);
         // Around the edge, facing copies of consecutive faces are glued; at a boundary both copies of the only face.
         for (at, &side) in order.iter().enumerate() {
-            let (here, there) = (ascending_copy(mesh, side), descending_copy(mesh, order[(at + 1) % order.len()]));
+            let next = order[(at + 1) % order.len()];
+            let here = half_edge_of_copy(side.half_edge, side.runs_up(mesh.faces()));
+            let there = half_edge_of_copy(next.half_edge, !next.runs_up(mesh.faces()));
             (cover.twin[here], cover.twin[there]) = (there as u32, here as u32);
             (cover.length[here], cover.length[there]) = (length, length);
         }
@@ -27,14 +29,6 @@ pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
 
 fn starts(mesh: &TriMesh) -> Vec<u32> {
     mesh.faces().iter().flat_map(|&[a, b, c]| [a, b, c, a, c, b]).collect()
-}
-
-fn ascending_copy(mesh: &TriMesh, side: HalfEdge) -> usize {
-    half_edge_of_copy(side.half_edge, side.runs_up(mesh.faces()))
-}
-
-fn descending_copy(mesh: &TriMesh, side: HalfEdge) -> usize {
-    half_edge_of_copy(side.half_edge, !side.runs_up(mesh.faces()))
 }
 
 fn half_edge_of_copy(half_edge: u32, as_it_is: bool) -> usize {

@@ -13,19 +13,15 @@ impl Eigenpairs {
     pub fn biharmonic_distances(&self, source: u32, n_pairs: usize) -> Vec<f64> {
         let mut squares = vec![0.0; self.first_functions(0).nrows()];
         for pair in 0..n_pairs.min(self.values.len()) {
-            if self.is_constant(pair) {
+            let (function, value) = (self.function(pair), self.values[pair]);
+            let here = function[source as usize];
+            // The eigenvalue of a constant function is zero up to rounding.
+            if value <= 1e-6 * self.spacing() {
                 continue;
             }
-            let function = self.function(pair);
-            let (here, value) = (function[source as usize], self.values[pair]);
             squares.iter_mut().zip(function).for_each(|(sum, u)| *sum += ((u - here) / value).powi(2));
         }
         squares.into_iter().map(f64::sqrt).collect()
-    }
-
-    /// Returns whether the pair's eigenvalue is zero up to rounding.
-    pub fn is_constant(&self, pair: usize) -> bool {
-        self.values[pair] <= 1e-6 * self.spacing()
     }
 }
 

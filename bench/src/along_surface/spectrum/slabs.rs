@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 
 // Number of rows of a slab, which then fits the nearest cache.
@@ -21,7 +21,8 @@ impl Slabs {
 
     pub fn from_matrix(whole: MatRef<'_, f64>) -> Self {
         let mut slabs = Self::zeros(whole.nrows(), whole.ncols());
-        slabs.for_each_slab(|rows, slab| slab.copy_from(whole.subrows(rows.start, rows.len())));
+        let numbered = slabs.slabs.par_iter_mut().enumerate();
+        numbered.for_each(|(at, slab)| slab.copy_from(whole.subrows(at * ROWS, slab.nrows())));
         slabs
     }
 
@@ -80,10 +81,5 @@ impl Slabs {
     pub fn combine(&self, shares: MatRef<'_, f64>) -> Self {
         let mixed = |slab: &Mat<f64>| slab.subcols(0, shares.nrows()) * shares;
         Self { slabs: self.slabs.par_iter().map(mixed).collect() }
-    }
-
-    fn for_each_slab(&mut self, work: impl Fn(Range<usize>, &mut MatMut<'_, f64>) + Sync) {
-        let numbered = self.slabs.par_iter_mut().enumerate();
-        numbered.for_each(|(at, slab)| work(at * ROWS..at * ROWS + slab.nrows(), &mut slab.as_mut()));
     }
 }

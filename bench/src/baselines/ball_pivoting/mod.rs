@@ -2,16 +2,14 @@
 
 mod ball;
 mod rolling;
-mod seed;
 mod sheet;
 
 use glam::DVec3;
 
-use super::planes::to_double;
+use super::points::to_double;
 use ball::Ball;
 use neural_mesh::spatial::nearest_neighbours;
-use rolling::{add_face, reopen_edges, roll};
-use seed::find_seed;
+use rolling::{add_face, find_seed, reopen_edges, roll};
 use sheet::Sheet;
 
 // Multiples of the average nearest-point distance, as in Open3D and MeshLab.
@@ -42,7 +40,7 @@ pub fn ball_pivoting(points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<[u32; 3]>
             }
         }
     }
-    sheet.into_faces()
+    sheet.faces
 }
 
 fn average_spacing(points: &[DVec3]) -> Option<f64> {

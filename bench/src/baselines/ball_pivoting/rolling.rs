@@ -1,4 +1,4 @@
-//! Rolling of the ball over open edges.
+//! Faces from which the ball starts, and its rolling over open edges.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -10,6 +10,9 @@ use super::sheet::Sheet;
 
 // A turn that ends less than this angle, in radians, behind its start counts as no turn: rounding made it.
 const BACKWARD: f64 = 1e-3;
+
+// Free points nearest to one that are tried for its first face.
+const SEED_POINTS: usize = 32;
 
 // The face is on the left of the edge.
 pub(super) struct OpenEdge {
@@ -50,7 +53,7 @@ fn open_edges(sheet: &Sheet, RestingBall { face: [a, b, c], center }: RestingBal
 
 pub(super) fn reopen_edges(ball: &Ball, sheet: &Sheet) -> VecDeque<OpenEdge> {
     let at_boundary =
-        sheet.faces().iter().filter(|&&[a, b, c]| [[a, b], [b, c], [c, a]].iter().any(|&e| sheet.is_open(e)));
+        sheet.faces.iter().filter(|&&[a, b, c]| [[a, b], [b, c], [c, a]].iter().any(|&e| sheet.is_open(e)));
     let rests = at_boundary.filter_map(|&face| {
         let rest = RestingBall { face, center: ball.center(face)? };
         let near = ball.points_near(ball.point(face[0]));
@@ -79,4 +82,19 @@ fn pivot(ball: &Ball, sheet: &Sheet, open: &OpenEdge) -> Option<RestingBall> {
 fn pivot_angle(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
     let angle = axis.dot(from.cross(to)).atan2(from.dot(to)).rem_euclid(TAU);
     if angle > TAU - BACKWARD { 0.0 } else { angle }
+}
+
+pub(super) fn find_seed(ball: &Ball, sheet: &Sheet, v: u32) -> Option<RestingBall> {
+    if !sheet.is_free(v) {
+        return None;
+    }
+    let near = ball.points_near(ball.point(v));
+    let mut free: Vec<u32> = near.iter().copied().filter(|&w| w != v && sheet.is_free(w)).collect();
+    let distance2 = |w: u32| ball.point(w).distance_squared(ball.point(v));
+    free.sort_by(|&x, &y| distance2(x).total_cmp(&distance2(y)).then(x.cmp(&y)));
+    free.truncate(SEED_POINTS);
+    let pairs = (1..free.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+    let faces = pairs.flat_map(|(i, j)| [[v, free[i], free[j]], [v, free[j], free[i]]]);
+    let mut rests = faces.filter_map(|face| Some(RestingBall { face, center: ball.center(face)? }));
+    rests.find(|rest| ball.is_empty(rest.center, rest.face, &near))
 }

@@ -4,7 +4,7 @@ use rustc_hash::FxHashSet;
 
 // No directed edge is in two faces, so no edge has more than two faces.
 pub(super) struct Sheet {
-    faces: Vec<[u32; 3]>,
+    pub(super) faces: Vec<[u32; 3]>,
     edges: FxHashSet<[u32; 2]>,
     n_faces: Vec<u32>,
     n_open: Vec<u32>,
@@ -14,14 +14,6 @@ impl Sheet {
     pub(super) fn new(n_points: usize) -> Self {
         let none = || vec![0; n_points];
         Self { faces: Vec::new(), edges: FxHashSet::default(), n_faces: none(), n_open: none() }
-    }
-
-    pub(super) fn faces(&self) -> &[[u32; 3]] {
-        &self.faces
-    }
-
-    pub(super) fn into_faces(self) -> Vec<[u32; 3]> {
-        self.faces
     }
 
     pub(super) fn is_free(&self, v: u32) -> bool {

@@ -1,6 +1,6 @@
 //! Vertex quadrics from faces and open edges.
 
-use crate::baselines::planes::{face_plane, to_double};
+use crate::baselines::points::to_double;
 use neural_mesh::geometry::Quadric;
 use neural_mesh::geometry::triangle::area_normal_f64;
 use neural_mesh::mesh::{TriMesh, edges};
@@ -13,7 +13,9 @@ pub(super) fn quadrics(mesh: &TriMesh) -> Vec<Quadric> {
     let mut quadrics = vec![Quadric::default(); positions.len()];
     let corners = |face: [u32; 3]| face.map(|v| positions[v as usize]);
     for &face in mesh.faces() {
-        let plane = face_plane(corners(face));
+        let normal = area_normal_f64(corners(face));
+        let first = positions[face[0] as usize];
+        let plane = Quadric::from_plane(normal.normalize_or_zero(), first, 0.5 * normal.length());
         face.iter().for_each(|&v| quadrics[v as usize] += plane);
     }
     for edge in edges(mesh).into_iter().filter(|edge| edge.n_faces() == 1) {

@@ -1,45 +1,23 @@
 //! A mesh during edge collapse.
 
-use std::cmp::Ordering;
-
 use glam::DVec3;
 
 use super::quadrics::quadrics;
-use crate::baselines::BaselineError;
-use crate::baselines::planes::to_double;
+use crate::baselines::points::to_double;
+use anyhow::Result;
 use neural_mesh::geometry::Quadric;
 use neural_mesh::geometry::triangle::area_normal_f64;
 use neural_mesh::mesh::{TriMesh, compact};
 
-// The collapse moves the edge's second end into its first.
-#[derive(Clone, Copy)]
+/// A collapse of an edge's second end into its first, cheapest first.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct CollapseCandidate {
-    cost: f64,
+    // Bits of the cost, in the order of the numbers.
+    cost: i64,
     pub(super) edge: [u32; 2],
     // Numbers of changes of both ends at the time of pricing.
     changes: [u32; 2],
-    place: DVec3,
 }
-
-impl Ord for CollapseCandidate {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.cost.total_cmp(&other.cost).then_with(|| (self.edge, self.changes).cmp(&(other.edge, other.changes)))
-    }
-}
-
-impl PartialOrd for CollapseCandidate {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for CollapseCandidate {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for CollapseCandidate {}
 
 pub(super) struct CollapsingMesh {
     positions: Vec<DVec3>,
@@ -64,29 +42,45 @@ impl CollapsingMesh {
     }
 
     pub(super) fn price_collapse(&self, edge: [u32; 2]) -> CollapseCandidate {
+        let bits = self.placement(edge).1.to_bits() as i64;
+        // Larger bits of negative numbers are smaller numbers.
+        let cost = bits ^ (((bits >> 63) as u64) >> 1) as i64;
+        CollapseCandidate { cost, edge, changes: edge.map(|v| self.changes[v as usize]) }
+    }
+
+    /// Returns the point to which an edge collapses, and its cost.
+    fn placement(&self, edge: [u32; 2]) -> (DVec3, f64) {
         let [v, w] = edge.map(|v| v as usize);
         let quadric = self.quadrics[v] + self.quadrics[w];
-        let ends = [self.positions[v], self.positions[w]];
-        let (place, cost) = quadric.minimum().unwrap_or_else(|| best_candidate_point(&quadric, ends));
-        CollapseCandidate { cost, edge, changes: [self.changes[v], self.changes[w]], place }
+        quadric.minimum().unwrap_or_else(|| best_candidate_point(&quadric, [self.positions[v], self.positions[w]]))
     }
 
-    pub(super) fn is_current(&self, candidate: &CollapseCandidate) -> bool {
-        candidate.edge.map(|v| self.changes[v as usize]) == candidate.changes
+    /// Collapses the edge of a candidate, unless an end changed after it was priced, or a face would turn over.
+    pub(super) fn try_collapse(&mut self, candidate: &CollapseCandidate) -> bool {
+        let edge = candidate.edge;
+        if edge.map(|v| self.changes[v as usize]) != candidate.changes {
+            return false;
+        }
+        // The ends are as they were, and so is the placement.
+        let place = self.placement(edge).0;
+        let turns_none = !self.flips_face(edge, place);
+        if turns_none {
+            self.collapse(edge, place);
+        }
+        turns_none
     }
 
-    pub(super) fn flips_face(&self, candidate: &CollapseCandidate) -> bool {
+    fn flips_face(&self, edge: [u32; 2], place: DVec3) -> bool {
         let turns = |&f: &u32| {
             let face = self.faces[f as usize];
-            let moved = |v: u32| if candidate.edge.contains(&v) { candidate.place } else { self.positions[v as usize] };
+            let moved = |v: u32| if edge.contains(&v) { place } else { self.positions[v as usize] };
             let before = area_normal_f64(face.map(|v| self.positions[v as usize]));
-            !candidate.edge.iter().all(|v| face.contains(v)) && before.dot(area_normal_f64(face.map(moved))) < 0.0
+            !edge.iter().all(|v| face.contains(v)) && before.dot(area_normal_f64(face.map(moved))) < 0.0
         };
-        candidate.edge.iter().any(|&v| self.faces_of[v as usize].iter().any(turns))
+        edge.iter().any(|&v| self.faces_of[v as usize].iter().any(turns))
     }
 
-    pub(super) fn collapse(&mut self, candidate: &CollapseCandidate) {
-        let [kept, gone] = candidate.edge;
+    fn collapse(&mut self, [kept, gone]: [u32; 2], place: DVec3) {
         for f in std::mem::take(&mut self.faces_of[gone as usize]) {
             let face = self.faces[f as usize];
             if face.contains(&kept) {
@@ -97,9 +91,9 @@ impl CollapsingMesh {
                 self.faces_of[kept as usize].push(f);
             }
         }
-        self.positions[kept as usize] = candidate.place;
+        self.positions[kept as usize] = place;
         self.quadrics[kept as usize] = self.quadrics[kept as usize] + self.quadrics[gone as usize];
-        candidate.edge.iter().for_each(|&v| self.changes[v as usize] += 1);
+        [kept, gone].iter().for_each(|&v| self.changes[v as usize] += 1);
     }
 
     pub(super) fn neighbours(&self, v: u32) -> Vec<u32> {
@@ -110,7 +104,7 @@ impl CollapsingMesh {
         neighbours
     }
 
-    pub(super) fn into_mesh(self) -> Result<TriMesh, BaselineError> {
+    pub(super) fn into_mesh(self) -> Result<TriMesh> {
         let is_left = |&(f, face): &(usize, &[u32; 3])| self.faces_of[face[0] as usize].contains(&(f as u32));
         let faces = self.faces.iter().enumerate().filter(is_left).map(|(_, face)| *face).collect();
         let positions: Vec<[f32; 3]> = self.positions.iter().map(|p| p.as_vec3().to_array()).collect();

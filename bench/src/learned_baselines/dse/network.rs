@@ -5,8 +5,6 @@
 
 use crate::learned_baselines::scale_width;
 use neural_mesh::autodiff::Tensors;
-use neural_mesh::linalg::Matrix;
-use std::sync::Arc;
 
 /// Candidates per point; 120 in the paper.
 pub const CANDIDATES: usize = 60;
@@ -68,11 +66,6 @@ fn push_network(shapes: &mut Tensors<[usize; 2]>, network: &str, widths: &Widths
     for stage in ["coarse", "fine"] {
         shapes.push(format!("{network}.{stage}.of_point"), [4, first]);
     }
-}
-
-/// Returns random initial tensors.
-pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
-    shapes(width_share).draw(seed)
 }
 
 #[cfg(test)]

@@ -99,32 +99,3 @@ fn scale_loss(mut loss: Loss, factor: f64) -> Loss {
     loss.gradient.data_mut().iter_mut().for_each(|g| *g *= factor as f32);
     loss
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::learned_baselines::LearnedBaseline;
-    use crate::learned_baselines::training::tests::train_twelve_steps;
-    use neural_mesh::mesh::shapes;
-
-    use rand_xoshiro::rand_core::SeedableRng;
-
-    #[test]
-    fn steps_on_one_mesh_lower_both_losses() {
-        let steps = train_twelve_steps(LearnedBaseline::Dse, crate::learned_baselines::dse::initial_tensors(0.03, 1));
-        let terms: Vec<_> = steps.iter().map(|step| [step.terms[0].1, step.terms[1].1]).collect();
-        assert!((0..2).all(|term| terms[11][term] < 0.8 * terms[0][term]), "{terms:?}");
-    }
-
-    #[test]
-    fn too_small_meshes_are_errors() {
-        let settings = Settings::from_toml("").unwrap();
-        let tensors = crate::learned_baselines::dse::initial_tensors(0.03, 1);
-        let refused = |mesh, ratio| {
-            let item = TrainingItem { name: "boxes".into(), mesh, ratio };
-            dse_step(&tensors, &item, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(0)).unwrap_err()
-        };
-        assert!(refused(shapes::cuboid([1.0; 3], 1), 0.5).contains("no more than 60"));
-        assert!(refused(shapes::many_boxes(40), 1.0).contains("no component"));
-    }
-}

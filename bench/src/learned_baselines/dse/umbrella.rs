@@ -1,10 +1,12 @@
-//! Delaunay triangles around a patch's own point.
+//! Delaunay triangles around the patches' own points, and their votes.
 
 use super::Patch;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 
 /// Returns the Delaunay triangles at the patch's own point, corners ascending.
-pub fn umbrella(patch: &Patch) -> Vec<[u32; 3]> {
+fn umbrella(patch: &Patch) -> Vec<[u32; 3]> {
     let radius = patch.radius();
     let unit = if radius > 0.0 { radius } else { 1.0 };
     let mut triangulation: DelaunayTriangulation<Point2<f64>> = DelaunayTriangulation::new();
@@ -24,9 +26,22 @@ pub fn umbrella(patch: &Patch) -> Vec<[u32; 3]> {
     triangles
 }
 
+/// Returns each triangle with its votes: the corners whose umbrella contains it, 1 to 3; sorted by
+/// corners.
+pub fn count_votes(patches: &[Patch]) -> Vec<([u32; 3], u8)> {
+    let umbrellas: Vec<Vec<[u32; 3]>> = patches.par_iter().map(umbrella).collect();
+    let mut counts: FxHashMap<[u32; 3], u8> = FxHashMap::default();
+    umbrellas.into_iter().flatten().for_each(|corners| *counts.entry(corners).or_default() += 1);
+    let mut counted: Vec<([u32; 3], u8)> = counts.into_iter().collect();
+    counted.sort_unstable();
+    counted
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::exact_patches;
     use super::*;
+    use neural_mesh::mesh::shapes;
 
     fn patch(map: &[[f64; 2]]) -> Patch {
         Patch { points: (0..map.len() as u32).collect(), map: map.to_vec() }
@@ -62,5 +77,14 @@ mod tests {
         assert!(umbrella(&patch(&[[0.0; 2]; 4])).is_empty());
         assert!(umbrella(&patch(&[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])).is_empty());
         assert!(umbrella(&patch(&[[0.0, 0.0], [f64::NAN, 1.0], [1.0, 0.0]])).is_empty());
+    }
+
+    #[test]
+    fn on_a_round_surface_all_agree() {
+        let sphere = shapes::icosphere(3);
+        let samples: Vec<u32> = (0..sphere.positions().len() as u32).collect();
+        let counted = count_votes(&exact_patches(&sphere, &samples, 24));
+        let unanimous = counted.iter().filter(|(_, votes)| *votes == 3).count();
+        assert_eq!((unanimous, counted.len()), (1280, 1280));
     }
 }

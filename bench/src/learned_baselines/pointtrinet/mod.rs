@@ -19,17 +19,17 @@ mod triangle_samples;
 mod triangles_to_surface;
 mod watertightness;
 
-use super::compact_with_first_point;
-use crate::baselines::BaselineError;
+use super::{compact_with_first_point, farthest_vertices};
+use crate::baselines::points_and_normals;
+use anyhow::Result;
 use glam::Vec3;
 use neural_mesh::autodiff::Tensors;
 use neural_mesh::geometry::triangle::area_normal;
 use neural_mesh::linalg::Matrix;
-use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
-use neural_mesh::spatial::farthest_points;
+use neural_mesh::mesh::{TriMesh, compact};
 use std::sync::Arc;
 
-pub use network::{initial_tensors, shapes};
+pub use network::shapes;
 pub use step::pointtrinet_step;
 
 use candidates::Candidates;
@@ -50,13 +50,9 @@ pub(super) fn simplify(
     n_vertices: usize,
     seed: u64,
     tensors: &Tensors<Arc<Matrix>>,
-) -> Result<TriMesh, BaselineError> {
+) -> Result<TriMesh> {
     let (mesh, first) = compact_with_first_point(mesh, seed)?;
-    let mut samples = farthest_points(mesh.positions(), n_vertices, first);
-    samples.sort_unstable();
-    let all = vertex_normals(&mesh);
-    let pick = |rows: &[[f32; 3]]| -> Vec<[f32; 3]> { samples.iter().map(|&v| rows[v as usize]).collect() };
-    let (points, normals) = (pick(mesh.positions()), pick(&all));
+    let [points, normals] = points_and_normals(&mesh, &farthest_vertices(&mesh, n_vertices, first));
     let faces = triangulate(&tensors.constants(), &points, seed);
     let faces = faces.into_iter().map(|face| orient_face(face, &points, &normals)).collect();
     Ok(compact(&points, faces)?.0)

@@ -5,8 +5,6 @@
 
 use crate::learned_baselines::scale_width;
 use neural_mesh::autodiff::Tensors;
-use neural_mesh::linalg::Matrix;
-use std::sync::Arc;
 
 /// Number of features of a point.
 pub const POINT_NUMBERS: usize = 6;
@@ -48,12 +46,6 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
     }
     shapes.push("proposals.pooled", [of_edge, rows[4][1]]);
     shapes
-}
-
-/// Returns random initial tensors for probabilities near one half.
-pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
-    let is_last = |name: &str| matches!(name, "classifier.decision_2.weights" | "proposals.score_3.weights");
-    shapes(width_share).draw_scaled(seed, |name| if is_last(name) { 0.1 } else { 1.0 })
 }
 
 #[cfg(test)]

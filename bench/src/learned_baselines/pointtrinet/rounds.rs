@@ -63,18 +63,16 @@ fn chunks(n: usize) -> impl Iterator<Item = Vec<u32>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::initial_tensors;
     use super::*;
+    use crate::learned_baselines::LearnedBaseline;
+    use crate::linalg::test_values::run_on_threads;
 
     #[test]
     fn the_same_bits_on_any_number_of_threads() {
         let sphere = neural_mesh::mesh::shapes::wavy_sphere(1, 4.0);
-        let tensors = initial_tensors(1.0 / 16.0, 1).constants();
+        let tensors = LearnedBaseline::PointTriNet.initial_tensors(1.0 / 16.0, 1).constants();
         let draw = Draw { seed: 3, random_share: 0.25 };
-        let on_threads = |n| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-            pool.install(|| last_candidates(&tensors, sphere.positions(), draw))
-        };
+        let on_threads = |n| run_on_threads(n, || last_candidates(&tensors, sphere.positions(), draw));
         let one = on_threads(1);
         assert_eq!(one, on_threads(3));
         assert!(one.triangles.len() > 4 * sphere.positions().len(), "{}", one.triangles.len());
@@ -84,7 +82,7 @@ mod tests {
 
     #[test]
     fn few_points_are_no_trouble() {
-        let tensors = initial_tensors(1.0 / 16.0, 1).constants();
+        let tensors = LearnedBaseline::PointTriNet.initial_tensors(1.0 / 16.0, 1).constants();
         let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]];
         for n in 0..5 {
             let found = last_candidates(&tensors, &points[..n], Draw { seed: 0, random_share: 0.0 });
@@ -94,6 +92,9 @@ mod tests {
         triangulate(&tensors, &[[1.0; 3]; 9], 0);
         // Untrained networks are sure of nothing.
         let sphere = neural_mesh::mesh::shapes::icosphere(1);
-        assert!(triangulate(&initial_tensors(0.1, 1).constants(), sphere.positions(), 0).len() < 42);
+        assert!(
+            triangulate(&LearnedBaseline::PointTriNet.initial_tensors(0.1, 1).constants(), sphere.positions(), 0).len()
+                < 42
+        );
     }
 }

@@ -169,7 +169,8 @@ fn scale_loss(term: Term, factor: f64) -> Term {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::learned_baselines::pointtrinet::initial_tensors;
+    use crate::learned_baselines::LearnedBaseline;
+    use crate::linalg::test_values::run_on_threads;
     use neural_mesh::mesh::shapes;
     use neural_mesh::train::{Moments, adam_step};
     use rand_xoshiro::rand_core::SeedableRng;
@@ -188,7 +189,7 @@ mod tests {
         let settings = Settings::from_toml("").unwrap();
         let patch = SurfacePatch::draw(&item().mesh, &mut seeded_rng()).unwrap();
         let draw = Draw { seed: 1, random_share: RANDOM_SHARE };
-        let mut tensors = initial_tensors(1.0 / 16.0, 1);
+        let mut tensors = LearnedBaseline::PointTriNet.initial_tensors(1.0 / 16.0, 1);
         let mut moments = Moments::zero(&tensors.map(|_, matrix| matrix.shape()));
         let candidates = last_candidates(&tensors.constants(), &patch.vertices, draw);
         let mut totals = Vec::new();
@@ -208,25 +209,12 @@ mod tests {
 
     #[test]
     fn a_step_repeats_its_bits_on_any_number_of_threads() {
-        let (settings, tensors) = (Settings::from_toml("").unwrap(), initial_tensors(1.0 / 16.0, 1));
-        let on_threads = |n| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-            pool.install(|| pointtrinet_step(&tensors, &item(), &settings, &mut seeded_rng()).unwrap())
-        };
+        let (settings, tensors) =
+            (Settings::from_toml("").unwrap(), LearnedBaseline::PointTriNet.initial_tensors(1.0 / 16.0, 1));
+        let step = || pointtrinet_step(&tensors, &item(), &settings, &mut seeded_rng()).unwrap();
+        let on_threads = |n| run_on_threads(n, step);
         let one = on_threads(1);
         assert_eq!(one, on_threads(2));
         assert!(one.gradients.iter().all(|(_, gradient)| gradient.data().iter().any(|&g| g != 0.0)));
-    }
-
-    #[test]
-    fn meshes_without_surface_are_errors() {
-        let settings = Settings::from_toml("").unwrap();
-        let item = TrainingItem { name: "nothing".into(), mesh: TriMesh::default(), ratio: 0.5 };
-        let random = &mut Xoshiro256PlusPlus::seed_from_u64(0);
-        assert!(
-            pointtrinet_step(&initial_tensors(0.1, 1), &item, &settings, random)
-                .unwrap_err()
-                .contains("too little surface")
-        );
     }
 }

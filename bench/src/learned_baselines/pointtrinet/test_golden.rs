@@ -1,6 +1,8 @@
 //! Comparisons of the networks with NumPy (`bench/tests/golden/pointtrinet.py`).
 
 use super::*;
+use crate::learned_baselines::LearnedBaseline;
+use crate::learned_baselines::tests::{assert_near, tensors_by_formula};
 use crate::linalg::test_values::random;
 use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::loss::Term;
@@ -63,14 +65,8 @@ fn candidates() -> Candidates {
 }
 
 fn tensors() -> Tensors<Arc<Matrix>> {
-    let mut number = -1.0;
-    shapes(SHARE).map(|_, &[n_rows, n_cols]| {
-        number += 1.0;
-        let entry = |i: usize, j: usize| {
-            let [i, j] = [i, j].map(|x| x as f64);
-            (2.0 * (1.0 + 1.7 * number + 0.9 * i + 2.3 * j + 0.37 * i * j).sin() / (n_rows as f64).sqrt()) as f32
-        };
-        Arc::new(Matrix::from_fn(n_rows, n_cols, entry))
+    tensors_by_formula(&shapes(SHARE), |number, [i, j], n_rows| {
+        2.0 * (1.0 + 1.7 * number + 0.9 * i + 2.3 * j + 0.37 * i * j).sin() / n_rows.sqrt()
     })
 }
 
@@ -88,11 +84,8 @@ fn both_networks_agree_with_numpy() {
     let [p, of_points] = run_both(tape, &tensors().constants());
     let first_two = |edge: usize| [0, 1].map(|place| of_points.matrix().data()[20 * edge + place]);
     let found: Vec<f32> = p.matrix().data().iter().copied().chain((0..3).flat_map(first_two)).collect();
-    let expected = CLASSIFIED.into_iter().chain(PROPOSED.into_iter().flatten());
-    for (found, expected) in found.iter().zip(expected) {
-        assert!((f64::from(*found) - expected).abs() < 1e-4, "{found} {expected}");
-    }
-    assert_eq!((found.len(), of_points.matrix().shape()), (9, [60, 1]));
+    assert_near(&found, CLASSIFIED.iter().chain(PROPOSED.as_flattened()));
+    assert_eq!(of_points.matrix().shape(), [60, 1]);
     assert!(tape.is_empty());
 }
 
@@ -132,7 +125,7 @@ fn gradients_of_both_networks() {
 
 #[test]
 fn moving_turning_and_scaling_the_points_changes_no_probability() {
-    let tensors = initial_tensors(SHARE, 2).constants();
+    let tensors = LearnedBaseline::PointTriNet.initial_tensors(SHARE, 2).constants();
     let candidates = candidates();
     let of = |vertices: &[[f32; 3]]| {
         let neighbourhoods = CandidateNeighbourhoods::new(vertices, &candidates);

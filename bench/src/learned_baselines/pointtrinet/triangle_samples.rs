@@ -3,8 +3,9 @@
 use super::patches::corners;
 use glam::DVec3;
 use neural_mesh::geometry::triangle::area_normal_f64;
+use neural_mesh::train::random::uniform;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rand_xoshiro::rand_core::SeedableRng;
 
 /// A point on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +38,7 @@ pub fn triangle_samples(
         return Vec::new();
     }
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let mut uniform = || uniform(&mut random);
     let mut draw = |_| {
         let reach = uniform() * sum;
         let triangle = up_to.partition_point(|&up_to| up_to <= reach).min(triangles.len() - 1);

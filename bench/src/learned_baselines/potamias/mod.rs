@@ -14,14 +14,15 @@ mod selection;
 mod step;
 
 use super::compact_with_first_point;
-use crate::baselines::{BaselineError, ball_pivoting};
+use crate::baselines::ball_pivoting;
+use anyhow::Result;
 use neural_mesh::autodiff::{Tape, Tensors};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
 use neural_mesh::spatial::nearest_to;
 use std::sync::Arc;
 
-pub use network::{initial_tensors, shapes};
+pub use network::shapes;
 pub use step::potamias_step;
 
 use adaptive_chamfer::{adaptive_chamfer, adaptive_weights};
@@ -63,7 +64,7 @@ pub(super) fn simplify(
     n_vertices: usize,
     seed: u64,
     tensors: &Tensors<Arc<Matrix>>,
-) -> Result<TriMesh, BaselineError> {
+) -> Result<TriMesh> {
     let (mesh, first) = compact_with_first_point(mesh, seed)?;
     let vertices = mesh.positions();
     let points = simplify_points(vertices, n_vertices, first, tensors);
@@ -78,7 +79,8 @@ mod tests {
 
     use super::*;
     use crate::autodiff::test_gradients::check_gradients;
-    use neural_mesh::autodiff::Value;
+    use crate::learned_baselines::LearnedBaseline;
+    use crate::learned_baselines::tests::{assert_near, tensors_by_formula, with_names};
 
     // Layers are 4 wide, with one latent number.
     const SHARE: f64 = 1.0 / 16.0;
@@ -100,18 +102,7 @@ mod tests {
     }
 
     fn tensors() -> Tensors<Arc<Matrix>> {
-        let mut number = -1.0;
-        shapes(SHARE).map(|_, &[n_rows, n_cols]| {
-            number += 1.0;
-            let entry = |i: usize, j: usize| (1.0 + 1.7 * number + 0.9 * i as f64 + 2.3 * j as f64).sin() as f32;
-            Arc::new(Matrix::from_fn(n_rows, n_cols, entry))
-        })
-    }
-
-    fn assert_near<'a>(found: impl IntoIterator<Item = &'a f32>, expected: impl IntoIterator<Item = f64>) {
-        for (found, expected) in found.into_iter().zip(expected) {
-            assert!((f64::from(*found) - expected).abs() < 1e-4, "{found} {expected}");
-        }
+        tensors_by_formula(&shapes(SHARE), |number, [i, j], _| (1.0 + 1.7 * number + 0.9 * i + 2.3 * j).sin())
     }
 
     #[test]
@@ -119,9 +110,9 @@ mod tests {
         let (cloud, tensors) = (cloud(), tensors().constants());
         let tape = &mut Tape::default();
         let latent = projection(tape, &tensors, &cloud);
-        assert_near(&latent.matrix().data()[..6], LATENT);
+        assert_near(&latent.matrix().data()[..6], &LATENT);
         let refined = refinement(tape, &tensors, &cloud, &latent, &SAMPLES).points();
-        assert_near(refined.as_flattened(), REFINED.into_iter().flatten());
+        assert_near(refined.as_flattened(), REFINED.as_flattened());
         assert!(tape.is_empty());
     }
 
@@ -130,8 +121,7 @@ mod tests {
         let (cloud, shapes) = (cloud(), shapes(SHARE));
         let matrices: Vec<Matrix> = shapes.draw(3).iter().map(|(_, matrix)| matrix.as_ref().clone()).collect();
         check_gradients(&matrices, |tape, values| {
-            let named: Tensors<Value> =
-                shapes.iter().map(|(name, _)| name).zip(values).map(|(name, value)| (name, value.clone())).collect();
+            let named = with_names(&shapes, values);
             let latent = projection(tape, &named, &cloud);
             refinement(tape, &named, &cloud, &latent, &SAMPLES).displacement
         });
@@ -140,7 +130,7 @@ mod tests {
     #[test]
     fn points_follow_the_cloud_wherever_it_is() {
         let sphere = neural_mesh::mesh::shapes::wavy_sphere(3, 4.0);
-        let tensors = initial_tensors(0.25, 1);
+        let tensors = LearnedBaseline::Potamias.initial_tensors(0.25, 1);
         let moved: Vec<[f32; 3]> =
             sphere.positions().iter().map(|p| [4.0 * p[0] + 8.0, 4.0 * p[1] - 16.0, 4.0 * p[2] + 32.0]).collect();
         let [here, there] = [sphere.positions(), &moved].map(|points| simplify_points(points, 60, 5, &tensors));
@@ -152,20 +142,9 @@ mod tests {
 
     #[test]
     fn few_points_stay_as_they_are() {
-        let tensors = initial_tensors(0.25, 1);
+        let tensors = LearnedBaseline::Potamias.initial_tensors(0.25, 1);
         assert!(simplify_points(&[], 3, 0, &tensors).is_empty());
         assert_eq!(simplify_points(&[[1.0; 3]; 5], 3, 0, &tensors), [[1.0; 3]; 3]);
         assert_eq!(simplify_points(&[[0.0; 3], [1.0; 3]], 9, 0, &tensors).len(), 2);
-    }
-
-    #[test]
-    fn the_same_bits_on_any_number_of_threads() {
-        let sphere = neural_mesh::mesh::shapes::wavy_sphere(4, 4.0);
-        let tensors = initial_tensors(1.0, 1);
-        let on_threads = |n| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-            pool.install(|| simplify_points(sphere.positions(), 300, 0, &tensors))
-        };
-        assert_eq!(on_threads(1), on_threads(3));
     }
 }

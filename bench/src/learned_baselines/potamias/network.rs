@@ -6,8 +6,6 @@
 
 use crate::learned_baselines::scale_width;
 use neural_mesh::autodiff::Tensors;
-use neural_mesh::linalg::Matrix;
-use std::sync::Arc;
 
 const WIDTH: usize = 64;
 /// Layers of the projection.
@@ -35,10 +33,4 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
     shapes.push("refinement.attention", [width, 1]);
     shapes.push("refinement.moved", [width, 3]);
     shapes
-}
-
-/// Returns random initial tensors.
-pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
-    // Small initial weights of the displacements, so that samples move little at first.
-    shapes(width_share).draw_scaled(seed, |name| if name == "refinement.moved" { 0.1 } else { 1.0 })
 }

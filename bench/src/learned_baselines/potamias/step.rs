@@ -42,7 +42,9 @@ pub fn potamias_step(
     let refined = refinement(&mut tape, &parameters, &cloud, &latent, &samples);
     let curvature = mean_curvature(&cloud.points);
     let [chamfer, kept] = losses(&refined.points(), &cloud, &curvature, item.ratio);
-    let of_points = refined.backward(&add_gradients(&chamfer, &kept));
+    let rows = chamfer.gradient.iter().zip(&kept.gradient);
+    let both: Vec<[f64; 3]> = rows.map(|(a, b)| std::array::from_fn(|axis| a[axis] + b[axis])).collect();
+    let of_points = refined.backward(&both);
     // Farthest points pass no gradient, so the latent space has a loss of its own.
     let offsets: Vec<usize> = (0..PARTNERS).map(|_| 1 + random_below(random, n - 1)).collect();
     let (likeness, mut of_latent) = latent_likeness(latent.matrix(), &curvature, &offsets);
@@ -64,36 +66,4 @@ fn losses(samples: &[[f32; 3]], cloud: &Cloud, curvature: &[f64], ratio: f64) ->
 fn scale_loss(loss: PointLoss, factor: f64) -> PointLoss {
     let gradient = loss.gradient.into_iter().map(|row| row.map(|g| factor * g)).collect();
     PointLoss { value: factor * loss.value, gradient }
-}
-
-fn add_gradients(one: &PointLoss, other: &PointLoss) -> Vec<[f64; 3]> {
-    let rows = one.gradient.iter().zip(&other.gradient);
-    rows.map(|(a, b)| std::array::from_fn(|axis| a[axis] + b[axis])).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::learned_baselines::LearnedBaseline;
-    use crate::learned_baselines::training::tests::train_twelve_steps;
-    use neural_mesh::mesh::shapes;
-
-    use rand_xoshiro::rand_core::SeedableRng;
-
-    #[test]
-    fn steps_on_one_cloud_lower_the_loss() {
-        let steps =
-            train_twelve_steps(LearnedBaseline::Potamias, crate::learned_baselines::potamias::initial_tensors(0.25, 1));
-        let totals: Vec<f64> = steps.iter().map(|step| step.total()).collect();
-        assert!(totals[11] < 0.97 * totals[0], "{totals:?}");
-    }
-
-    #[test]
-    fn too_small_meshes_are_errors() {
-        let settings = Settings::from_toml("").unwrap();
-        let item = TrainingItem { name: "box".into(), mesh: shapes::cuboid([1.0; 3], 1), ratio: 0.5 };
-        let tensors = crate::learned_baselines::potamias::initial_tensors(0.25, 1);
-        let random = &mut Xoshiro256PlusPlus::seed_from_u64(0);
-        assert!(potamias_step(&tensors, &item, &settings, random).unwrap_err().contains("fewer than 16"));
-    }
 }

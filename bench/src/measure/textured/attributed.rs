@@ -4,9 +4,12 @@ use std::collections::HashMap;
 
 use anyhow::Result;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks, typed_to_bytes};
-use neural_mesh::mesh::{Attributes, Channel, Role, compact};
+use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, compact};
 
-use super::model::AttributedMesh;
+pub struct AttributedMesh {
+    pub mesh: TriMesh,
+    pub attributes: Attributes,
+}
 
 // Weights of attributes relative to the position, whose unit is the mesh's extent.
 #[derive(Clone, Copy)]

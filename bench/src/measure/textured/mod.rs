@@ -1,21 +1,43 @@
 //! Textured models against meshoptimizer.
 
 mod attributed;
-mod model;
 
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use neural_mesh::appearance::VIEWS;
+use neural_mesh::io::{Asset, Format, read_attributed_path};
+use neural_mesh::job::{Arguments, Document, RatioOf};
+use neural_mesh::mesh::Looks;
 use neural_mesh::metrics::{Surface, psnr, surface_distance};
 use neural_mesh::picture::{CornerNormals, DecodedMaterials, ShadedMesh, view_shaded};
 use neural_mesh::simplify::{Input, Options, Size, simplify};
 
 use crate::rows::ResultRow;
 
-use attributed::{Weighting, simplify_weighted};
-use model::{AttributedMesh, Model};
+use attributed::{AttributedMesh, Weighting, simplify_weighted};
+
+struct Model {
+    attributed: AttributedMesh,
+    looks: Looks,
+}
+
+impl Model {
+    /// Reads a model as the program does, and prints what it lacks.
+    fn read(path: &Path) -> Result<Self> {
+        let job = Arguments { ratio: vec![RatioOf { name: None, share: 0.5 }], ..Arguments::default() };
+        let job = job.job_as(Format::Glb)?;
+        let document = match Format::from_path(path) {
+            Some(Format::Gltf | Format::Glb) => Document::from_asset(Asset::read_path(path)?, &job)?,
+            _ => Document::from_mesh(read_attributed_path(path, None)?, &job)?,
+        };
+        let (looks, notes) = document.looks(false);
+        notes.iter().for_each(|note| eprintln!("{}: {note}", path.display()));
+        let attributed = AttributedMesh { mesh: document.mesh().clone(), attributes: document.attributes().clone() };
+        Ok(Self { attributed, looks })
+    }
+}
 
 const SAMPLES: usize = 50_000;
 const HEIGHT: usize = 384;
@@ -26,7 +48,6 @@ const HEIGHT: usize = 384;
 /// decibels. Our row also has its distance over the better one of meshoptimizer, and its gain over the better likeness.
 pub fn compare_model(name: &str, path: &Path, ratios: &[f64]) -> Result<Vec<ResultRow>> {
     let model = Model::read(path).with_context(|| path.display().to_string())?;
-    model.notes.iter().for_each(|note| eprintln!("{}: {note}", path.display()));
     Ok(ratios.iter().map(|&ratio| compare_at_ratio(name, &model, ratio)).collect::<Result<Vec<_>>>()?.concat())
 }
 

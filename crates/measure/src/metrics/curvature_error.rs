@@ -61,9 +61,4 @@ mod tests {
         assert_eq!(mean_squared_difference(&[1.0, 4.0], &[3.0], &[0, 0]), 2.5);
         assert_eq!(mean_squared_difference(&[3.0], &[1.0, 4.0], &[1]), 1.0);
     }
-
-    #[test]
-    fn nothing_has_no_error() {
-        assert!(curvature_error(&[], &[[0.0; 3]]).is_none() && curvature_error(&[[0.0; 3]], &[]).is_none());
-    }
 }

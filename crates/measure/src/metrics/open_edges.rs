@@ -160,10 +160,4 @@ mod tests {
     fn highest(mesh: &TriMesh) -> f32 {
         mesh.positions().iter().map(|p| p[2]).fold(f32::MIN, f32::max)
     }
-
-    #[test]
-    fn nothing_has_no_edges() {
-        let edges = open_edges(&shapes::icosphere(0), &TriMesh::default());
-        assert_eq!((edges, edges.wa_percent()), (OpenEdges::default(), 0.0));
-    }
 }

@@ -49,10 +49,11 @@ impl<'a> PaintedMesh<'a> {
     /// n_vertices, or n_faces x points per face, row by row from the first corner (the order of `refine.js`).
     pub fn distances_to(&self, other: &NearestOnTriangles) -> Vec<f32> {
         let points = match self.steps {
-            1 => vertices(self.mesh),
+            1 => self.mesh.positions().iter().map(|position| position.map(f64::from)).collect(),
             steps => face_points(self.mesh, steps),
         };
-        distances(&points, other)
+        let distance = |&point: &[f64; 3]| other.nearest(point.into()).map_or(0.0, |hit| hit.distance2.sqrt() as f32);
+        points.par_iter().map(distance).collect()
     }
 
     /// Returns each point's share of the mesh's area, in the order of [`Self::distances_to`].
@@ -62,15 +63,6 @@ impl<'a> PaintedMesh<'a> {
             steps => point_shares(self.mesh, steps),
         }
     }
-}
-
-fn distances(points: &[[f64; 3]], surface: &NearestOnTriangles) -> Vec<f32> {
-    let distance = |&point: &[f64; 3]| surface.nearest(point.into()).map_or(0.0, |hit| hit.distance2.sqrt() as f32);
-    points.par_iter().map(distance).collect()
-}
-
-fn vertices(mesh: &TriMesh) -> Vec<[f64; 3]> {
-    mesh.positions().iter().map(|position| position.map(f64::from)).collect()
 }
 
 /// Builds the tree that finds closest points on a mesh.

@@ -349,8 +349,8 @@ impl Work for FarProbes<'_> {
 mod tests {
     use super::*;
     use crate::geometry::nearest_on_triangle::nearest_weights_f64;
-    use crate::linalg::test_values::run_on_threads;
     use crate::mesh::shapes;
+    use crate::metrics::tests::faces_across;
     use crate::metrics::{Surface, surface_distance};
 
     #[test]
@@ -413,30 +413,11 @@ mod tests {
 
     #[test]
     fn large_faces_across_each_other_get_fewer_samples() {
-        let (sphere, n) = (shapes::icosphere(5), 10_242);
-        let faces = (0..4000).map(|i| [i, (i * 2711 + 5000) % n, (i * 5279 + 2000) % n]);
-        let faces: Vec<[u32; 3]> = faces.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
-        let across = TriMesh::new(sphere.positions().to_vec(), faces).unwrap();
-        let moved = across.positions().iter().map(|p| [p[0] + 0.01, p[1], p[2]]).collect();
-        let moved = TriMesh::new(moved, across.faces().to_vec()).unwrap();
+        let sphere = shapes::icosphere(5);
+        let [across, moved] = faces_across(&sphere, 4000, [2711, 5000, 5279, 2000]);
         let quick = quick_distance(&across, &moved, 100_000, 0).unwrap();
         assert!((64..50_000).contains(&quick.n_samples), "{quick:?}");
         assert!(quick.mean > 0.0 && quick.max <= 0.0101, "{quick:?}");
         assert_eq!(quick_distance(&sphere, &shapes::icosphere(2), 100_000, 0).unwrap().n_samples, 100_000);
-    }
-
-    #[test]
-    fn nothing_has_no_distance() {
-        let sphere = shapes::icosphere(0);
-        assert!(quick_distance(&TriMesh::default(), &sphere, 10, 0).is_none());
-        assert!(quick_distance(&sphere, &TriMesh::default(), 10, 0).is_none());
-        assert!(quick_distance(&sphere, &sphere, 0, 0).is_none());
-    }
-
-    #[test]
-    fn threads_do_not_change_a_bit() {
-        let (a, b) = (shapes::bolt(32), shapes::bolt(9));
-        let on = |n| run_on_threads(n, || quick_distance(&a, &b, 4000, 0).unwrap());
-        assert_eq!(on(1), on(3));
     }
 }

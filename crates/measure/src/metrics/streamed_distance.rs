@@ -199,10 +199,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn nothing_has_no_distance() {
-        assert!(StreamedDistance::new(&TriMesh::default(), [10, 1], 0).is_none());
-        assert!(StreamedDistance::new(&shapes::icosphere(0), [0, 1], 0).is_none());
-    }
 }

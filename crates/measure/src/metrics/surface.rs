@@ -33,7 +33,7 @@ impl Surface {
             samples: samples.iter().map(|sample| sample.point(mesh)).collect(),
             vertices: used_vertices(mesh),
             sample_faces: samples.iter().map(|sample| sample.face).collect(),
-            normals: face_normals(mesh),
+            normals: triangles(mesh).into_iter().map(|corners| normal(corners).normalize_or_zero()).collect(),
             nearest: NearestOnTriangles::new(&triangles(mesh)),
             area: triangles(mesh).into_iter().map(|corners| 0.5 * normal(corners).length()).sum(),
             diagonal: diagonal(mesh),
@@ -43,10 +43,6 @@ impl Surface {
 
 pub(super) fn triangles(mesh: &TriMesh) -> Vec<[[f32; 3]; 3]> {
     mesh.faces().iter().map(|face| face.map(|v| mesh.positions()[v as usize])).collect()
-}
-
-fn face_normals(mesh: &TriMesh) -> Vec<DVec3> {
-    triangles(mesh).into_iter().map(|corners| normal(corners).normalize_or_zero()).collect()
 }
 
 fn normal(corners: [[f32; 3]; 3]) -> DVec3 {

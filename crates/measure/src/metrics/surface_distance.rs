@@ -143,8 +143,8 @@ fn sum_samples(from: &Surface, to: &Surface, samples: &[usize]) -> Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::test_values::run_on_threads;
     use crate::mesh::{TriMesh, shapes};
+    use crate::metrics::tests::faces_across;
 
     fn surface(mesh: &TriMesh) -> Surface {
         Surface::new(mesh, 4000, 0)
@@ -206,32 +206,14 @@ mod tests {
 
     #[test]
     fn large_faces_across_each_other_get_fewer_samples() {
-        let (sphere, n) = (shapes::icosphere(4), 2562);
-        let faces = (0..2500).map(|i| [i, (i * 711 + 1200) % n, (i * 1279 + 500) % n]);
-        let faces: Vec<[u32; 3]> = faces.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
-        let across = TriMesh::new(sphere.positions().to_vec(), faces).unwrap();
-        let moved = across.positions().iter().map(|p| [p[0] + 0.01, p[1], p[2]]).collect();
-        let moved = TriMesh::new(moved, across.faces().to_vec()).unwrap();
-        let [across, moved] = [across, moved].map(|mesh| Surface::new(&mesh, 200_000, 0));
+        let sphere = shapes::icosphere(4);
+        let [across, moved] =
+            faces_across(&sphere, 2500, [711, 1200, 1279, 500]).map(|mesh| Surface::new(&mesh, 200_000, 0));
         let n_samples = affordable_subset(&across.samples, &moved).len();
         assert!((64..150_000).contains(&n_samples), "{n_samples}");
         let distance = surface_distance(&across, &moved).unwrap();
         assert!(distance.both.mean > 0.0 && distance.both.max <= 0.0101, "{distance:?}");
         let sphere = Surface::new(&sphere, 5000, 0);
         assert_eq!(affordable_subset(&sphere.samples, &sphere), (0..5000).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn threads_do_not_change_a_bit() {
-        let (original, simplified) = (surface(&shapes::bolt(32)), surface(&shapes::bolt(9)));
-        let on = |n| run_on_threads(n, || surface_distance(&original, &simplified).unwrap());
-        assert_eq!(on(1), on(3));
-    }
-
-    #[test]
-    fn nothing_has_no_distance() {
-        let nothing = surface(&TriMesh::default());
-        let sphere = surface(&shapes::icosphere(0));
-        assert!(surface_distance(&nothing, &sphere).is_none() && surface_distance(&sphere, &nothing).is_none());
     }
 }

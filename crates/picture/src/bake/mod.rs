@@ -76,7 +76,8 @@ pub fn bake(original: &BakeSource, mesh: &TriMesh, options: &BakeOptions) -> Res
     let frames = Frames::new(mesh, &charts);
     let (fine, notes) = FineSurface::new(original, mesh);
     let mut texels = raster::draw_texels(mesh, &charts, &frames, &fine);
-    let covered = texel::share_inside(&texels);
+    let n_inside = texels.iter().filter(|texel| texel.place == texel::TexelPlace::Inside).count();
+    let covered = n_inside as f64 / texels.len() as f64;
     dilate::dilate(&mut texels, size);
     let look = maps::look(&texels, original.looks, options);
     let attributes = frames.attributes(&charts, options.with_tangents);

@@ -1,7 +1,5 @@
 //! Texels: their content and place.
 
-use rayon::prelude::*;
-
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum TexelPlace {
     // Neither in a chart nor next to one.
@@ -28,11 +26,6 @@ pub(super) struct Texel {
     // Direction in tangent space, 0 to 255 for -1 to 1.
     pub normal: [u8; 3],
     pub place: TexelPlace,
-}
-
-pub(super) fn share_inside(texels: &[Texel]) -> f64 {
-    let n_inside = texels.par_iter().filter(|texel| texel.place == TexelPlace::Inside).count();
-    n_inside as f64 / texels.len().max(1) as f64
 }
 
 pub(super) fn to_byte(x: f32) -> u8 {

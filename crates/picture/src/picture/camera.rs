@@ -35,20 +35,16 @@ pub struct Camera {
 impl Camera {
     /// Chooses a view that shows the first shape well; fits all shapes into the panel.
     pub fn with_best_view(shapes: &[ScaledMesh], height: usize) -> Self {
-        let axes = shapes.first().map_or(axes(NATURAL[0]), best_view);
+        Self::with_axes(shapes.first().map_or(axes(NATURAL[0]), best_view), shapes, height)
+    }
+
+    /// Looks from an azimuth and elevation in degrees; fits the shapes into the panel.
+    pub fn with_view(direction: [f32; 2], shapes: &[ScaledMesh], height: usize) -> Self {
+        Self::with_axes(axes(direction), shapes, height)
+    }
+
+    fn with_axes(axes: [Vec3; 3], shapes: &[ScaledMesh], height: usize) -> Self {
         let mut camera = Self { width: height, height, scale: 1.0, axes, middle: [0.0; 2] };
-        camera.fit(shapes);
-        camera
-    }
-
-    /// Looks from an azimuth and elevation in degrees; fits the first shape into the panel.
-    pub fn fit_first(direction: [f32; 2], shapes: &[ScaledMesh], height: usize) -> Self {
-        Self::fit_all(direction, shapes.get(..1).unwrap_or_default(), height)
-    }
-
-    /// Looks from an azimuth and elevation in degrees; fits all shapes into the panel.
-    pub fn fit_all(direction: [f32; 2], shapes: &[ScaledMesh], height: usize) -> Self {
-        let mut camera = Self { width: height, height, scale: 1.0, axes: axes(direction), middle: [0.0; 2] };
         camera.fit(shapes);
         camera
     }
@@ -119,12 +115,8 @@ fn axes([azimuth, elevation]: [f32; 2]) -> [Vec3; 3] {
     [right, back.cross(right), back]
 }
 
-pub fn toward_eye(shape: &ScaledMesh) -> Vec3 {
-    best_view(shape)[2]
-}
-
-/// Chooses, among views that show enough area, the one with most detail.
-fn best_view(shape: &ScaledMesh) -> [Vec3; 3] {
+/// Chooses, among views that show enough area, the one with most detail; returns right, up and toward the eye.
+pub fn best_view(shape: &ScaledMesh) -> [Vec3; 3] {
     let normals = shape.area_normals();
     let bumps = bumps(shape, &normals);
     let [natural, others] = [NATURAL, OTHERS]

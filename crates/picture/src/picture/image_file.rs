@@ -185,19 +185,8 @@ fn decode_png(bytes: &[u8], meaning: PixelMeaning) -> Option<Image> {
     }
     let mut pixels = vec![0; reader.output_buffer_size()?];
     let frame = reader.next_frame(&mut pixels).ok()?;
-    let pixels = &pixels[..frame.buffer_size()];
-    if n > MOST_PIXELS {
-        return halve(pixels, [width, height], kind, meaning);
-    }
-    let rgba: Vec<u8> = match frame.color_type {
-        png::ColorType::Rgba => pixels.to_vec(),
-        png::ColorType::Rgb => add_opacity(pixels),
-        png::ColorType::GrayscaleAlpha => {
-            pixels.as_chunks::<2>().0.iter().flat_map(|&[grey, alpha]| [grey, grey, grey, alpha]).collect()
-        }
-        _ => pixels.iter().flat_map(|&grey| [grey, grey, grey, 255]).collect(),
-    };
-    (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
+    pixels.truncate(frame.buffer_size());
+    to_image(pixels, [width, height], frame.color_type, meaning)
 }
 
 fn jpeg_decoder(bytes: &[u8], kind: ColorSpace) -> JpegDecoder<ZCursor<&[u8]>> {
@@ -209,12 +198,12 @@ fn jpeg_decoder(bytes: &[u8], kind: ColorSpace) -> JpegDecoder<ZCursor<&[u8]>> {
 fn decode_jpeg(bytes: &[u8], meaning: PixelMeaning) -> Option<Image> {
     let size = image_size(bytes)?;
     let n = check_size(size[0], size[1], bytes.len())?;
-    if n > MOST_PIXELS {
-        // The decoder needs room for the whole image; three bytes a pixel are the least.
-        return halve(&jpeg_decoder(bytes, ColorSpace::RGB).decode().ok()?, size, png::ColorType::Rgb, meaning);
-    }
-    let rgba = jpeg_decoder(bytes, ColorSpace::RGBA).decode().ok()?;
-    (rgba.len() == 4 * n).then_some(Image { width: size[0], height: size[1], rgba })
+    // The decoder needs room for the whole image; three bytes a pixel are the least.
+    let (space, kind) = match n > MOST_PIXELS {
+        true => (ColorSpace::RGB, png::ColorType::Rgb),
+        false => (ColorSpace::RGBA, png::ColorType::Rgba),
+    };
+    to_image(jpeg_decoder(bytes, space).decode().ok()?, size, kind, meaning)
 }
 
 fn decode_webp(bytes: &[u8], meaning: PixelMeaning) -> Option<Image> {
@@ -226,18 +215,29 @@ fn decode_webp(bytes: &[u8], meaning: PixelMeaning) -> Option<Image> {
     decoder.set_memory_limit(WEBP_BYTES * n + bytes.len());
     let mut pixels = vec![0; decoder.output_buffer_size()?];
     decoder.read_image(&mut pixels).ok()?;
-    if n > MOST_PIXELS {
-        let kind = if decoder.has_alpha() { png::ColorType::Rgba } else { png::ColorType::Rgb };
-        return halve(&pixels, [width, height], kind, meaning);
-    }
-    let rgba = if decoder.has_alpha() { pixels } else { add_opacity(&pixels) };
-    (rgba.len() == 4 * n).then_some(Image { width, height, rgba })
+    let kind = if decoder.has_alpha() { png::ColorType::Rgba } else { png::ColorType::Rgb };
+    to_image(pixels, [width, height], kind, meaning)
 }
 
-fn halve(pixels: &[u8], [width, height]: [usize; 2], kind: png::ColorType, meaning: PixelMeaning) -> Option<Image> {
-    let mut halving = Halving::new(width, height, meaning);
-    pixels.chunks_exact(kind.samples() * width).for_each(|row| add_row(&mut halving, row, kind));
-    halving.finish()
+/// Makes an image of decoded pixels, which is halved if it is too large.
+fn to_image(
+    pixels: Vec<u8>,
+    [width, height]: [usize; 2],
+    kind: png::ColorType,
+    meaning: PixelMeaning,
+) -> Option<Image> {
+    if width * height > MOST_PIXELS {
+        let mut halving = Halving::new(width, height, meaning);
+        pixels.chunks_exact(kind.samples() * width).for_each(|row| add_row(&mut halving, row, kind));
+        return halving.finish();
+    }
+    let rgba = match kind.samples() {
+        1 => pixels.iter().flat_map(|&grey| [grey, grey, grey, 255]).collect(),
+        2 => pixels.as_chunks::<2>().0.iter().flat_map(|&[grey, alpha]| [grey, grey, grey, alpha]).collect(),
+        3 => add_opacity(&pixels),
+        _ => pixels,
+    };
+    (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
 }
 
 fn add_row(halving: &mut Halving, row: &[u8], kind: png::ColorType) {

@@ -46,14 +46,16 @@ pub(super) fn decode(bytes: &[u8]) -> Option<Image> {
     let [width, height] = file.size;
     let n = check_size(width, height, 0)?;
     // Format 0 means Basis Universal; its variant is in the descriptor.
-    let rgba = match (file.vk_format, file.model) {
+    let mut rgba = match (file.vk_format, file.model) {
         (format, _) if RGBA8.contains(&format) => file.inflate(4 * n)?.into_owned(),
         (format, _) if RGB8.contains(&format) => add_opacity(&file.inflate(3 * n)?),
         (0, ETC1S) if file.scheme == BASIS_LZ => file.etc1s()?,
         (0, UASTC) => file.uastc()?,
         _ => return None,
     };
-    let rgba = if file.has_two_numbers() { spread_two_numbers(rgba) } else { rgba };
+    if file.has_two_numbers() {
+        rgba.as_chunks_mut::<4>().0.iter_mut().for_each(|pixel| *pixel = [pixel[0], pixel[3], 0, u8::MAX]);
+    }
     (rgba.len() == 4 * n).then_some(Image { width, height, rgba })
 }
 
@@ -162,11 +164,6 @@ impl<'a> Ktx2<'a> {
         }
         Some(rgba)
     }
-}
-
-fn spread_two_numbers(mut rgba: Vec<u8>) -> Vec<u8> {
-    rgba.as_chunks_mut::<4>().0.iter_mut().for_each(|pixel| *pixel = [pixel[0], pixel[3], 0, u8::MAX]);
-    rgba
 }
 
 fn word(bytes: &[u8], at: usize) -> Option<u32> {

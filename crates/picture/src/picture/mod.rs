@@ -30,8 +30,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::mesh::TriMesh;
-use camera::SAMPLES;
-use shade::Shading;
+use camera::{Camera, SAMPLES};
+use scaled_mesh::ScaledMesh;
+use shade::Paint;
+use value_paint::ValuePaint;
 
 pub use corner_normals::CornerNormals;
 pub use image::Image;
@@ -81,7 +83,7 @@ impl Default for PictureOptions {
 /// assert!(picture::encode_png(&image).starts_with(b"\x89PNG"));
 /// ```
 pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
-    draw(meshes, options, |shape, camera| panel(shape, camera, options.edges, Shading::default()))
+    render_shaded(&meshes.iter().map(|mesh| ShadedMesh::bare(mesh)).collect::<Vec<_>>(), options)
 }
 
 /// Draws meshes as [`render`] does, with their colours, textures and stored normals.
@@ -101,12 +103,7 @@ pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
 /// assert_eq!(image.height, 120);
 /// ```
 pub fn render_shaded(meshes: &[ShadedMesh], options: &PictureOptions) -> Image {
-    let surfaces: Vec<&TriMesh> = meshes.iter().map(|shaded| shaded.mesh).collect();
-    draw(&surfaces, options, |shape, camera| {
-        let points = camera.project(&shape.points);
-        let mesh = &meshes[shape.number];
-        mesh.with_shading(shape, &points, camera, |shading| panel(shape, camera, options.edges, shading))
-    })
+    draw(&meshes.iter().map(|&shaded| DrawnMesh { shaded, values: None }).collect::<Vec<_>>(), options)
 }
 
 /// Draws meshes as [`render`] does, coloured by values at their vertices, with contour lines.
@@ -125,42 +122,46 @@ pub fn render_shaded(meshes: &[ShadedMesh], options: &PictureOptions) -> Image {
 /// assert_eq!(image.height, 120);
 /// ```
 pub fn render_painted(meshes: &[(&TriMesh, &[f64])], scale: &Scale, options: &PictureOptions) -> Image {
-    let (surfaces, values): (Vec<&TriMesh>, Vec<&[f64]>) = meshes.iter().copied().unzip();
     // A mesh without values is drawn grey, not left out.
-    let nothing: Vec<f64> = vec![f64::NAN; surfaces.iter().map(|mesh| mesh.positions().len()).max().unwrap_or(0)];
-    let values = surfaces.iter().zip(values).map(|(mesh, values)| {
+    let nothing = vec![f64::NAN; meshes.iter().map(|(mesh, _)| mesh.positions().len()).max().unwrap_or(0)];
+    let drawn = meshes.iter().map(|&(mesh, values)| {
         let n = mesh.positions().len();
-        if values.len() == n { values } else { &nothing[..n] }
+        let values = if values.len() == n { values } else { &nothing[..n] };
+        DrawnMesh { shaded: ShadedMesh::bare(mesh), values: Some((values, *scale)) }
     });
-    let values: Vec<&[f64]> = values.collect();
-    draw(&surfaces, options, |shape, camera| {
-        let points = camera.project(&shape.points);
-        let paint = value_paint::ValuePaint {
-            points: &points,
-            faces: shape.faces,
-            values: values[shape.number],
-            scale: *scale,
-        };
-        let colours = |face, at| paint.colour(face, at);
-        panel(shape, camera, options.edges, Shading { colours: Some(&colours), normals: None })
-    })
+    draw(&drawn.collect::<Vec<_>>(), options)
 }
 
-fn draw(
-    meshes: &[&TriMesh],
-    options: &PictureOptions,
-    panel: impl Fn(&scaled_mesh::ScaledMesh, &camera::Camera) -> Image + Sync,
-) -> Image {
+struct DrawnMesh<'a> {
+    shaded: ShadedMesh<'a>,
+    // Values at the vertices, n_vertices, which take the place of colours.
+    values: Option<(&'a [f64], Scale)>,
+}
+
+fn draw(meshes: &[DrawnMesh], options: &PictureOptions) -> Image {
+    let surfaces: Vec<&TriMesh> = meshes.iter().map(|drawn| drawn.shaded.mesh).collect();
     let height = options.height.clamp(64, 4096);
-    let world = scaled_mesh::PictureFrame::from_meshes(meshes);
-    let shapes = world.shapes(meshes);
+    let world = scaled_mesh::PictureFrame::from_meshes(&surfaces);
+    let shapes = world.shapes(&surfaces);
     let camera = match options.view {
-        Some(direction) => camera::Camera::fit_all(direction, &shapes, height),
-        None => camera::Camera::with_best_view(&shapes, height),
+        Some(direction) => Camera::with_view(direction, &shapes, height),
+        None => Camera::with_best_view(&shapes, height),
     };
     // Marks are drawn last, on top of surfaces that hide their points.
     let marks: Vec<Vec3> = options.marks.iter().map(|&mark| camera.pixel(world.place(mark.into()))).collect();
-    let mut panels: Vec<Image> = shapes.par_iter().map(|shape| panel(shape, &camera)).collect();
+    let panel = |shape: &ScaledMesh| {
+        let points = camera.project(&shape.points);
+        let DrawnMesh { shaded, values } = &meshes[shape.number];
+        let mut shading = shaded.shading(shape, &points, &camera);
+        if let Some((values, scale)) = *values {
+            shading.paint = Some(Paint::Values(ValuePaint { points: &points, faces: shape.faces, values, scale }));
+        }
+        let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
+        let faces = shade::faces(shape, &camera, options.edges, shading.paint.is_some());
+        let open = occlusion::openness(&buffer, &faces, &camera);
+        shade::resolve(&buffer, &faces, &open, &camera, &shading)
+    };
+    let mut panels: Vec<Image> = shapes.par_iter().map(panel).collect();
     for panel in &mut panels {
         marks.iter().for_each(|&mark| mark::ring(panel, mark));
     }
@@ -183,18 +184,10 @@ fn draw(
 /// ```
 pub fn toward_eye(mesh: &TriMesh) -> [f32; 3] {
     let shapes = scaled_mesh::scale_meshes(&[mesh]);
-    shapes.first().map_or([0.0, 0.0, 1.0], |shape| camera::toward_eye(shape).to_array())
+    shapes.first().map_or([0.0, 0.0, 1.0], |shape| camera::best_view(shape)[2].to_array())
 }
 
-fn panel(shape: &scaled_mesh::ScaledMesh, camera: &camera::Camera, edges: bool, shading: Shading) -> Image {
-    let points = camera.project(&shape.points);
-    let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
-    let faces = shade::faces(shape, camera, edges, shading.colours.is_some());
-    let open = occlusion::openness(&buffer, &faces, camera);
-    shade::resolve(&buffer, &faces, &open, camera, shading)
-}
-
-fn side_by_side(panels: &[Image], camera: &camera::Camera, strip: usize) -> Image {
+fn side_by_side(panels: &[Image], camera: &Camera, strip: usize) -> Image {
     let (width, height) = (camera.width * panels.len(), camera.height + strip);
     let mut rgba = Vec::with_capacity(width * height * 4);
     for row in 0..height {

@@ -1,4 +1,8 @@
-//! Limits and conversions common to the image decoders.
+//! Limits of image decoders, and conversions of pixels.
+
+use glam::Vec3;
+
+use crate::mesh::{linear_light, srgb};
 
 /// Largest number of pixels of a decoded image; larger ones are halved while they are read.
 pub(super) const MOST_PIXELS: usize = 1 << 26;
@@ -14,4 +18,13 @@ pub(super) fn add_opacity(rgb: &[u8]) -> Vec<u8> {
 pub(super) fn check_size(width: usize, height: usize, n_bytes: usize) -> Option<usize> {
     let most = MOST_READ.1.saturating_mul(n_bytes).clamp(MOST_PIXELS, MOST_READ.0);
     width.checked_mul(height).filter(|n| (1..=most).contains(n))
+}
+
+pub(super) fn from_srgb(colour: [u8; 3]) -> Vec3 {
+    Vec3::from(colour.map(|byte| linear_light(f32::from(byte) / 255.0)))
+}
+
+pub(super) fn to_srgb(linear: Vec3) -> [u8; 4] {
+    let encode = |x: f32| (srgb(x.clamp(0.0, 1.0)) * 255.0).round() as u8;
+    [encode(linear.x), encode(linear.y), encode(linear.z), 255]
 }

@@ -4,10 +4,13 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::camera::Camera;
+use super::corner_normals::BlendedNormals;
+use super::pixels::to_srgb;
 use super::raster::{Buffer, NOTHING};
 use super::scaled_mesh::ScaledMesh;
+use super::surface_materials::PlacedMaterials;
+use super::value_paint::ValuePaint;
 use super::{Image, SAMPLES};
-use crate::mesh::linear_light;
 
 // Colours in linear light.
 const FRONT: Vec3 = Vec3::new(0.50, 0.58, 0.68);
@@ -97,22 +100,37 @@ fn fade(size: f32, [none, full]: [f32; 2]) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Function from a face and a point in sample coordinates to a factor of light.
-pub type ColourFunction<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
-
-/// Function from a face and a point in sample coordinates to the stored normal, or zero.
-pub type NormalFunction<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
-
-#[derive(Clone, Copy, Default)]
+/// Colours and normals on the faces of a mesh in a picture.
+#[derive(Default)]
 pub struct Shading<'a> {
     // Colours that multiply the light; white by default.
-    pub colours: Option<&'a ColourFunction<'a>>,
+    pub paint: Option<Paint<'a>>,
     // Stored normals; those of the faces by default.
-    pub normals: Option<&'a NormalFunction<'a>>,
+    pub normals: Option<BlendedNormals<'a>>,
+}
+
+pub enum Paint<'a> {
+    Materials(PlacedMaterials<'a>),
+    Values(ValuePaint<'a>),
+}
+
+impl Shading<'_> {
+    fn colour(&self, face: u32, at: Vec2) -> Vec3 {
+        match &self.paint {
+            None => Vec3::ONE,
+            Some(Paint::Materials(materials)) => materials.colour(face, at),
+            Some(Paint::Values(values)) => values.colour(face, at),
+        }
+    }
+
+    /// Returns the stored normal of a face at a point in sample coordinates; zero if it has none.
+    pub fn normal(&self, face: u32, at: Vec2) -> Vec3 {
+        self.normals.as_ref().map_or(Vec3::ZERO, |normals| normals.normal(face, at))
+    }
 }
 
 /// Lights the samples and averages them by pixel; `open` is the share of ambient light per pixel.
-pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, shading: Shading) -> Image {
+pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, shading: &Shading) -> Image {
     let look = ShadedView { buffer, faces, shading };
     let mut rgba = vec![255; camera.width * camera.height * 4];
     rgba.par_chunks_mut(camera.width * 4).enumerate().for_each(|(row, line)| {
@@ -133,7 +151,7 @@ pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, s
 struct ShadedView<'a> {
     buffer: &'a Buffer,
     faces: &'a [Face],
-    shading: Shading<'a>,
+    shading: &'a Shading<'a>,
 }
 
 impl ShadedView<'_> {
@@ -156,7 +174,7 @@ impl ShadedView<'_> {
         let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
         let look = &self.faces[face as usize];
         // A stored normal changes the light of each sample; a face normal is lit once.
-        let stored = self.shading.normals.map_or(Vec3::ZERO, |normals| normals(face, middle));
+        let stored = self.shading.normal(face, middle);
         let [direct, ambient] = if stored == Vec3::ZERO {
             [look.direct, look.ambient]
         } else {
@@ -165,7 +183,7 @@ impl ShadedView<'_> {
         // Corners lose all ambient light and a part of the direct light.
         let lit = ambient * open + direct * (0.35 + 0.65 * open);
         let colour = lit.lerp(LINE, look.line * f32::from(self.buffer.line[at]) / 255.0);
-        Some(colour * self.shading.colours.map_or(Vec3::ONE, |colours| colours(face, middle)))
+        Some(colour * self.shading.colour(face, middle))
     }
 }
 
@@ -175,17 +193,4 @@ fn background_light(down: f32) -> Vec3 {
 
 pub fn background(down: f32) -> [u8; 4] {
     to_srgb(background_light(down))
-}
-
-pub fn from_srgb(colour: [u8; 3]) -> Vec3 {
-    Vec3::from(colour.map(|byte| linear_light(f32::from(byte) / 255.0)))
-}
-
-pub fn to_srgb(linear: Vec3) -> [u8; 4] {
-    let encode = |x: f32| {
-        let x = x.clamp(0.0, 1.0);
-        let curve = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-        (curve * 255.0).round() as u8
-    };
-    [encode(linear.x), encode(linear.y), encode(linear.z), 255]
 }

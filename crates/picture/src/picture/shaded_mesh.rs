@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::camera::Camera;
 use super::corner_normals::CornerNormals;
 use super::scaled_mesh::ScaledMesh;
-use super::shade::{ColourFunction, NormalFunction, Shading};
+use super::shade::{Paint, Shading};
 use super::surface_materials::DecodedMaterials;
 use crate::mesh::TriMesh;
 
@@ -32,21 +32,12 @@ impl<'a> ShadedMesh<'a> {
         Self { mesh, materials: None, normals: None }
     }
 
-    pub(super) fn with_shading<T>(
-        &self,
-        shape: &ScaledMesh,
-        points: &[Vec3],
-        camera: &Camera,
-        draw: impl FnOnce(Shading) -> T,
-    ) -> T {
+    pub(super) fn shading<'b>(&'b self, shape: &'b ScaledMesh, points: &'b [Vec3], camera: &'b Camera) -> Shading<'b> {
         let materials = self.materials.and_then(|materials| materials.place_on(points, shape.faces));
-        let colours = materials.as_ref().map(|materials| move |face, at| materials.colour(face, at));
-        let blended = self.normals.and_then(|normals| normals.place_on(shape, points, camera));
-        let normals = blended.as_ref().map(|blended| move |face, at| blended.normal(face, at));
-        draw(Shading {
-            colours: colours.as_ref().map(|colours| colours as &ColourFunction),
-            normals: normals.as_ref().map(|normals| normals as &NormalFunction),
-        })
+        Shading {
+            paint: materials.map(Paint::Materials),
+            normals: self.normals.and_then(|normals| normals.place_on(shape, points, camera)),
+        }
     }
 }
 

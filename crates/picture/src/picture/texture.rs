@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::Image;
-use super::shade::{from_srgb, to_srgb};
+use super::pixels::{from_srgb, to_srgb};
 use crate::mesh::Wrap;
 
 /// Halves an image, averaging light, until no side exceeds `most` pixels; drops opacity.

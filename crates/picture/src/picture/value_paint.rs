@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::shade::from_srgb;
+use super::pixels::from_srgb;
 
 // Six steps of ColorBrewer's RdYlBu (Apache 2.0), low to high: light enough for dark lines, and safe for red-green
 // blindness.

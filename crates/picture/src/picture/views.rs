@@ -31,9 +31,7 @@ pub struct MeshView {
 /// assert_eq!((views.len(), views[0].shaded.height, views[1].shaded.width), (2, 64, views[0].shaded.width));
 /// ```
 pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<MeshView> {
-    let shapes = scaled_mesh::scale_meshes(meshes);
-    let camera = Camera::fit_first(direction, &shapes, height.clamp(64, 4096));
-    shapes.iter().map(|shape| draw_view(shape, &camera, &ShadedMesh::bare(meshes[shape.number]))).collect()
+    view_shaded(&meshes.iter().map(|mesh| ShadedMesh::bare(mesh)).collect::<Vec<_>>(), direction, height)
 }
 
 /// Draws each mesh as [`view`] does, with its colours, textures and stored normals.
@@ -54,7 +52,7 @@ pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<Mesh
 pub fn view_shaded(meshes: &[ShadedMesh], direction: [f32; 2], height: usize) -> Vec<MeshView> {
     let surfaces: Vec<&TriMesh> = meshes.iter().map(|shaded| shaded.mesh).collect();
     let shapes = scaled_mesh::scale_meshes(&surfaces);
-    let camera = Camera::fit_first(direction, &shapes, height.clamp(64, 4096));
+    let camera = Camera::with_view(direction, shapes.get(..1).unwrap_or_default(), height.clamp(64, 4096));
     shapes.iter().map(|shape| draw_view(shape, &camera, &meshes[shape.number])).collect()
 }
 
@@ -62,16 +60,15 @@ fn draw_view(shape: &scaled_mesh::ScaledMesh, camera: &Camera, mesh: &ShadedMesh
     let points = camera.project(&shape.points);
     let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
     let middles = middles(&buffer, camera);
-    mesh.with_shading(shape, &points, camera, |shading| {
-        let faces = shade::faces(shape, camera, false, shading.colours.is_some());
-        let open = occlusion::openness(&buffer, &faces, camera);
-        MeshView {
-            shaded: shade::resolve(&buffer, &faces, &open, camera, shading),
-            normals: normals(&middles, &faces, camera, shading),
-            faces: middles.iter().map(|&face| (face != NOTHING).then_some(face)).collect(),
-            covered: covered_samples(&buffer, camera),
-        }
-    })
+    let shading = mesh.shading(shape, &points, camera);
+    let faces = shade::faces(shape, camera, false, shading.paint.is_some());
+    let open = occlusion::openness(&buffer, &faces, camera);
+    MeshView {
+        shaded: shade::resolve(&buffer, &faces, &open, camera, &shading),
+        normals: normals(&middles, &faces, camera, &shading),
+        faces: middles.iter().map(|&face| (face != NOTHING).then_some(face)).collect(),
+        covered: covered_samples(&buffer, camera),
+    }
 }
 
 fn middles(buffer: &Buffer, camera: &Camera) -> Vec<u32> {
@@ -90,12 +87,11 @@ fn covered_samples(buffer: &Buffer, camera: &Camera) -> Vec<u8> {
     counts
 }
 
-fn normals(middles: &[u32], faces: &[Face], camera: &Camera, shading: Shading) -> Image {
+fn normals(middles: &[u32], faces: &[Face], camera: &Camera, shading: &Shading) -> Image {
     let normal = |pixel: usize, face: u32| {
         let middle =
             [pixel % camera.width, pixel / camera.width].map(|at| (at * SAMPLES) as f32 + 0.5 * SAMPLES as f32);
-        let stored = shading.normals.map_or(Vec3::ZERO, |normals| normals(face, middle.into()));
-        faces[face as usize].shading_normal(stored)
+        faces[face as usize].shading_normal(shading.normal(face, middle.into()))
     };
     let colour = |(pixel, &face): (usize, &u32)| {
         let normal = if face == NOTHING { Vec3::ZERO } else { normal(pixel, face) };

@@ -42,7 +42,6 @@ pub fn compare(original: &ReferenceMesh, simplified: &TriMesh) -> Vec<Figure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::test_values::run_on_threads;
     use crate::mesh::shapes;
 
     const OPTIONS: CompareOptions = CompareOptions { samples: 3000, seed: 0 };
@@ -124,11 +123,5 @@ mod tests {
             let by = 2f32.powi(power);
             assert_eq!(compare_meshes(&scale(&fine, by), &scale(&coarse, by)), usual);
         }
-    }
-
-    #[test]
-    fn threads_do_not_change_a_bit() {
-        let on = |n| run_on_threads(n, || compare_meshes(&shapes::bolt(40), &shapes::bolt(24)));
-        assert_eq!(on(1), on(3));
     }
 }

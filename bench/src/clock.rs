@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use crate::evaluate::thread_time;
 use anyhow::{Context, Result, ensure};
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeValLike;
@@ -20,6 +19,11 @@ pub fn measure_time<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, Seconds)>
     let made = work()?;
     let wall = (now(ClockId::CLOCK_MONOTONIC) - wall).as_secs_f64();
     Ok((made, Seconds { wall, thread: (thread_time() - thread).as_secs_f64() }))
+}
+
+/// Returns the processor time of the calling thread.
+pub fn thread_time() -> Duration {
+    now(ClockId::CLOCK_THREAD_CPUTIME_ID)
 }
 
 fn now(clock: ClockId) -> Duration {
@@ -54,8 +58,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_has_its_time() {
-        let (sum, seconds) = measure_time(|| Ok((0..10_000_000u64).map(std::hint::black_box).sum::<u64>())).unwrap();
-        assert!(sum > 0 && seconds.thread > 0.0 && seconds.wall >= 0.9 * seconds.thread);
+    fn work_takes_both_times_and_waiting_no_processor_time() {
+        let (sum, seconds) = measure_time(|| Ok((0..20_000_000u64).map(std::hint::black_box).sum::<u64>())).unwrap();
+        assert!(sum > 0 && seconds.thread > 0.0 && seconds.wall >= 0.9 * seconds.thread - 0.01, "{seconds:?}");
+        let wait = || {
+            std::thread::sleep(Duration::from_millis(100));
+            Ok(())
+        };
+        let ((), waited) = measure_time(wait).unwrap();
+        assert!(waited.wall >= 0.1 && waited.thread < 0.05, "{waited:?}");
     }
 }
