@@ -13,6 +13,7 @@
 
 use rustc_hash::FxHashSet;
 
+use super::compact::{renumber_used, used_vertices};
 use super::first_equal::join_positions;
 use super::precision::{LostComponent, find_lost_component};
 use super::repeated_faces::{prefer_wound_sides, repeated_faces, superfluous_faces};
@@ -260,14 +261,6 @@ fn drop_degenerate_faces(faces: &mut FaceList, counts: &mut CleanCounts) {
     counts.degenerate_faces += before - faces.len();
 }
 
-fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
-    let mut used = vec![false; n_vertices];
-    for &vertex in faces.iter().flatten() {
-        used[vertex as usize] = true;
-    }
-    used
-}
-
 /// Returns a local origin near the centre of the used vertices, to which local coordinates add exactly.
 pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -369,14 +362,7 @@ fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]], used: &[bo
         let source = (0..local.len() as u32).collect();
         return (local, source);
     }
-    let source: Vec<u32> = (0..local.len() as u32).filter(|&vertex| used[vertex as usize]).collect();
-    let mut place = vec![0; local.len()];
-    for (new, &old) in source.iter().enumerate() {
-        place[old as usize] = new as u32;
-    }
-    for vertex in faces.iter_mut().flatten() {
-        *vertex = place[*vertex as usize];
-    }
+    let source = renumber_used(faces, used);
     (source.iter().map(|&old| local[old as usize]).collect(), source)
 }
 
