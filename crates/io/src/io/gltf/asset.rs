@@ -193,20 +193,20 @@ fn read_parts(
     notes: &mut Vec<String>,
 ) -> Result<(Vec<usize>, Vec<AssetPart>), ReadError> {
     let (root, data) = (&container.root, container.data());
-    let (mut budget, mut repairs) = (container.budget(n_bytes), asset_part::ReadRepairs::default());
+    let (mut budget, mut n_not_finite) = (container.budget(n_bytes), 0);
     let scales = largest_scales(&data, budget)?;
     let (mut meshes, mut parts) = (Vec::new(), Vec::new());
     for (index, mesh) in root.meshes.iter().enumerate() {
         let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
         let materials = asset_part::materials(root, mesh);
         // Meshes of lines or points alone are no parts.
-        if let Some(mesh) = asset_part::read(&data, mesh, &mut budget, &mut repairs)? {
+        if let Some(mesh) = asset_part::read(&data, mesh, &mut budget, &mut n_not_finite)? {
             meshes.push(index);
             parts.push(AssetPart { name, mesh, materials, scale: scales[index] });
         }
     }
-    if repairs.n_not_finite > 0 {
-        notes.push(format!("{} values of vertex attributes are not finite: they become 0", repairs.n_not_finite));
+    if n_not_finite > 0 {
+        notes.push(format!("{n_not_finite} values of vertex attributes are not finite: they become 0"));
     }
     Ok((meshes, parts))
 }

@@ -1,10 +1,12 @@
 //! Files of a document and its buffer.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use base64::Engine;
 use serde_json::Value;
 
+use super::image_kinds::free_path;
+use super::load_uri::encode_percent;
 use crate::io::{Format, OutputFile, OutputFolder, WriteError};
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -33,7 +35,7 @@ pub(super) fn files(
     // An empty buffer needs no file.
     if layout == BufferPlace::Beside && document.get("buffers").is_some() {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let mut name = PathBuf::from(free_name(shared.unwrap_or(&stem), images));
+        let mut name = free_path(format!("{}.bin", shared.unwrap_or(&stem)).into(), images);
         if let Some(folder) = folder {
             name = folder.free_path(&name, buffer, None, images);
         }
@@ -52,27 +54,6 @@ pub(super) fn files(
 
 pub(super) fn one_file(document: Value, buffer: &[u8], format: Format) -> Result<Vec<u8>, WriteError> {
     if format == Format::Glb { write_glb(&document, buffer) } else { write_embedded(document, buffer) }
-}
-
-fn free_name(stem: &str, images: &[OutputFile]) -> String {
-    let is_taken =
-        |name: &str| images.iter().any(|image| image.path.to_str().is_some_and(|path| path.eq_ignore_ascii_case(name)));
-    let mut name = format!("{stem}.bin");
-    while is_taken(&name) {
-        name.insert(0, '_');
-    }
-    name
-}
-
-pub(super) fn encode_percent(name: &str) -> String {
-    let mut uri = String::new();
-    for byte in name.bytes() {
-        match byte {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' => uri.push(char::from(byte)),
-            _ => uri.push_str(&format!("%{byte:02X}")),
-        }
-    }
-    uri
 }
 
 fn write_embedded(mut document: Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {

@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::Asset;
+use super::accessor::{FLOAT, UNSIGNED_BYTE, UNSIGNED_SHORT};
 use super::asset_part::AssetPart;
-use super::draft::{Draft, FLOAT, NumberStorage, UNSIGNED_BYTE, UNSIGNED_SHORT, vector_shape};
+use super::draft::{Draft, NumberStorage, vector_shape};
 use super::empty_nodes::{drop_meshes, remove_meshes};
 use super::extensions::{drop_compression_extensions, drop_face_extensions, drop_unused_names, name_extension};
 use super::files::{BufferPlace, files};
