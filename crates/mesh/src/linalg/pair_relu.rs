@@ -258,18 +258,13 @@ impl ColumnKernel for TotalGradientKernel<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_values::{assert_close, assert_slopes, ragged_graph, random};
+    use super::super::test_values::{assert_close, assert_slopes, naive_product, ragged_graph, random};
     use super::*;
 
     fn naive(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
         Matrix::from_fn(u.n_rows(), u.n_cols(), |n, c| {
             graph.row(n).iter().map(|&k| (u.row(n)[c] - u.row(k as usize)[c] + bias[c]).max(0.0)).sum()
         })
-    }
-
-    fn naive_product(x: &Matrix, weights: &Matrix) -> Matrix {
-        let dot = |n: usize, c: usize| (0..x.n_cols()).map(|k| x.row(n)[k] * weights.row(k)[c]).sum();
-        Matrix::from_fn(x.n_rows(), weights.n_cols(), dot)
     }
 
     #[test]
@@ -280,14 +275,14 @@ mod tests {
                 let expected = naive(&u, bias.data(), &graph);
                 assert_close(pair_relu(&u, bias.data(), &graph).data(), expected.data(), 1e-5);
                 let (weights, output_bias) = (random(width, 20, 7), random(1, 20, 8));
-                let product = naive_product(&expected, &weights);
+                let product = naive_product(&expected, &weights, &[]);
                 let entry = |n: usize, c| product.row(n)[c] + graph.row(n).len() as f32 * output_bias.data()[c];
                 let expected = Matrix::from_fn(n, 20, entry);
                 let found = pair_relu_product(&u, bias.data(), &graph, &weights, output_bias.data());
                 assert_close(found.data(), expected.data(), 1e-5);
                 let (left, of_beside) = (random(n, 9, 9), random(9, 20, 10));
                 let weights = Matrix::new(9 + width, 20, [of_beside.data(), weights.data()].concat());
-                let further = naive_product(&left, &of_beside);
+                let further = naive_product(&left, &of_beside, &[]);
                 let expected = Matrix::from_fn(n, 20, |n, c| expected.row(n)[c] + further.row(n)[c]);
                 let found = concat_pair_relu_product(&left, &u, bias.data(), &graph, [&weights, &output_bias]);
                 assert_close(found.data(), expected.data(), 1e-5);

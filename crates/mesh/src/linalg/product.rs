@@ -238,15 +238,8 @@ fn tile<const FMA: bool, const ROWS: usize, const COLS: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_values::{assert_close, assert_slopes, random};
+    use super::super::test_values::{assert_close, assert_slopes, naive_product, random};
     use super::*;
-
-    fn naive(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
-        Matrix::from_fn(x.n_rows(), weights.n_cols(), |i, c| {
-            let dot: f32 = (0..x.n_cols()).map(|k| x.row(i)[k] * weights.row(k)[c]).sum();
-            dot + bias.get(c).unwrap_or(&0.0)
-        })
-    }
 
     #[test]
     fn every_instruction_set_agrees_with_the_naive_product() {
@@ -255,7 +248,7 @@ mod tests {
                 [[0, 3, 4], [1, 1, 1], [7, 3, 64], [131, 64, 33], [70, 73, 128], [20, 64, 1], [5, 0, 3]]
             {
                 let (x, w, b) = (random(n, n_in, 1), random(n_in, n_out, 2), random(1, n_out, 3));
-                let expected = naive(&x, &w, b.data());
+                let expected = naive_product(&x, &w, b.data());
                 assert_close(product(&x, &w, b.data()).data(), expected.data(), 1e-5);
             }
         });
@@ -267,7 +260,7 @@ mod tests {
             let (a, b, w) = (random(131, 9, 1), random(131, 64, 2), random(73, 40, 3));
             let joined =
                 Matrix::from_fn(131, 73, |row, col| if col < 9 { a.row(row)[col] } else { b.row(row)[col - 9] });
-            assert_close(concat_product(&a, &b, &w).data(), naive(&joined, &w, &[]).data(), 1e-5);
+            assert_close(concat_product(&a, &b, &w).data(), naive_product(&joined, &w, &[]).data(), 1e-5);
         });
     }
 
@@ -275,9 +268,9 @@ mod tests {
     fn derivatives_are_products_with_transposes() {
         Isa::on_each(|| {
             let (x, w, g) = (random(600, 9, 1), random(9, 37, 2), random(600, 37, 3));
-            let to_weights = naive(&x.transpose(), &g, &[]);
+            let to_weights = naive_product(&x.transpose(), &g, &[]);
             assert_close(product_weights_backward(&x, &g).data(), to_weights.data(), 1e-4);
-            assert_close(product_input_backward(&g, &w).data(), naive(&g, &w.transpose(), &[]).data(), 1e-5);
+            assert_close(product_input_backward(&g, &w).data(), naive_product(&g, &w.transpose(), &[]).data(), 1e-5);
         });
     }
 

@@ -19,6 +19,7 @@ use super::precision::{LostComponent, find_lost_component};
 use super::repeated_faces::{prefer_wound_sides, repeated_faces, superfluous_faces};
 use super::tri_mesh::are_sound;
 use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
+use crate::geometry::extent;
 
 /// Options of [`clean`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -263,14 +264,9 @@ fn drop_degenerate_faces(faces: &mut FaceList, counts: &mut CleanCounts) {
 
 /// Returns a local origin near the centre of the used vertices, to which local coordinates add exactly.
 pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for (position, _) in positions.iter().zip(used).filter(|(_, used)| **used) {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(position[axis]);
-            high[axis] = high[axis].max(position[axis]);
-        }
-    }
-    origin_within(low, high)
+    let used = positions.iter().zip(used).filter(|(_, used)| **used);
+    let (low, high) = extent(used.map(|(&position, _)| position.into()));
+    origin_within(low.into(), high.into())
 }
 
 #[doc(hidden)]

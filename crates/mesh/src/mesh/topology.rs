@@ -62,7 +62,8 @@ impl TopologyPatches {
         }
         closed.components += open.components.n_sets();
         let n_fans = n_closed_fans + open.fans.n_sets();
-        closed.boundary_loops += n_curves(&open.curves, &mut open.fans);
+        let curves: Vec<[u32; 2]> = open.curves.iter().map(|curve| curve.map(|fan| open.fans.find(fan))).collect();
+        closed.boundary_loops += curves_through(&curves).1.n_sets();
         let (vertices, non_manifold_vertices) = shared_vertices(&open_fans, &mut open.fans);
         closed.vertices += vertices;
         closed.non_manifold_vertices += non_manifold_vertices;
@@ -98,11 +99,6 @@ impl OpenElements {
             self.all_agree &= self.sides.join([x.side, y.side], against ^ x.is_turned ^ y.is_turned);
         }
     }
-}
-
-fn n_curves(curves: &[[u32; 2]], fans: &mut UnionFind) -> usize {
-    let curves: Vec<[u32; 2]> = curves.iter().map(|curve| curve.map(|fan| fans.find(fan))).collect();
-    curves_through(&curves).1.n_sets()
 }
 
 fn shared_vertices(open_fans: &[PositionKey], fans: &mut UnionFind) -> (usize, usize) {

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::geometry::extent;
 use crate::geometry::line_on_triangle::line_on_triangle;
 
 use super::triangle_tree::{TreeQuery, TriangleNode, TriangleTree};
@@ -28,11 +29,7 @@ pub struct Occluders {
 impl Occluders {
     /// Builds the tree over finite triangles, n_triangles x 3 x 3.
     pub fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
-        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = triangles.as_flattened().iter().fold(none, |(low, high), corner| {
-            let corner = DVec3::from(corner.map(f64::from));
-            (low.min(corner), high.max(corner))
-        });
+        let (low, high) = extent(triangles.as_flattened().iter().map(|corner| corner.map(f64::from).into()));
         let half = (0.5 * (high - low)).max_element();
         let (middle, factor) = if half > 0.0 { (0.5 * (low + high), half.recip()) } else { (DVec3::ZERO, 1.0) };
         let to_unit = |corner: [f32; 3]| ((DVec3::from(corner.map(f64::from)) - middle) * factor).as_vec3().to_array();

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::geometry::extent;
 use crate::linalg::{Isa, Work};
 
 /// Pixels per triangle, to find visible triangles and to sum visible areas; `SIDE` is the range of a view's side in
@@ -82,10 +83,7 @@ fn visible_pixels(side: usize, scaled: &[Vec3], faces: &[[u32; 3]], n_axes: usiz
 /// Scales positions so that they fit any view of `side` pixels; also returns the scale in pixels per unit.
 pub(super) fn to_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64) {
     let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
-    let (low, high) = positions
-        .iter()
-        .map(point)
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let (low, high) = extent(positions.iter().map(point));
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let scale = if radius > 0.0 { 0.5 * (side - 1) as f64 / radius } else { 0.0 };
     let scaled = positions.par_iter().with_min_len(4096).map(|p| ((point(p) - middle) * scale).as_vec3()).collect();
