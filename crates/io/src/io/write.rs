@@ -5,6 +5,7 @@
 use rayon::prelude::*;
 
 use super::{WriteError, number};
+use crate::geometry::extent;
 use crate::mesh::{Frame, TriMesh, has_area};
 
 // From 2^24 on, the shortest text of a whole number has other digits.
@@ -39,8 +40,7 @@ impl<'a> Content<'a> {
         // Exact positions come from callers, so they are checked; those of a mesh are finite.
         let finite = positions.iter().flatten().all(|x| x.is_finite());
         if positions.len() != mesh.positions().len() || !finite {
-            let what = "positions: give one finite position for each vertex";
-            return Err(WriteError { what: what.into() });
+            return Err(WriteError::new("positions: give one finite position for each vertex"));
         }
         let double = positions.iter().flatten().any(|&x| is_double(x));
         Ok(Self { positions: Positions::Exact(positions), faces: mesh.faces(), double, single: [false; 3] })
@@ -52,8 +52,7 @@ impl<'a> Content<'a> {
         kept: Vec<Option<[f64; 3]>>,
     ) -> Result<Self, WriteError> {
         if kept.len() != mesh.positions().len() || !kept.iter().flatten().flatten().all(|x| x.is_finite()) {
-            let what = "exact positions: give one finite position or none for each vertex";
-            return Err(WriteError { what: what.into() });
+            return Err(WriteError::new("exact positions: give one finite position or none for each vertex"));
         }
         // Doubles are needed if either the frame or an exact position needs them.
         let bare = Self::from_mesh(mesh, frame);
@@ -120,10 +119,8 @@ impl<'a> Content<'a> {
     }
 
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {
-        let all = (0..self.n_vertices()).map(|vertex| self.position(vertex));
-        all.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), p| {
-            (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
-        })
+        let (low, high) = extent((0..self.n_vertices()).map(|vertex| self.position(vertex).into()));
+        (low.into(), high.into())
     }
 
     // Readers that take the text as doubles may flatten a face.

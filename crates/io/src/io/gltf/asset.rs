@@ -103,7 +103,8 @@ impl Asset {
         let broken = |error| ReadError::file(format!("the JSON is malformed or not glTF ({error})"), REMEDY);
         let document = serde_json::from_slice(json).map_err(broken)?;
         // A single JSON file stays one when it is written.
-        let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(is_data_uri);
+        let is_data = |uri: &Option<String>| uri.as_deref().is_some_and(|uri| uri.starts_with("data:"));
+        let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(|it| is_data(&it.uri));
         let mut notes = Vec::new();
         let (meshes, parts) = read_parts(&container, bytes.len(), &mut notes)?;
         // Draco data are decoded once and never encoded again.
@@ -181,10 +182,6 @@ impl fmt::Debug for Asset {
         let names: Vec<&str> = self.parts.iter().map(|part| part.name.as_str()).collect();
         f.debug_struct("Asset").field("parts", &names).field("notes", &self.notes).finish_non_exhaustive()
     }
-}
-
-fn is_data_uri(buffer: &super::schema::GltfBuffer) -> bool {
-    buffer.uri.as_deref().is_some_and(|uri| uri.starts_with("data:"))
 }
 
 fn read_parts(

@@ -29,7 +29,7 @@ pub(super) fn files(
     let path = Path::new(name);
     // The name comes from the caller and must not place files elsewhere.
     if path.file_name().is_none_or(|only| only != path.as_os_str()) {
-        return Err(WriteError { what: format!("{name:?} is not a file name: give one without folders") });
+        return Err(WriteError::new(format!("{name:?} is not a file name: give one without folders")));
     }
     let mut beside = Vec::new();
     // An empty buffer needs no file.
@@ -65,12 +65,12 @@ fn write_embedded(mut document: Value, buffer: &[u8]) -> Result<Vec<u8>, WriteEr
 }
 
 fn write_json(document: &Value) -> Result<Vec<u8>, WriteError> {
-    serde_json::to_vec(document).map_err(|error| WriteError { what: format!("the JSON cannot be written: {error}") })
+    serde_json::to_vec(document).map_err(|error| WriteError::new(format!("the JSON cannot be written: {error}")))
 }
 
 fn write_glb(document: &Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
     let json = write_json(document)?;
-    let too_large = || WriteError { what: "more than 4 GiB do not fit into GLB: write .gltf".into() };
+    let too_large = || WriteError::new("more than 4 GiB do not fit into GLB: write .gltf");
     // A GLB is a header of 12 bytes, then chunks aligned to four bytes.
     let mut bytes = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
     let chunks = [(b"JSON", &json[..], b' '), (b"BIN\0", buffer, 0)];

@@ -25,8 +25,10 @@ pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], cove
         let meshes: Vec<Value> = levels.iter().filter_map(|level| replacement(level, mesh?)).collect();
         // Each level must have a replacement, or the order of levels would shift.
         if meshes.len() == levels.len() {
-            let finest =
-                if coverage.is_some() { without_children(draft, node) } else { move_mesh_to_child(draft, node) };
+            // A coarser level would hide the children of its node.
+            let has_children = draft.document["nodes"][node].get("children").is_some();
+            let moves = coverage.is_none() || has_children;
+            let finest = if moves { move_mesh_to_child(draft, node) } else { node };
             let ids: Vec<Value> =
                 meshes.into_iter().enumerate().map(|(at, mesh)| push_node(draft, finest, at + 1, mesh)).collect();
             match coverage {
@@ -69,12 +71,6 @@ fn nodes_of_levels(document: &Value) -> Vec<usize> {
         Some(ids.iter().filter_map(index).chain([at]).collect::<Vec<_>>())
     };
     nodes.filter_map(ids).flatten().collect()
-}
-
-fn without_children(draft: &mut Draft, node: usize) -> usize {
-    // A coarser level would hide the children of its node.
-    let has_children = draft.document["nodes"][node].get("children").is_some();
-    if has_children { move_mesh_to_child(draft, node) } else { node }
 }
 
 pub(super) fn move_mesh_to_child(draft: &mut Draft, node: usize) -> usize {

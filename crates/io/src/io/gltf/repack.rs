@@ -59,26 +59,36 @@ impl PackedBuffer {
 
 /// Moves all buffer views into the buffer.
 pub(super) fn pack(draft: &mut Draft, buffer: &mut PackedBuffer, limit: usize) -> Result<(), WriteError> {
-    let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
-    for (at, (view, bytes)) in views.into_iter().flatten().zip(&draft.views).enumerate() {
-        let bytes = bytes.as_deref().ok_or_else(|| WriteError {
-            what: format!("buffer view {at} ends beyond its buffer: export the asset again"),
-        })?;
-        let offset = buffer.place(bytes);
-        // Views may overlap in the file and repeat its bytes many times.
-        if buffer.bytes.len() > limit {
-            return Err(WriteError { what: "the result is too large for glTF: simplify further".into() });
-        }
-        if let Value::Object(view) = view {
-            place_view(view, offset, bytes.len());
-        }
-    }
+    pack_views(draft, limit, |_, view, bytes| {
+        place_view(view, 0, buffer.place(bytes), bytes.len());
+        buffer.bytes.len()
+    })?;
     name_buffer(&mut draft.document, buffer.bytes.len());
     Ok(())
 }
 
-fn place_view(view: &mut Map<String, Value>, offset: usize, length: usize) {
-    view.insert("buffer".into(), 0.into());
+/// Moves all buffer views by `place`, which returns the length of the longest buffer after each.
+pub(super) fn pack_views(
+    draft: &mut Draft,
+    limit: usize,
+    mut place: impl FnMut(usize, &mut Value, &[u8]) -> usize,
+) -> Result<(), WriteError> {
+    let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
+    for (at, (view, bytes)) in views.into_iter().flatten().zip(&draft.views).enumerate() {
+        let bytes = bytes.as_deref().ok_or_else(|| {
+            WriteError::new(format!("buffer view {at} ends beyond its buffer: export the asset again"))
+        })?;
+        // Views may overlap in the file and repeat its bytes many times.
+        if place(at, view, bytes) > limit {
+            return Err(WriteError::new("the result is too large for glTF: simplify further"));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn place_view(view: &mut Value, buffer: usize, offset: usize, length: usize) {
+    let Value::Object(view) = view else { return };
+    view.insert("buffer".into(), buffer.into());
     view.shift_remove("byteOffset");
     if offset > 0 {
         view.insert("byteOffset".into(), offset.into());

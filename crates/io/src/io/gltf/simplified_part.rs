@@ -54,7 +54,7 @@ impl SimplifiedPart {
     }
 
     pub(super) fn check(&self, part: &AssetPart) -> Result<(), WriteError> {
-        let problem = |what: &str| Err(WriteError { what: format!("{}: {what}", part.name) });
+        let problem = |what: &str| Err(WriteError::new(format!("{}: {what}", part.name)));
         if !self.is_mesh() {
             return problem("faces, positions and attributes do not fit each other: give a valid mesh");
         }

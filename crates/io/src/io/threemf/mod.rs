@@ -188,11 +188,6 @@ impl<'a> Models<'a> {
 
 #[cfg(test)]
 mod tests {
-    use std::io::{Cursor, Write};
-
-    use zip::ZipWriter;
-    use zip::write::SimpleFileOptions;
-
     use super::*;
     use crate::io::{Format, Model, WriteOptions, write_attributed};
     use crate::mesh::cleanup::{CleanOptions, clean};
@@ -202,12 +197,9 @@ mod tests {
         Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
 
     fn package(parts: &[(&str, &str)]) -> Vec<u8> {
-        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-        for (name, text) in [&[("_rels/.rels", RELATIONS)], parts].concat() {
-            archive.start_file(name, SimpleFileOptions::default()).unwrap();
-            archive.write_all(text.as_bytes()).unwrap();
-        }
-        archive.finish().unwrap().into_inner()
+        let parts = [&[("_rels/.rels", RELATIONS)], parts].concat();
+        let parts: Vec<(&str, &[u8])> = parts.iter().map(|(name, text)| (*name, text.as_bytes())).collect();
+        write::package(&parts).unwrap()
     }
 
     fn tetrahedron(of_first: &str) -> String {

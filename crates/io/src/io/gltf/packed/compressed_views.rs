@@ -10,7 +10,7 @@ use crate::io::gltf::accessor::element_size;
 use crate::io::gltf::draft::{Draft, VERTICES};
 use crate::io::gltf::extensions::{may_name_indices, name_extension};
 use crate::io::gltf::references::{OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenced, index, list, list_mut};
-use crate::io::gltf::repack::{PackedBuffer, drop_unused};
+use crate::io::gltf::repack::{PackedBuffer, drop_unused, pack_views, place_view};
 
 pub(in crate::io::gltf) const COMPRESSION: &str = "EXT_meshopt_compression";
 pub(in crate::io::gltf) const OCTAHEDRAL: &str = "OCTAHEDRAL";
@@ -37,12 +37,8 @@ pub(in crate::io::gltf) fn pack_compressed(
     }
     let streams = streams(draft);
     let mut n_unpacked = 0usize;
-    let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
-    for (at, ((view, bytes), stream)) in views.into_iter().flatten().zip(&draft.views).zip(&streams).enumerate() {
-        let bytes = bytes.as_deref().ok_or_else(|| WriteError {
-            what: format!("buffer view {at} ends beyond its buffer: export the asset again"),
-        })?;
-        let packed = stream
+    pack_views(draft, limit, |at, view, bytes| {
+        let packed = streams[at]
             .as_ref()
             .and_then(|stream| Some((compress_view(bytes, stream.is_triangles, stream.stride)?, stream)));
         // Compression that gains nothing is left out, unless a filter needs it.
@@ -56,22 +52,10 @@ pub(in crate::io::gltf) fn pack_compressed(
             }
             None => place_view(view, 0, buffer.place(bytes), bytes.len()),
         }
-        if buffer.bytes.len().max(n_unpacked) > limit {
-            return Err(WriteError { what: "the result is too large for glTF: simplify further".into() });
-        }
-    }
+        buffer.bytes.len().max(n_unpacked)
+    })?;
     name_buffers(&mut draft.document, buffer.bytes.len(), n_unpacked);
     Ok(())
-}
-
-fn place_view(view: &mut Value, buffer: usize, offset: usize, length: usize) {
-    (view["buffer"], view["byteLength"]) = (buffer.into(), length.into());
-    if let Some(view) = view.as_object_mut() {
-        view.shift_remove("byteOffset");
-        if offset > 0 {
-            view.insert("byteOffset".into(), offset.into());
-        }
-    }
 }
 
 fn describe_stream(stream: &Stream, offset: usize, length: usize, n_unpacked: usize) -> Value {
