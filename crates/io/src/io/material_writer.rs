@@ -10,7 +10,7 @@ use super::distinct_images::DistinctImages;
 use super::extra::Extra;
 use super::material_libraries::texture_use;
 use super::write::push_singles;
-use crate::mesh::{BaseTexture, Finish, Look, Wrap, srgb};
+use crate::mesh::{BaseTexture, Finish, Wrap, srgb};
 
 #[derive(Debug, Default)]
 pub(super) struct MaterialLibrary {

@@ -14,7 +14,7 @@ use crate::io::memory::reserve;
 use crate::io::one_line::one_line;
 use crate::io::{ReadError, number, shorten_name};
 
-const REMEDY: &str = "export the file again";
+pub(super) const REMEDY: &str = "export the file again";
 
 #[derive(Default)]
 pub(super) struct ModelDocument {
