@@ -5,7 +5,6 @@
 use rayon::prelude::*;
 
 use super::{WriteError, number};
-use crate::geometry::extent;
 use crate::mesh::{Frame, TriMesh, has_area};
 
 // From 2^24 on, the shortest text of a whole number has other digits.
@@ -119,8 +118,10 @@ impl<'a> Content<'a> {
     }
 
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {
-        let (low, high) = extent((0..self.n_vertices()).map(|vertex| self.position(vertex).into()));
-        (low.into(), high.into())
+        let all = (0..self.n_vertices()).map(|vertex| self.position(vertex));
+        all.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), p| {
+            (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
+        })
     }
 
     // Readers that take the text as doubles may flatten a face.

@@ -12,5 +12,6 @@ pub mod side_lengths;
 pub mod triangle;
 
 pub use eigenvalues::eigenvalues;
+#[doc(hidden)]
 pub use extent::extent;
 pub use quadric::Quadric;

@@ -130,7 +130,7 @@ impl<'a> Data<'a> {
             return Some(bytes);
         }
         let view: &BufferView = self.root.buffer_views.get(index)?;
-        self.buffers.get(view.buffer)?.get(view.byte_offset..)?.get(..view.byte_length)
+        self.buffers.part(view.buffer, view.byte_offset, view.byte_length)
     }
 }
 

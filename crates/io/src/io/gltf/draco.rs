@@ -26,7 +26,7 @@ pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), 
             return Err(broken(&format!("it contains no {name}")));
         }
         let view = draco.buffer_view.and_then(|view| buffer_views.get(view)).ok_or_else(|| broken("no buffer view"))?;
-        let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
+        let bytes = buffers.part(view.buffer, view.byte_offset, view.byte_length);
         let mesh = decode_mesh(bytes.ok_or_else(|| broken("no bytes"))?, budget).map_err(|why| broken(&why))?;
         // Each decoded array counts against the budget, as a small stream may grow large.
         let mut take = |accessor: Option<&mut Accessor>, values: Option<Vec<u8>>, count: usize| {

@@ -165,9 +165,7 @@ impl<'a> ObjectPrimitives<'a> {
         named: &'a GroupProperties,
         packed: Option<PrimitivePacking>,
     ) {
-        let vertices = PrimitiveVertices::collect(part, faces);
-        let vertices =
-            if packed.is_some_and(|packed| packed.compress) { vertices.merge(part).reorder() } else { vertices };
+        let vertices = PrimitiveVertices::for_packing(part, faces, packed);
         self.n_vertices += vertices.len();
         let mut writer = PrimitiveWriter { draft, part, vertices: &vertices, packed };
         let mut primitive =

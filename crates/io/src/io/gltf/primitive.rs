@@ -32,6 +32,12 @@ impl PrimitiveVertices {
         Self { pairs, positions, faces }
     }
 
+    /// Returns the vertices, without repeated values and in the order of fast drawing if they are to be compressed.
+    pub fn for_packing(part: &SimplifiedPart, faces: &[u32], packed: Option<PrimitivePacking>) -> Self {
+        let all = Self::collect(part, faces);
+        if packed.is_some_and(|packed| packed.compress) { all.merge(part).reorder() } else { all }
+    }
+
     pub fn merge(mut self, part: &SimplifiedPart) -> Self {
         let mut known: FxHashMap<Vec<u32>, u32> = FxHashMap::default();
         let mut place = |vertex: &u32| {

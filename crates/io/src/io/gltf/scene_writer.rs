@@ -420,8 +420,7 @@ fn rewrite_primitive(
     (part, faces): (&SimplifiedPart, &[u32]),
     packed: Option<PrimitivePacking>,
 ) {
-    let vertices = PrimitiveVertices::collect(part, faces);
-    let vertices = if packed.is_some_and(|packed| packed.compress) { vertices.merge(part).reorder() } else { vertices };
+    let vertices = PrimitiveVertices::for_packing(part, faces, packed);
     let mut writer = PrimitiveWriter { draft, part, vertices: &vertices, packed };
     primitive["attributes"] = writer.attributes(&attribute_storage(root, &described.attributes, role));
     if !described.targets.is_empty() {
