@@ -71,7 +71,7 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     let Model { mesh, attributes, extra, .. } = *model;
     // The caller gives attributes and mesh separately, so they may belong to different meshes.
     if !attributes.is_valid_for(mesh.faces().len()) {
-        return Err(WriteError { what: "the attributes do not match the faces: give one row for each face".into() });
+        return Err(WriteError::new("the attributes do not match the faces: give one row for each face"));
     }
     WriteTask { content: content(model)?, attributes, extra, options }.run()
 }

@@ -79,8 +79,8 @@ impl ReadError {
 
 impl WriteError {
     #[doc(hidden)]
-    pub fn new(what: String) -> Self {
-        Self { what }
+    pub fn new(what: impl Into<String>) -> Self {
+        Self { what: what.into() }
     }
 }
 

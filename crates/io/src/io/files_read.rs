@@ -77,7 +77,7 @@ impl FilesRead {
     pub fn check(&self, path: &Path, is_result: bool) -> Result<(), WriteError> {
         match find_id(path).filter(|id| self.lock().contains(id)) {
             Some(id) if !is_result || self.mesh != Some(id) => {
-                Err(WriteError { what: "is read in this run, so it is never replaced: choose another name".into() })
+                Err(WriteError::new("is read in this run, so it is never replaced: choose another name"))
             }
             _ => Ok(()),
         }
@@ -95,10 +95,10 @@ impl FilesRead {
     /// # Errors
     /// [`WriteError`] names the file.
     pub fn check_companions(&self, folder: &Path, files: &[OutputFile]) -> Result<(), WriteError> {
-        files.iter().filter(|file| !is_equal(&folder.join(&file.path), &file.bytes)).try_for_each(|file| {
-            let named = |error: WriteError| WriteError { what: format!("{}: {}", file.path.display(), error.what) };
-            self.check(&folder.join(&file.path), false).map_err(named)
-        })
+        files
+            .iter()
+            .filter(|file| !is_equal(&folder.join(&file.path), &file.bytes))
+            .try_for_each(|file| self.check(&folder.join(&file.path), false).map_err(|error| file.problem(error)))
     }
 
     fn lock(&self) -> MutexGuard<'_, FxHashSet<FileId>> {

@@ -148,7 +148,7 @@ impl FormatRow {
     }
 
     pub fn writer(&self) -> Result<Writer, WriteError> {
-        self.write.ok_or_else(|| WriteError { what: self.no_writer.into() })
+        self.write.ok_or_else(|| WriteError::new(self.no_writer))
     }
 }
 

@@ -10,7 +10,7 @@ use super::distinct_images::DistinctImages;
 use super::extra::Extra;
 use super::material_libraries::texture_use;
 use super::write::push_singles;
-use crate::mesh::{BaseTexture, Finish, Look, Wrap, srgb};
+use crate::mesh::{BaseTexture, Finish, Wrap, srgb};
 
 #[derive(Debug, Default)]
 pub(super) struct MaterialLibrary {
@@ -26,7 +26,8 @@ impl MaterialLibrary {
         let used: FxHashSet<&str> = extra.materials().into_iter().collect();
         let mut paths = TexturePaths { name, finder, distinct: DistinctImages::default(), paths: Vec::new() };
         for (material, look) in extra.looks.iter().filter(|(material, _)| used.contains(&material.as_str())) {
-            library.push_material(material, look);
+            library.text.extend(format!("newmtl {material}\n").into_bytes());
+            library.push_numbers("Kd", &look.colour.map(srgb));
             if let Some(texture) = &look.texture {
                 let path = library.push_texture("map_Kd", texture, &mut paths);
                 library.textures.push((material.clone(), path));
@@ -34,11 +35,6 @@ impl MaterialLibrary {
             library.push_finish(&look.finish, &mut paths);
         }
         library
-    }
-
-    fn push_material(&mut self, material: &str, look: &Look) {
-        self.text.extend(format!("newmtl {material}\n").into_bytes());
-        self.push_numbers("Kd", &look.colour.map(srgb));
     }
 
     fn push_finish<'a>(&mut self, finish: &'a Finish, paths: &mut TexturePaths<'a, '_, '_>) {

@@ -20,7 +20,11 @@ pub(super) fn instance_limit(n_held: usize) -> usize {
 
 #[inline]
 pub(super) fn reserve<T>(list: &mut Vec<T>, n: usize) -> Result<(), ReadError> {
-    make_room(list, n).map_err(|_| memory_error(n.saturating_mul(size_of::<T>())))
+    make_room(list, n).map_err(|_| {
+        let n_bytes = n.saturating_mul(size_of::<T>());
+        let what = format!("the file needs more memory than is available ({n_bytes} bytes more)");
+        ReadError::file(what, "give a smaller file or more memory")
+    })
 }
 
 #[cfg(any(test, feature = "gltf"))]
@@ -29,11 +33,6 @@ pub(super) fn allocate_zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, Rea
     reserve(&mut list, n)?;
     list.resize(n, T::default());
     Ok(list)
-}
-
-fn memory_error(n_bytes: usize) -> ReadError {
-    let what = format!("the file needs more memory than is available ({n_bytes} bytes more)");
-    ReadError::file(what, "give a smaller file or more memory")
 }
 
 pub(super) fn io_error(error: io::Error) -> ReadError {

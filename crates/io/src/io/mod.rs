@@ -4,6 +4,7 @@
 
 mod attributed_writer;
 mod companion_files;
+mod corner_wedges;
 mod distinct_images;
 mod error;
 mod extra;

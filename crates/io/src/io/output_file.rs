@@ -14,6 +14,12 @@ pub struct OutputFile {
     pub bytes: Vec<u8>,
 }
 
+impl OutputFile {
+    pub(super) fn problem(&self, error: impl std::fmt::Display) -> WriteError {
+        WriteError::new(format!("{}: {error}", self.path.display()))
+    }
+}
+
 /// Writes files into `folder`, each whole or not at all, the first of the list last.
 ///
 /// An existing file is replaced only with `force`, unless its bytes are equal.
@@ -41,8 +47,8 @@ pub fn write_files(folder: &Path, files: &[OutputFile], force: bool) -> Result<(
     let mut known = HashSet::new();
     for file in files {
         if !known.insert(&file.path) {
-            let what = format!("two files would have the name {}: choose another name", file.path.display());
-            return Err(WriteError { what });
+            let name = file.path.display();
+            return Err(WriteError::new(format!("two files would have the name {name}: choose another name")));
         }
     }
     // The first file names the others, so it is written last.
@@ -50,7 +56,7 @@ pub fn write_files(folder: &Path, files: &[OutputFile], force: bool) -> Result<(
 }
 
 fn write_inside(folder: &Path, file: &OutputFile, force: bool) -> Result<(), WriteError> {
-    let problem = |error: std::io::Error| WriteError { what: format!("{}: {error}", file.path.display()) };
+    let problem = |error: std::io::Error| file.problem(error);
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let path = folder.join(&file.path);
     let parent = path.parent().unwrap_or(folder);
@@ -66,12 +72,11 @@ fn write_inside(folder: &Path, file: &OutputFile, force: bool) -> Result<(), Wri
     if std::fs::read(&path).is_ok_and(|there| there == file.bytes) {
         return Ok(());
     }
-    let named = |error: WriteError| WriteError { what: format!("{}: {}", file.path.display(), error.what) };
-    write_path(&path, &file.bytes, force).map_err(named)
+    write_path(&path, &file.bytes, force).map_err(|error| file.problem(error))
 }
 
 fn outside_error(path: &Path) -> WriteError {
-    WriteError { what: format!("{} leads out of the output folder: rename it in the asset", path.display()) }
+    WriteError::new(format!("{} leads out of the output folder: rename it in the asset", path.display()))
 }
 
 #[cfg(test)]

@@ -23,28 +23,30 @@ pub enum Scalar {
     F64,
 }
 
+/// Types in their order, with their names in a PLY and their bytes.
+const TYPES: [(Scalar, [&str; 2], usize); 8] = [
+    (Scalar::I8, ["char", "int8"], 1),
+    (Scalar::U8, ["uchar", "uint8"], 1),
+    (Scalar::I16, ["short", "int16"], 2),
+    (Scalar::U16, ["ushort", "uint16"], 2),
+    (Scalar::I32, ["int", "int32"], 4),
+    (Scalar::U32, ["uint", "uint32"], 4),
+    (Scalar::F32, ["float", "float32"], 4),
+    (Scalar::F64, ["double", "float64"], 8),
+];
+
 impl Scalar {
     pub(super) fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "char" | "int8" => Some(Self::I8),
-            "uchar" | "uint8" => Some(Self::U8),
-            "short" | "int16" => Some(Self::I16),
-            "ushort" | "uint16" => Some(Self::U16),
-            "int" | "int32" => Some(Self::I32),
-            "uint" | "uint32" => Some(Self::U32),
-            "float" | "float32" => Some(Self::F32),
-            "double" | "float64" => Some(Self::F64),
-            _ => None,
-        }
+        TYPES.iter().find(|(_, names, _)| names.contains(&name)).map(|row| row.0)
     }
 
     pub(super) fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
+        TYPES[self as usize].2
+    }
+
+    /// Returns the name that is written.
+    pub(super) fn name(self) -> &'static str {
+        TYPES[self as usize].1[0]
     }
 
     pub(super) fn decode(self, bytes: &[u8], big: bool) -> Option<f64> {
@@ -68,17 +70,10 @@ impl Scalar {
         })
     }
 
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::I8 => "char",
-            Self::U8 => "uchar",
-            Self::I16 => "short",
-            Self::U16 => "ushort",
-            Self::I32 => "int",
-            Self::U32 => "uint",
-            Self::F32 => "float",
-            Self::F64 => "double",
-        }
+    /// Returns the largest number of an integer type, or 1.
+    #[cfg(feature = "gltf")]
+    pub(super) fn largest(self) -> f64 {
+        self.to_integer(f64::INFINITY).map_or(1.0, |largest| largest as f64)
     }
 
     pub(super) fn is_whole(self) -> bool {

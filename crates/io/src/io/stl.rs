@@ -173,9 +173,7 @@ fn single_positions(content: &Content) -> Result<Vec<[f32; 3]>, WriteError> {
     if positions.iter().flatten().all(|x| x.is_finite()) {
         return Ok(positions);
     }
-    Err(WriteError {
-        what: "coordinates beyond the range of single precision, the only precision of STL: write PLY".into(),
-    })
+    Err(WriteError::new("coordinates beyond the range of single precision, the only precision of STL: write PLY"))
 }
 
 fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {

@@ -66,7 +66,7 @@ fn check_precision(content: &Content, format: Format) -> Result<(), WriteError> 
             "{what} even in double precision, as the mesh is too far from the origin: move the mesh to the origin"
         ),
     };
-    Err(WriteError { what })
+    Err(WriteError::new(what))
 }
 
 fn stored_positions(content: &Content, format: Format) -> Vec<[f64; 3]> {

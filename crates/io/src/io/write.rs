@@ -39,8 +39,7 @@ impl<'a> Content<'a> {
         // Exact positions come from callers, so they are checked; those of a mesh are finite.
         let finite = positions.iter().flatten().all(|x| x.is_finite());
         if positions.len() != mesh.positions().len() || !finite {
-            let what = "positions: give one finite position for each vertex";
-            return Err(WriteError { what: what.into() });
+            return Err(WriteError::new("positions: give one finite position for each vertex"));
         }
         let double = positions.iter().flatten().any(|&x| is_double(x));
         Ok(Self { positions: Positions::Exact(positions), faces: mesh.faces(), double, single: [false; 3] })
@@ -52,8 +51,7 @@ impl<'a> Content<'a> {
         kept: Vec<Option<[f64; 3]>>,
     ) -> Result<Self, WriteError> {
         if kept.len() != mesh.positions().len() || !kept.iter().flatten().flatten().all(|x| x.is_finite()) {
-            let what = "exact positions: give one finite position or none for each vertex";
-            return Err(WriteError { what: what.into() });
+            return Err(WriteError::new("exact positions: give one finite position or none for each vertex"));
         }
         // Doubles are needed if either the frame or an exact position needs them.
         let bare = Self::from_mesh(mesh, frame);

@@ -24,7 +24,7 @@ pub fn compress_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]
     if is_packed || matches!(Format::without_gz(path), Cow::Borrowed(_)) {
         return Ok(Cow::Borrowed(bytes));
     }
-    let problem = |error| WriteError { what: format!("cannot be compressed: {error}: choose a name without .gz") };
+    let problem = |error| WriteError::new(format!("cannot be compressed: {error}: choose a name without .gz"));
     gzip::compress(bytes).map(Cow::Owned).map_err(problem)
 }
 
@@ -44,8 +44,7 @@ pub fn compress_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]
 /// ```
 pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteError> {
     let bytes = &compress_by_name(path, bytes)?;
-    let problem =
-        |error: std::io::Error| WriteError { what: format!("cannot be written: {error}: check folder and disk") };
+    let problem = |error: std::io::Error| WriteError::new(format!("cannot be written: {error}: check folder and disk"));
     // A rename would replace the device or pipe itself.
     if path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         return std::fs::write(path, bytes).map_err(problem);
@@ -58,7 +57,7 @@ pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteErr
     let placed = if force { file.persist(path) } else { file.persist_noclobber(path) };
     match placed {
         Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => {
-            Err(WriteError { what: "exists already: choose another name or allow replacing it".into() })
+            Err(WriteError::new("exists already: choose another name or allow replacing it"))
         }
         placed => placed.map(drop).map_err(|error| problem(error.error)),
     }

@@ -2,6 +2,7 @@
 
 pub mod crossing;
 mod eigenvalues;
+mod extent;
 pub mod line_on_triangle;
 pub mod nearest_on_triangle;
 pub mod polygon;
@@ -11,4 +12,6 @@ pub mod side_lengths;
 pub mod triangle;
 
 pub use eigenvalues::eigenvalues;
+#[doc(hidden)]
+pub use extent::extent;
 pub use quadric::Quadric;

@@ -1,10 +1,54 @@
 //! The closest point on one triangle in double precision.
 
+use std::ops::Div;
+
 use glam::DVec3;
+
+/// The body of a function of a point and a triangle that returns the weights of the closest point, in their precision.
+///
+/// After Ericson, "Real-Time Collision Detection", Sec. 5.1.5. `ratio` divides on an edge, `share` on the inside.
+macro_rules! nearest_weights_by {
+    ($p:ident, $corners:ident, $ratio:path, $share:path) => {{
+        let [a, b, c] = $corners;
+        let (ab, ac, ap) = (b - a, c - a, $p - a);
+        let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+        if d1 <= 0.0 && d2 <= 0.0 {
+            return [1.0, 0.0, 0.0];
+        }
+        let bp = $p - b;
+        let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+        if d3 >= 0.0 && d4 <= d3 {
+            return [0.0, 1.0, 0.0];
+        }
+        let vc = d1 * d4 - d3 * d2;
+        if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+            let t = $ratio(d1, d1 - d3);
+            return [1.0 - t, t, 0.0];
+        }
+        let cp = $p - c;
+        let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+        if d6 >= 0.0 && d5 <= d6 {
+            return [0.0, 0.0, 1.0];
+        }
+        let vb = d5 * d2 - d1 * d6;
+        if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+            let t = $ratio(d2, d2 - d6);
+            return [1.0 - t, 0.0, t];
+        }
+        let va = d3 * d6 - d5 * d4;
+        if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+            let t = $ratio(d4 - d3, (d4 - d3) + (d5 - d6));
+            return [0.0, 1.0 - t, t];
+        }
+        let (v, w) = ($share(vb, va + vb + vc), $share(vc, va + vb + vc));
+        [1.0 - v - w, v, w]
+    }};
+}
+pub(super) use nearest_weights_by;
 
 /// Returns barycentric weights of the point of triangle `a b c` closest to `p`.
 ///
-/// After Ericson, "Real-Time Collision Detection", Sec. 5.1.5. Degenerate triangles count as their edges.
+/// Degenerate triangles count as their edges.
 ///
 /// ```
 /// # use neural_mesh_mesh as neural_mesh;
@@ -12,43 +56,16 @@ use glam::DVec3;
 /// let line = [[0.0; 3], [0.0; 3], [2.0, 0.0, 0.0]].map(Into::into);
 /// assert_eq!(nearest_weights_f64([1.0, 3.0, 0.0].into(), line)[2], 0.5);
 /// ```
-pub fn nearest_weights_f64(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
-    let (ab, ac, ap) = (b - a, c - a, p - a);
+pub fn nearest_weights_f64(p: DVec3, corners: [DVec3; 3]) -> [f64; 3] {
+    let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
     if ab.cross(ac).length_squared() <= 1e-10 * ab.length_squared() * ac.length_squared() {
-        return nearest_on_edges(p, [a, b, c]);
+        return nearest_on_edges(p, corners);
     }
-    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return [1.0, 0.0, 0.0];
-    }
-    let bp = p - b;
-    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return [0.0, 1.0, 0.0];
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let t = d1 / (d1 - d3);
-        return [1.0 - t, t, 0.0];
-    }
-    let cp = p - c;
-    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return [0.0, 0.0, 1.0];
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let t = d2 / (d2 - d6);
-        return [1.0 - t, 0.0, t];
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return [0.0, 1.0 - t, t];
-    }
-    let scale = 1.0 / (va + vb + vc);
-    let (v, w) = (vb * scale, vc * scale);
-    [1.0 - v - w, v, w]
+    nearest_weights_by!(p, corners, f64::div, times_inverse)
+}
+
+fn times_inverse(part: f64, whole: f64) -> f64 {
+    part * (1.0 / whole)
 }
 
 fn nearest_on_edges(p: DVec3, corners: [DVec3; 3]) -> [f64; 3] {

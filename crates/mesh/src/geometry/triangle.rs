@@ -1,6 +1,10 @@
 //! Measures of one triangle.
 
+use std::ops::Div;
+
 use glam::{DVec3, Vec3};
+
+use super::nearest_on_triangle::nearest_weights_by;
 
 /// Returns the normal of triangle `a b c` with twice the area as length.
 ///
@@ -40,7 +44,7 @@ pub fn area_normal_f64([a, b, c]: [DVec3; 3]) -> DVec3 {
 
 /// Returns barycentric weights of the point of triangle `a b c` closest to `p`.
 ///
-/// After Ericson, "Real-Time Collision Detection", Sec. 5.1.5; imprecise for a triangle without area.
+/// Imprecise for a triangle without area.
 ///
 /// ```
 /// # use neural_mesh_mesh as neural_mesh;
@@ -48,39 +52,8 @@ pub fn area_normal_f64([a, b, c]: [DVec3; 3]) -> DVec3 {
 /// let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Into::into);
 /// assert_eq!(nearest_weights([2.0, -1.0, 5.0].into(), corners), [0.0, 1.0, 0.0]);
 /// ```
-pub fn nearest_weights(p: Vec3, [a, b, c]: [Vec3; 3]) -> [f32; 3] {
-    let (ab, ac, ap) = (b - a, c - a, p - a);
-    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return [1.0, 0.0, 0.0];
-    }
-    let bp = p - b;
-    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return [0.0, 1.0, 0.0];
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let t = ratio(d1, d1 - d3);
-        return [1.0 - t, t, 0.0];
-    }
-    let cp = p - c;
-    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return [0.0, 0.0, 1.0];
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let t = ratio(d2, d2 - d6);
-        return [1.0 - t, 0.0, t];
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        let t = ratio(d4 - d3, (d4 - d3) + (d5 - d6));
-        return [0.0, 1.0 - t, t];
-    }
-    let (v, w) = (vb / (va + vb + vc), vc / (va + vb + vc));
-    [1.0 - v - w, v, w]
+pub fn nearest_weights(p: Vec3, corners: [Vec3; 3]) -> [f32; 3] {
+    nearest_weights_by!(p, corners, ratio, f32::div)
 }
 
 fn ratio(part: f32, whole: f32) -> f32 {

@@ -68,17 +68,12 @@ impl Csr {
     /// Builds the symmetric graph over `n` nodes with these edges; drops loops and repeats.
     pub fn from_edges(n: usize, edges: impl IntoIterator<Item = [u32; 2], IntoIter: Clone>) -> Self {
         let edges = edges.into_iter().filter(|[a, b]| a != b);
-        let Rows { starts, items } = Rows::new(n, edges.flat_map(|[a, b]| [(a, b), (b, a)]));
-        Self::from_unsorted_symmetric(&starts, &items)
-    }
-
-    /// Builds a symmetric graph from the neighbours of each node, in any order and with repeats.
-    // Nodes in order are appended to the rows of their neighbours, so that these ascend: faster than sorting each row.
-    fn from_unsorted_symmetric(starts: &[u32], others: &[u32]) -> Self {
-        let n = starts.len() - 1;
-        let (mut columns, mut ends) = (vec![0u32; others.len()], starts[..n].to_vec());
+        let others = Rows::new(n, edges.flat_map(|[a, b]| [(a, b), (b, a)]));
+        let Rows { starts, items } = &others;
+        let (mut columns, mut ends) = (vec![0u32; items.len()], starts[..n].to_vec());
+        // Nodes in order are appended to the rows of their neighbours, so that these ascend: faster than sorting rows.
         for node in 0..n {
-            for &row in &others[starts[node] as usize..starts[node + 1] as usize] {
+            for &row in others.row(node) {
                 let (start, end) = (starts[row as usize], &mut ends[row as usize]);
                 if *end == start || columns[*end as usize - 1] != node as u32 {
                     columns[*end as usize] = node as u32;
@@ -102,9 +97,8 @@ impl Csr {
             assert!((col as usize) < n_cols, "column {col} of {n_cols}");
             (row, col)
         };
-        let Rows { starts: mut offsets, items: mut columns } = Rows::new(n_rows, entries.map(in_range));
-        sort_rows(&mut offsets, &mut columns);
-        Self { offsets, columns, n_cols }
+        let rows = Rows::new(n_rows, entries.map(in_range));
+        Self::from_rows(n_rows, n_cols, |row, columns| columns.extend_from_slice(rows.row(row)))
     }
 
     /// Builds rows in parallel; `add_columns(row, columns)` appends the columns of a row in any order.
@@ -226,6 +220,18 @@ impl Csr {
         self.offsets[rows.start] as usize..self.offsets[rows.end] as usize
     }
 
+    /// Splits `values`, one per entry, into those of `block` rows each.
+    pub(super) fn split_rows<'a, T>(&self, block: usize, mut values: &'a mut [T]) -> Vec<(Range<usize>, &'a mut [T])> {
+        let starts = (0..self.n_rows()).step_by(block);
+        let blocks = starts.map(|begin| {
+            let rows = begin..(begin + block).min(self.n_rows());
+            let head;
+            (head, values) = std::mem::take(&mut values).split_at_mut(self.rows_range(rows.clone()).len());
+            (rows, head)
+        });
+        blocks.collect()
+    }
+
     /// Returns the index of entry (`row`, `col`), `None` if absent.
     pub fn position(&self, row: usize, col: u32) -> Option<usize> {
         Some(self.range(row).start + self.row(row).binary_search(&col).ok()?)
@@ -249,37 +255,6 @@ impl Csr {
     pub fn is_symmetric(&self) -> bool {
         self.n_rows() == self.n_cols && self.transpose().0 == *self
     }
-}
-
-fn sort_rows(offsets: &mut [u32], columns: &mut Vec<u32>) {
-    let mut rest = columns.as_mut_slice();
-    let mut blocks = Vec::new();
-    for begin in (0..offsets.len() - 1).step_by(BLOCK) {
-        let ends = &offsets[begin..=(begin + BLOCK).min(offsets.len() - 1)];
-        let (block, tail) = rest.split_at_mut((ends[ends.len() - 1] - ends[0]) as usize);
-        blocks.push((ends, block));
-        rest = tail;
-    }
-    blocks.into_par_iter().for_each(|(ends, block)| {
-        for row in ends.windows(2) {
-            block[(row[0] - ends[0]) as usize..(row[1] - ends[0]) as usize].sort_unstable();
-        }
-    });
-    let mut kept = 0;
-    let mut begin = 0;
-    for end_slot in &mut offsets[1..] {
-        let end = *end_slot as usize;
-        let row_start = kept;
-        for at in begin..end {
-            if kept == row_start || columns[kept - 1] != columns[at] {
-                columns[kept] = columns[at];
-                kept += 1;
-            }
-        }
-        *end_slot = kept as u32;
-        begin = end;
-    }
-    columns.truncate(kept);
 }
 
 #[cfg(test)]

@@ -19,7 +19,8 @@ use std::ops::Range;
 /// assert_eq!(layers_group_max(&x, &[[&one, &zero], [&one, &one]], 2).data(), [4.0]);
 /// ```
 pub fn layers_group_max(x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> Matrix {
-    layers_group_max_on(Isa::best(), x, layers, group)
+    let [n_groups, n_out] = check_shapes(x, layers, group);
+    Isa::best().compute_matrix(&PooledLayersKernel { x, layers, group }, n_groups, n_out)
 }
 
 /// Applies affine maps with ReLUs between them, adding each group's row of `group_rows` after the first map; the last
@@ -37,28 +38,13 @@ pub fn layers_group_max(x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> Ma
 /// assert_eq!(found.data(), [1.0, 5.0]);
 /// ```
 pub fn layers_with_group_rows(x: &Matrix, group_rows: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> Matrix {
-    layers_with_group_rows_on(Isa::best(), x, group_rows, layers, group)
-}
-
-fn layers_group_max_on(isa: Isa, x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> Matrix {
-    let [n_groups, n_out] = check_shapes(x, layers, group);
-    isa.compute_matrix(&PooledLayersKernel { x, layers, group }, n_groups, n_out)
-}
-
-fn layers_with_group_rows_on(
-    isa: Isa,
-    x: &Matrix,
-    group_rows: &Matrix,
-    layers: &[[&Matrix; 2]],
-    group: usize,
-) -> Matrix {
     let [n_groups, n_out] = check_shapes(x, layers, group);
     assert_eq!(
         [n_out, n_groups, layers[0][0].n_cols()],
         [1, group_rows.n_rows(), group_rows.n_cols()],
         "a row per group"
     );
-    let scores = isa.compute_matrix(&GroupScoresKernel { x, group_rows, layers, group }, n_groups, group);
+    let scores = Isa::best().compute_matrix(&GroupScoresKernel { x, group_rows, layers, group }, n_groups, group);
     Matrix::new(x.n_rows(), 1, scores.into_data())
 }
 
@@ -75,22 +61,23 @@ fn check_shapes(x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> [usize; 2]
     [x.n_rows() / group, n_out]
 }
 
+/// Applies affine maps with ReLUs between them, adding `group_row` after the first map.
 #[inline(always)]
-fn apply_layers<const FMA: bool>(rows: &[f32], n_rows: usize, group_row: &[f32], layers: &[[&Matrix; 2]]) -> Vec<f32> {
+pub(super) fn apply_layers<const FMA: bool>(rows: &[f32], group_row: &[f32], layers: &[[&Matrix; 2]], out: &mut [f32]) {
+    let n_rows = rows.len() / layers[0][0].n_rows().max(1);
     let mut now = Vec::new();
     for (i, [weights, bias]) in layers.iter().enumerate() {
-        let mut next = vec![0.0; n_rows * weights.n_cols()];
-        multiply_rows::<FMA>(if i == 0 { rows } else { &now }, weights, &mut next);
-        add_bias(&mut next, bias.data());
+        let is_last = i + 1 == layers.len();
+        let mut hidden = vec![0.0; if is_last { 0 } else { n_rows * weights.n_cols() }];
+        let next = if is_last { &mut *out } else { &mut hidden };
+        multiply_rows::<FMA>(if i == 0 { rows } else { &now }, weights, next);
+        add_bias(next, bias.data());
         if i == 0 {
-            add_bias(&mut next, group_row);
+            add_bias(next, group_row);
         }
-        if i + 1 < layers.len() {
-            next.iter_mut().for_each(|y| *y = relu(*y));
-        }
-        now = next;
+        hidden.iter_mut().for_each(|y| *y = relu(*y));
+        now = hidden;
     }
-    now
 }
 
 struct PooledLayersKernel<'a> {
@@ -104,8 +91,10 @@ impl RowKernel for PooledLayersKernel<'_> {
     fn compute<const FMA: bool>(&self, groups: Range<usize>, out: &mut [f32]) {
         let n_out = out.len() / groups.len().max(1);
         let size = self.group * self.x.n_cols();
+        let mut mapped = vec![0.0; self.group * n_out];
         for (n, out) in groups.zip(out.chunks_exact_mut(n_out.max(1))) {
-            let mapped = apply_layers::<FMA>(&self.x.data()[n * size..][..size], self.group, &[], self.layers);
+            mapped.fill(0.0);
+            apply_layers::<FMA>(&self.x.data()[n * size..][..size], &[], self.layers, &mut mapped);
             out.copy_from_slice(&mapped[..n_out]);
             for row in mapped.chunks_exact(n_out).skip(1) {
                 out.iter_mut().zip(row).for_each(|(out, &x)| *out = if x > *out { x } else { *out });
@@ -127,7 +116,7 @@ impl RowKernel for GroupScoresKernel<'_> {
         let size = self.group * self.x.n_cols();
         for (n, out) in groups.zip(out.chunks_exact_mut(self.group)) {
             let rows = &self.x.data()[n * size..][..size];
-            out.copy_from_slice(&apply_layers::<FMA>(rows, self.group, self.group_rows.row(n), self.layers));
+            apply_layers::<FMA>(rows, self.group_rows.row(n), self.layers, out);
         }
     }
 }
@@ -155,12 +144,12 @@ mod tests {
         };
         let first = product(&x, layers[0][0], layers[0][1].data());
         let with_groups = Matrix::from_fn(350, 16, |i, c| first.row(i)[c] + group_rows.row(i / 5)[c]);
-        for isa in Isa::available() {
-            let pooled = layers_group_max_on(isa, &x, &layers[..2], 5);
+        Isa::on_each(|| {
+            let pooled = layers_group_max(&x, &layers[..2], 5);
             assert_close(pooled.data(), group_max(&after(first.clone(), 1), 5).largest.data(), 1e-5);
-            let scored = layers_with_group_rows_on(isa, &x, &group_rows, &layers, 5);
+            let scored = layers_with_group_rows(&x, &group_rows, &layers, 5);
             assert_close(scored.data(), after(with_groups.clone(), 2).data(), 1e-5);
-        }
+        });
         assert_eq!(layers_group_max(&Matrix::zeros(0, 6), &layers, 5).shape(), [0, 1]);
     }
 }

@@ -57,14 +57,10 @@ pub fn group_max_backward(n_rows: usize, rows: &[u32], gradient: &Matrix) -> Mat
 /// assert_eq!((found.largest.data(), &found.rows[..]), (&[-1.0][..], &[0][..]));
 /// ```
 pub fn group_max_affine(x: &Matrix, layer: [&Matrix; 2], group: usize) -> GroupMax {
-    let both = group_max_affine_on(Isa::best(), x, layer, group);
-    split_places(&both, group)
-}
-
-fn group_max_affine_on(isa: Isa, x: &Matrix, layer: [&Matrix; 2], group: usize) -> Matrix {
     let [n_in, n_out] = layer[0].shape();
     assert_eq!([x.n_cols(), n_out], [n_in, layer[1].data().len()], "sizes of x and of the layer must match");
-    isa.compute_matrix(&LargestAffineKernel { x, layer, group }, n_groups(x, group), 2 * n_out)
+    let kernel = LargestAffineKernel { x, layer, group };
+    split_places(&Isa::best().compute_matrix(&kernel, n_groups(x, group), 2 * n_out), group)
 }
 
 /// Computes the derivatives of [`group_max_affine`] to x, weights and bias.
@@ -207,15 +203,15 @@ mod tests {
 
     #[test]
     fn every_instruction_set_agrees_with_one_step_after_the_other() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             for [n_groups, group, n_in, n_out] in [[0, 3, 4, 1], [7, 64, 32, 256], [70, 5, 9, 17], [3, 1, 2, 2]] {
                 let (x, w, b) = (random(n_groups * group, n_in, 1), random(n_in, n_out, 2), random(1, n_out, 3));
-                let found = split_places(&group_max_affine_on(isa, &x, [&w, &b], group), group);
+                let found = group_max_affine(&x, [&w, &b], group);
                 let expected = group_max(&product(&x, &w, b.data()), group);
                 assert_close(found.largest.data(), expected.largest.data(), 1e-5);
                 let n_equal = found.rows.iter().zip(&expected.rows).filter(|(a, b)| a == b).count();
                 assert!(n_equal * 100 >= found.rows.len() * 99, "rounding turns hardly a choice");
             }
-        }
+        });
     }
 }

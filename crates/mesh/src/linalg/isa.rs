@@ -77,9 +77,18 @@ impl<K: ColumnKernel> RowKernel for K {
 
 const BLOCK: usize = 64;
 
+#[cfg(test)]
+thread_local! {
+    static FORCED: std::cell::Cell<Option<Isa>> = const { std::cell::Cell::new(None) };
+}
+
 impl Isa {
     #[doc(hidden)]
     pub fn best() -> Self {
+        #[cfg(test)]
+        if let Some(forced) = FORCED.get() {
+            return forced;
+        }
         #[cfg(any(test, feature = "test-support"))]
         if let Some(forced) = super::golden::forced_isa() {
             return forced;
@@ -115,6 +124,16 @@ impl Isa {
             return vec![Self(IsaLevel::Portable), Self(IsaLevel::Avx2), best];
         }
         if best == Self(IsaLevel::Portable) { vec![best] } else { vec![Self(IsaLevel::Portable), best] }
+    }
+
+    /// Runs a test with each instruction set of the processor.
+    #[cfg(test)]
+    pub(crate) fn on_each(test: impl Fn()) {
+        for isa in Self::available() {
+            FORCED.set(Some(isa));
+            test();
+        }
+        FORCED.set(None);
     }
 
     #[cfg(any(test, feature = "test-support"))]
@@ -166,22 +185,10 @@ impl Isa {
 
     pub(crate) fn compute_entries<K: RowKernel>(self, kernel: &K, pattern: &Csr) -> Vec<f32> {
         let mut values = vec![0.0; pattern.n_entries()];
-        let blocks = split_rows(pattern, &mut values);
+        let blocks = pattern.split_rows(BLOCK, &mut values);
         blocks.into_par_iter().for_each(|(rows, out)| self.compute(kernel, rows, out));
         values
     }
-}
-
-fn split_rows<'a>(pattern: &Csr, mut values: &'a mut [f32]) -> Vec<(Range<usize>, &'a mut [f32])> {
-    let n_rows = pattern.n_rows();
-    let mut blocks = Vec::with_capacity(n_rows.div_ceil(BLOCK));
-    for begin in (0..n_rows).step_by(BLOCK) {
-        let rows = begin..(begin + BLOCK).min(n_rows);
-        let (head, tail) = values.split_at_mut(pattern.rows_range(rows.clone()).len());
-        blocks.push((rows, head));
-        values = tail;
-    }
-    blocks
 }
 
 #[cfg(target_arch = "x86_64")]

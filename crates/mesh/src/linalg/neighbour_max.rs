@@ -19,12 +19,8 @@ use std::ops::Range;
 /// assert_eq!(neighbour_max(&u, &path).data(), [-4.0, 4.0, 2.0]);
 /// ```
 pub fn neighbour_max(u: &Matrix, graph: &Csr) -> Matrix {
-    neighbour_max_on(Isa::best(), u, graph)
-}
-
-fn neighbour_max_on(isa: Isa, u: &Matrix, graph: &Csr) -> Matrix {
     assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
-    isa.compute_matrix(&NeighbourMaxKernel { u, graph }, u.n_rows(), u.n_cols())
+    Isa::best().compute_matrix(&NeighbourMaxKernel { u, graph }, u.n_rows(), u.n_cols())
 }
 
 /// Computes `max(y w, 0)` for `y` of [`neighbour_max`].
@@ -43,13 +39,9 @@ fn neighbour_max_on(isa: Isa, u: &Matrix, graph: &Csr) -> Matrix {
 /// assert_eq!(neighbour_max_product_relu(&u, &path, &weights).data(), [0.0, 4.0, 40.0, 0.0, 20.0, 0.0]);
 /// ```
 pub fn neighbour_max_product_relu(u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
-    product_on(Isa::best(), u, graph, weights)
-}
-
-fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
     assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
     assert_eq!(u.n_cols(), weights.n_rows(), "weights need as many rows as u has columns");
-    isa.compute_matrix(
+    Isa::best().compute_matrix(
         &NeighbourMaxProductKernel { largest: NeighbourMaxKernel { u, graph }, weights },
         u.n_rows(),
         weights.n_cols(),
@@ -72,16 +64,17 @@ fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
 /// let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
 /// assert_eq!(neighbour_max_two_products(&u, &path, &number(10.0), (&number(2.0), &[1.0])).data(), [1.0, 81.0, 41.0]);
 /// ```
-pub fn neighbour_max_two_products(u: &Matrix, graph: &Csr, weights: &Matrix, next: (&Matrix, &[f32])) -> Matrix {
-    two_products_on(Isa::best(), u, graph, weights, next)
-}
-
-fn two_products_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix, (next, bias): (&Matrix, &[f32])) -> Matrix {
+pub fn neighbour_max_two_products(
+    u: &Matrix,
+    graph: &Csr,
+    weights: &Matrix,
+    (next, bias): (&Matrix, &[f32]),
+) -> Matrix {
     assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
     assert_eq!([u.n_cols(), weights.n_cols()], [weights.n_rows(), next.n_rows()], "sizes of the layers must match");
     assert!(bias.is_empty() || bias.len() == next.n_cols(), "one bias per column");
     let first = NeighbourMaxProductKernel { largest: NeighbourMaxKernel { u, graph }, weights };
-    isa.compute_matrix(&TwoProductsKernel { first, next, bias }, u.n_rows(), next.n_cols())
+    Isa::best().compute_matrix(&TwoProductsKernel { first, next, bias }, u.n_rows(), next.n_cols())
 }
 
 /// Computes the derivative of [`neighbour_max`] to `u`; ties go to the first neighbour.
@@ -94,17 +87,13 @@ fn two_products_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix, (next, b
 /// assert_eq!(neighbour_max_backward(&u, &edge, &gradient).data(), [7.0, -7.0]);
 /// ```
 pub fn neighbour_max_backward(u: &Matrix, graph: &Csr, gradient: &Matrix) -> Matrix {
-    backward_on(Isa::best(), u, graph, gradient)
-}
-
-fn backward_on(isa: Isa, u: &Matrix, graph: &Csr, gradient: &Matrix) -> Matrix {
     assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
     assert_eq!(u.shape(), gradient.shape(), "one gradient per entry");
-    let winners = isa.compute_matrix(&WinnerKernel { u, graph }, u.n_rows(), u.n_cols());
+    let winners = Isa::best().compute_matrix(&WinnerKernel { u, graph }, u.n_rows(), u.n_cols());
     let (incoming, origin) = graph.transpose();
     let kernel =
         NeighbourMaxBackwardKernel { graph, incoming: &incoming, origin: &origin, winners: &winners, gradient };
-    isa.compute_matrix(&kernel, u.n_rows(), u.n_cols())
+    Isa::best().compute_matrix(&kernel, u.n_rows(), u.n_cols())
 }
 
 struct NeighbourMaxKernel<'a> {
@@ -260,22 +249,22 @@ mod tests {
 
     #[test]
     fn every_instruction_set_agrees_with_the_edge_by_edge_form() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             for [n, width] in [[0, 4], [1, 3], [90, 64], [200, 37]] {
                 let (u, graph) = (random(n, width, 5), ragged_graph(n));
                 let largest = naive(&u, &graph);
-                assert_close(neighbour_max_on(isa, &u, &graph).data(), largest.data(), 1e-6);
+                assert_close(neighbour_max(&u, &graph).data(), largest.data(), 1e-6);
                 let weights = random(width, 20, 6);
                 let expected: Vec<f32> = product(&largest, &weights, &[]).data().iter().map(|y| y.max(0.0)).collect();
-                let features = product_on(isa, &u, &graph, &weights);
+                let features = neighbour_max_product_relu(&u, &graph, &weights);
                 assert_close(features.data(), &expected, 1e-5);
                 for n_out in [1, 9, 32] {
                     let (next, bias) = (random(20, n_out, 7), random(1, n_out, 8));
-                    let both = two_products_on(isa, &u, &graph, &weights, (&next, bias.data()));
+                    let both = neighbour_max_two_products(&u, &graph, &weights, (&next, bias.data()));
                     assert_close(both.data(), product(&features, &next, bias.data()).data(), 1e-5);
                 }
             }
-        }
+        });
     }
 
     #[test]
@@ -303,17 +292,17 @@ mod tests {
 
     #[test]
     fn every_instruction_set_agrees_with_the_naive_derivative_also_where_neighbours_tie() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             for [n, width] in [[0, 4], [1, 3], [90, 64], [200, 37]] {
                 let (u, graph, gradient) = (random(n, width, 5), ragged_graph(n), random(n, width, 6));
                 // Few values, so that many neighbours are equal.
                 let coarse = Matrix::from_fn(n, width, |i, c| (u.row(i)[c] * 2.0).round() + 0.0);
                 for u in [u, coarse] {
                     let expected = naive_backward(&u, &graph, &gradient);
-                    assert_close(backward_on(isa, &u, &graph, &gradient).data(), expected.data(), 1e-5);
+                    assert_close(neighbour_max_backward(&u, &graph, &gradient).data(), expected.data(), 1e-5);
                 }
             }
-        }
+        });
     }
 
     #[test]

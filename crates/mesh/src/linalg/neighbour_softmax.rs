@@ -17,13 +17,9 @@ use std::ops::Range;
 /// assert_eq!(neighbour_dots(&q, &k, &Csr::from_edges(2, [[0, 1]])), [14.0, 15.0]);
 /// ```
 pub fn neighbour_dots(q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
-    dots_on(Isa::best(), q, k, graph)
-}
-
-fn dots_on(isa: Isa, q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
     assert_eq!([graph.n_rows(), graph.n_cols()], [q.n_rows(), k.n_rows()], "one graph node per row");
     assert_eq!(q.n_cols(), k.n_cols(), "queries and keys of one width");
-    isa.compute_entries(&Dots { q, k, graph }, graph)
+    Isa::best().compute_entries(&Dots { q, k, graph }, graph)
 }
 
 /// Computes the derivatives of [`neighbour_dots`] to `q` and `k`.
@@ -36,16 +32,13 @@ fn dots_on(isa: Isa, q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
 /// assert_eq!((to_q.data(), to_k.data()), ([7.0, 50.0].as_slice(), [30.0, 2.0].as_slice()));
 /// ```
 pub fn neighbour_dots_backward(q: &Matrix, k: &Matrix, graph: &Csr, gradient: &[f32]) -> [Matrix; 2] {
-    dots_backward_on(Isa::best(), q, k, graph, gradient)
-}
-
-fn dots_backward_on(isa: Isa, q: &Matrix, k: &Matrix, graph: &Csr, gradient: &[f32]) -> [Matrix; 2] {
     assert_eq!([graph.n_rows(), graph.n_cols()], [q.n_rows(), k.n_rows()], "one graph node per row");
     assert_eq!(gradient.len(), graph.n_entries(), "one gradient per entry");
     let (incoming, origin) = graph.transpose();
     let incoming_gradient: Vec<f32> = origin.iter().map(|&at| gradient[at as usize]).collect();
     let to_q = WeightedRows { graph, weights: gradient, rows_of: k };
     let to_k = WeightedRows { graph: &incoming, weights: &incoming_gradient, rows_of: q };
+    let isa = Isa::best();
     [isa.compute_matrix(&to_q, q.n_rows(), q.n_cols()), isa.compute_matrix(&to_k, k.n_rows(), k.n_cols())]
 }
 
@@ -179,15 +172,15 @@ mod tests {
 
     #[test]
     fn every_instruction_set_agrees_with_naive_dots() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             for [n, width] in [[0, 3], [80, 64], [150, 21]] {
                 let (q, k, graph) = (random(n, width, 1), random(n, width, 2), ragged_graph(n));
                 let naive = graph
                     .entries()
                     .map(|[i, j]| q.row(i as usize).iter().zip(k.row(j as usize)).map(|(a, b)| a * b).sum::<f32>());
-                assert_close(&dots_on(isa, &q, &k, &graph), &naive.collect::<Vec<_>>(), 1e-5);
+                assert_close(&neighbour_dots(&q, &k, &graph), &naive.collect::<Vec<_>>(), 1e-5);
             }
-        }
+        });
     }
 
     #[test]
@@ -218,15 +211,15 @@ mod tests {
 
     #[test]
     fn every_instruction_set_agrees_with_the_naive_derivative_of_dots() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             for [n, width] in [[0, 3], [80, 64], [150, 21]] {
                 let (q, k, graph) = (random(n, width, 1), random(n, width, 2), ragged_graph(n));
                 let gradient = random(graph.n_entries(), 1, 3).into_data();
                 let expected = naive_dots_backward(&q, &k, &graph, &gradient);
-                let found = dots_backward_on(isa, &q, &k, &graph, &gradient);
+                let found = neighbour_dots_backward(&q, &k, &graph, &gradient);
                 found.iter().zip(&expected).for_each(|(a, b)| assert_close(a.data(), b.data(), 1e-5));
             }
-        }
+        });
     }
 
     #[test]

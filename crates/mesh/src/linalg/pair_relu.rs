@@ -22,12 +22,7 @@ use std::ops::Range;
 /// assert_eq!(pair_relu(&u, &[1.0], &path).data(), [0.0, 5.0, 3.0]);
 /// ```
 pub fn pair_relu(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
-    pair_relu_on(Isa::best(), PairReluKernel::new(u, bias, graph))
-}
-
-fn pair_relu_on(isa: Isa, sums: PairReluKernel) -> Matrix {
-    let [n_rows, n_cols] = sums.u.shape();
-    isa.compute_matrix(&sums, n_rows, n_cols)
+    Isa::best().compute_matrix(&PairReluKernel::new(u, bias, graph), u.n_rows(), u.n_cols())
 }
 
 /// Computes `y w + m output_bias` for `y` of [`pair_relu`], where node n has m neighbours.
@@ -46,8 +41,7 @@ fn pair_relu_on(isa: Isa, sums: PairReluKernel) -> Matrix {
 /// assert_eq!(pair_relu_product(&u, &[1.0], &path, &weights, &[0.5]).data(), [0.5, 51.0, 30.5]);
 /// ```
 pub fn pair_relu_product(u: &Matrix, bias: &[f32], graph: &Csr, weights: &Matrix, output_bias: &[f32]) -> Matrix {
-    let kernel = PairReluProductKernel { left: None, sums: PairReluKernel::new(u, bias, graph), weights, output_bias };
-    product_on(Isa::best(), &kernel)
+    PairReluProductKernel { left: None, sums: PairReluKernel::new(u, bias, graph), weights, output_bias }.product()
 }
 
 /// Computes [`pair_relu_product`] of `[x | y]` with additional columns x.
@@ -74,16 +68,7 @@ pub fn concat_pair_relu_product(
     [weights, output_bias]: [&Matrix; 2],
 ) -> Matrix {
     let (sums, output_bias) = (PairReluKernel::new(u, bias, graph), output_bias.data());
-    product_on(Isa::best(), &PairReluProductKernel { left: Some(left), sums, weights, output_bias })
-}
-
-fn product_on(isa: Isa, kernel: &PairReluProductKernel) -> Matrix {
-    let (n_rows, [n_in, n_out]) = (kernel.sums.u.n_rows(), kernel.weights.shape());
-    let n_left = kernel.left.map_or(0, Matrix::n_cols);
-    assert!(kernel.left.is_none_or(|left| left.n_rows() == n_rows), "both matrices need equal numbers of rows");
-    assert_eq!(n_left + kernel.sums.u.n_cols(), n_in, "weights need as many rows as left and u have columns");
-    assert_eq!(kernel.output_bias.len(), n_out, "one output bias per column");
-    isa.compute_matrix(kernel, n_rows, n_out)
+    PairReluProductKernel { left: Some(left), sums, weights, output_bias }.product()
 }
 
 /// The derivatives of [`pair_relu`].
@@ -106,12 +91,8 @@ pub struct PairReluGradients {
 /// assert_eq!((gradients.u.data(), gradients.bias.data()), ([-3.0, 3.0].as_slice(), [3.0].as_slice()));
 /// ```
 pub fn pair_relu_backward(u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matrix) -> PairReluGradients {
-    backward_on(Isa::best(), u, bias, graph, gradient)
-}
-
-fn backward_on(isa: Isa, u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matrix) -> PairReluGradients {
     assert_eq!(u.shape(), gradient.shape(), "one gradient per entry");
-    let sums = || PairReluKernel::new(u, bias, graph);
+    let (isa, sums) = (Isa::best(), || PairReluKernel::new(u, bias, graph));
     let [n, width] = u.shape();
     let as_first = isa.compute_matrix(&FirstGradientKernel { sums: sums(), gradient }, n, width);
     let (incoming, _) = graph.transpose();
@@ -177,6 +158,17 @@ struct PairReluProductKernel<'a> {
     sums: PairReluKernel<'a>,
     weights: &'a Matrix,
     output_bias: &'a [f32],
+}
+
+impl PairReluProductKernel<'_> {
+    fn product(&self) -> Matrix {
+        let (n_rows, [n_in, n_out]) = (self.sums.u.n_rows(), self.weights.shape());
+        let n_left = self.left.map_or(0, Matrix::n_cols);
+        assert!(self.left.is_none_or(|left| left.n_rows() == n_rows), "both matrices need equal numbers of rows");
+        assert_eq!(n_left + self.sums.u.n_cols(), n_in, "weights need as many rows as left and u have columns");
+        assert_eq!(self.output_bias.len(), n_out, "one output bias per column");
+        Isa::best().compute_matrix(self, n_rows, n_out)
+    }
 }
 
 impl RowKernel for PairReluProductKernel<'_> {
@@ -266,7 +258,7 @@ impl ColumnKernel for TotalGradientKernel<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_values::{assert_close, assert_slopes, ragged_graph, random};
+    use super::super::test_values::{assert_close, assert_slopes, naive_product, ragged_graph, random};
     use super::*;
 
     fn naive(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
@@ -275,34 +267,27 @@ mod tests {
         })
     }
 
-    fn naive_product(x: &Matrix, weights: &Matrix) -> Matrix {
-        let dot = |n: usize, c: usize| (0..x.n_cols()).map(|k| x.row(n)[k] * weights.row(k)[c]).sum();
-        Matrix::from_fn(x.n_rows(), weights.n_cols(), dot)
-    }
-
     #[test]
     fn every_instruction_set_agrees_with_the_pair_by_pair_form() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             for [n, width] in [[0, 4], [1, 3], [90, 64], [200, 37], [70, 128]] {
                 let (u, bias, graph) = (random(n, width, 5), random(1, width, 6), ragged_graph(n));
                 let expected = naive(&u, bias.data(), &graph);
-                let sums = || PairReluKernel::new(&u, bias.data(), &graph);
-                assert_close(pair_relu_on(isa, sums()).data(), expected.data(), 1e-5);
+                assert_close(pair_relu(&u, bias.data(), &graph).data(), expected.data(), 1e-5);
                 let (weights, output_bias) = (random(width, 20, 7), random(1, 20, 8));
-                let product = naive_product(&expected, &weights);
+                let product = naive_product(&expected, &weights, &[]);
                 let entry = |n: usize, c| product.row(n)[c] + graph.row(n).len() as f32 * output_bias.data()[c];
                 let expected = Matrix::from_fn(n, 20, entry);
-                let output_bias = output_bias.data();
-                let kernel = PairReluProductKernel { left: None, sums: sums(), weights: &weights, output_bias };
-                assert_close(product_on(isa, &kernel).data(), expected.data(), 1e-5);
+                let found = pair_relu_product(&u, bias.data(), &graph, &weights, output_bias.data());
+                assert_close(found.data(), expected.data(), 1e-5);
                 let (left, of_beside) = (random(n, 9, 9), random(9, 20, 10));
                 let weights = Matrix::new(9 + width, 20, [of_beside.data(), weights.data()].concat());
-                let further = naive_product(&left, &of_beside);
+                let further = naive_product(&left, &of_beside, &[]);
                 let expected = Matrix::from_fn(n, 20, |n, c| expected.row(n)[c] + further.row(n)[c]);
-                let kernel = PairReluProductKernel { left: Some(&left), weights: &weights, ..kernel };
-                assert_close(product_on(isa, &kernel).data(), expected.data(), 1e-5);
+                let found = concat_pair_relu_product(&left, &u, bias.data(), &graph, [&weights, &output_bias]);
+                assert_close(found.data(), expected.data(), 1e-5);
             }
-        }
+        });
     }
 
     fn naive_backward(u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matrix) -> [Matrix; 2] {
@@ -320,7 +305,7 @@ mod tests {
 
     #[test]
     fn every_instruction_set_agrees_with_the_naive_derivative_also_at_kinks() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             for [n, width] in [[0, 4], [1, 3], [90, 64], [300, 37]] {
                 let (u, bias, graph) = (random(n, width, 5), random(1, width, 6), ragged_graph(n));
                 let gradient = random(n, width, 7);
@@ -328,12 +313,12 @@ mod tests {
                 let coarse = Matrix::from_fn(n, width, |i, c| (u.row(i)[c] * 2.0).round());
                 for (u, bias) in [(u, bias.data().to_vec()), (coarse, vec![1.0; width])] {
                     let [to_u, to_bias] = naive_backward(&u, &bias, &graph, &gradient);
-                    let found = backward_on(isa, &u, &bias, &graph, &gradient);
+                    let found = pair_relu_backward(&u, &bias, &graph, &gradient);
                     assert_close(found.u.data(), to_u.data(), 1e-5);
                     assert_close(found.bias.data(), to_bias.data(), 1e-4);
                 }
             }
-        }
+        });
     }
 
     #[test]

@@ -20,7 +20,9 @@ use std::ops::Range;
 /// assert_eq!(product(&x, &w, &[0.5, 0.0]).data(), [21.5, 2.0]);
 /// ```
 pub fn product(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
-    product_on(Isa::best(), x, weights, bias)
+    assert_eq!(x.n_cols(), weights.n_rows(), "weights need as many rows as x has columns");
+    assert!(bias.is_empty() || bias.len() == weights.n_cols(), "one bias per column");
+    Isa::best().compute_matrix(&Product { x, weights, bias }, x.n_rows(), weights.n_cols())
 }
 
 /// Computes `[a | b] w` without storing the joined matrix.
@@ -37,7 +39,9 @@ pub fn product(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
 /// assert_eq!(concat_product(&column(1.0, 2.0), &column(3.0, 4.0), &column(10.0, 1.0)).data(), [13.0, 24.0]);
 /// ```
 pub fn concat_product(a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
-    concat_product_on(Isa::best(), a, b, weights)
+    assert_eq!(a.n_rows(), b.n_rows(), "both matrices need equal numbers of rows");
+    assert_eq!(a.n_cols() + b.n_cols(), weights.n_rows(), "weights need as many rows as both matrices have columns");
+    Isa::best().compute_matrix(&ConcatProduct { a, b, weights }, a.n_rows(), weights.n_cols())
 }
 
 /// Computes the derivative of `x w` to `x`, n x n_in.
@@ -61,35 +65,20 @@ pub fn product_input_backward(gradient: &Matrix, weights: &Matrix) -> Matrix {
 /// assert_eq!(product_weights_backward(&x, &gradient).data(), [43.0]);
 /// ```
 pub fn product_weights_backward(x: &Matrix, gradient: &Matrix) -> Matrix {
-    weights_backward_on(Isa::best(), x, gradient)
-}
-
-#[doc(hidden)]
-pub fn column_sums(m: &Matrix) -> Matrix {
-    product_weights_backward(&Matrix::new(m.n_rows(), 1, vec![1.0; m.n_rows()]), m)
-}
-
-fn product_on(isa: Isa, x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
-    assert_eq!(x.n_cols(), weights.n_rows(), "weights need as many rows as x has columns");
-    assert!(bias.is_empty() || bias.len() == weights.n_cols(), "one bias per column");
-    isa.compute_matrix(&Product { x, weights, bias }, x.n_rows(), weights.n_cols())
-}
-
-fn concat_product_on(isa: Isa, a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
-    assert_eq!(a.n_rows(), b.n_rows(), "both matrices need equal numbers of rows");
-    assert_eq!(a.n_cols() + b.n_cols(), weights.n_rows(), "weights need as many rows as both matrices have columns");
-    isa.compute_matrix(&ConcatProduct { a, b, weights }, a.n_rows(), weights.n_cols())
-}
-
-fn weights_backward_on(isa: Isa, x: &Matrix, gradient: &Matrix) -> Matrix {
     assert_eq!(x.n_rows(), gradient.n_rows(), "the gradient needs as many rows as x");
     let [n_in, n_out] = [x.n_cols(), gradient.n_cols()];
-    let parts = isa.compute_matrix(&WeightsBackward { x, gradient }, x.n_rows().div_ceil(ROWS_PER_SUM), n_in * n_out);
+    let n_parts = x.n_rows().div_ceil(ROWS_PER_SUM);
+    let parts = Isa::best().compute_matrix(&WeightsBackward { x, gradient }, n_parts, n_in * n_out);
     let mut sum = vec![0.0; n_in * n_out];
     for part in 0..parts.n_rows() {
         sum.iter_mut().zip(parts.row(part)).for_each(|(s, p)| *s += p);
     }
     Matrix::new(n_in, n_out, sum)
+}
+
+#[doc(hidden)]
+pub fn column_sums(m: &Matrix) -> Matrix {
+    product_weights_backward(&Matrix::new(m.n_rows(), 1, vec![1.0; m.n_rows()]), m)
 }
 
 struct Product<'a> {
@@ -249,47 +238,40 @@ fn tile<const FMA: bool, const ROWS: usize, const COLS: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_values::{assert_close, assert_slopes, random};
+    use super::super::test_values::{assert_close, assert_slopes, naive_product, random};
     use super::*;
-
-    fn naive(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
-        Matrix::from_fn(x.n_rows(), weights.n_cols(), |i, c| {
-            let dot: f32 = (0..x.n_cols()).map(|k| x.row(i)[k] * weights.row(k)[c]).sum();
-            dot + bias.get(c).unwrap_or(&0.0)
-        })
-    }
 
     #[test]
     fn every_instruction_set_agrees_with_the_naive_product() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             for [n, n_in, n_out] in
                 [[0, 3, 4], [1, 1, 1], [7, 3, 64], [131, 64, 33], [70, 73, 128], [20, 64, 1], [5, 0, 3]]
             {
                 let (x, w, b) = (random(n, n_in, 1), random(n_in, n_out, 2), random(1, n_out, 3));
-                let expected = naive(&x, &w, b.data());
-                assert_close(product_on(isa, &x, &w, b.data()).data(), expected.data(), 1e-5);
+                let expected = naive_product(&x, &w, b.data());
+                assert_close(product(&x, &w, b.data()).data(), expected.data(), 1e-5);
             }
-        }
+        });
     }
 
     #[test]
     fn a_product_of_two_parts_is_that_of_both_side_by_side() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             let (a, b, w) = (random(131, 9, 1), random(131, 64, 2), random(73, 40, 3));
             let joined =
                 Matrix::from_fn(131, 73, |row, col| if col < 9 { a.row(row)[col] } else { b.row(row)[col - 9] });
-            assert_close(concat_product_on(isa, &a, &b, &w).data(), naive(&joined, &w, &[]).data(), 1e-5);
-        }
+            assert_close(concat_product(&a, &b, &w).data(), naive_product(&joined, &w, &[]).data(), 1e-5);
+        });
     }
 
     #[test]
     fn derivatives_are_products_with_transposes() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             let (x, w, g) = (random(600, 9, 1), random(9, 37, 2), random(600, 37, 3));
-            let to_weights = naive(&x.transpose(), &g, &[]);
-            assert_close(weights_backward_on(isa, &x, &g).data(), to_weights.data(), 1e-4);
-            assert_close(product_input_backward(&g, &w).data(), naive(&g, &w.transpose(), &[]).data(), 1e-5);
-        }
+            let to_weights = naive_product(&x.transpose(), &g, &[]);
+            assert_close(product_weights_backward(&x, &g).data(), to_weights.data(), 1e-4);
+            assert_close(product_input_backward(&g, &w).data(), naive_product(&g, &w.transpose(), &[]).data(), 1e-5);
+        });
     }
 
     #[test]

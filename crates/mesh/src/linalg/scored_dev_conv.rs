@@ -1,8 +1,8 @@
 //! A DevConv over positions and normals and two layers after it.
 
+use super::group_layers::apply_layers;
 use super::isa::{ColumnKernel, Isa, RowKernel, multiply_add, relu};
 use super::product::multiply_rows;
-use super::two_layers::layers;
 use super::{Csr, Matrix};
 use std::ops::Range;
 
@@ -31,7 +31,7 @@ pub fn scored_dev_conv(x: [&Matrix; 2], graph: &Csr, dev_conv: [&Matrix; 2], lay
     let shapes = x.map(Matrix::shape);
     assert_eq!([shapes[0], shapes[1], [n, graph.n_cols()]], [[n, 3], [n, 3], [n, n]], "one graph node per row");
     let x = x.map(|x| x.data().as_chunks().0);
-    score_on(Isa::best(), &Stars { x, n, star: |i| (i, graph.row(i)) }, dev_conv, layers)
+    scored_stars(&Stars { x, n, star: |i| (i, graph.row(i)) }, dev_conv, layers)
 }
 
 /// Nodes with their neighbours.
@@ -46,16 +46,7 @@ pub struct Stars<'a, P, F> {
 }
 
 /// Computes [`scored_dev_conv`] for some nodes of a graph; returns n x n_out.
-pub fn scored_stars<'g, P, F>(stars: &Stars<P, F>, dev_conv: [&Matrix; 2], layers: [[&Matrix; 2]; 2]) -> Matrix
-where
-    P: Copy + Into<[f32; 3]> + Sync,
-    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
-{
-    score_on(Isa::best(), stars, dev_conv, layers)
-}
-
-fn score_on<'g, P, F>(
-    isa: Isa,
+pub fn scored_stars<'g, P, F>(
     stars: &Stars<P, F>,
     [theta, phi]: [&Matrix; 2],
     [first, second]: [[&Matrix; 2]; 2],
@@ -68,7 +59,7 @@ where
     assert_eq!(first[0].shape(), [phi.n_cols(), second[0].n_rows()], "sizes of consecutive layers must match");
     assert_eq!([first[1].n_cols(), second[1].n_cols()], [first[0].n_cols(), second[0].n_cols()], "one bias per column");
     let kernel = ScoredDevConvKernel { largest: StarMaxKernel { stars, theta }, phi, first, second };
-    isa.compute_matrix(&kernel, stars.n, second[0].n_cols())
+    Isa::best().compute_matrix(&kernel, stars.n, second[0].n_cols())
 }
 
 struct ScoredDevConvKernel<'a, P, F> {
@@ -90,7 +81,7 @@ where
         self.largest.compute::<FMA>(rows, &mut largest);
         multiply_rows::<FMA>(&largest, self.phi, &mut features);
         features.iter_mut().for_each(|y| *y = relu(*y));
-        layers::<FMA>(&features, self.first, self.second, out);
+        apply_layers::<FMA>(&features, &[], &[self.first, self.second], out);
     }
 }
 
@@ -156,7 +147,7 @@ mod tests {
 
     #[test]
     fn every_instruction_set_agrees_with_one_step_after_the_other() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             for [n, width, n_hidden] in [[0, 4, 4], [131, 16, 16], [90, 37, 5]] {
                 let (a, b, graph) = (random(n, 3, 1), random(n, 3, 2), ragged_graph(n));
                 let (theta, phi) = (random(6, width, 3), random(width, 20, 4));
@@ -166,9 +157,9 @@ mod tests {
                 let expected = two_layers(&features, first, second);
                 let x: [&[[f32; 3]]; 2] = [a.data().as_chunks().0, b.data().as_chunks().0];
                 let all = Stars { x, n, star: |i| (i, graph.row(i)) };
-                let result = score_on(isa, &all, [&theta, &phi], [first, second]);
+                let result = scored_stars(&all, [&theta, &phi], [first, second]);
                 assert_close(result.data(), expected.data(), 1e-5);
             }
-        }
+        });
     }
 }

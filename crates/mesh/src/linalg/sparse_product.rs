@@ -2,7 +2,6 @@
 
 use super::Csr;
 use rayon::prelude::*;
-use std::ops::Range;
 
 /// Computes `A_s[i, j] = sum_{k, l} S[i, k] A[k, l] S[j, l]` for every entry (i, j) of `graph`.
 ///
@@ -102,14 +101,7 @@ const BLOCK: usize = 256;
 
 fn compute_rows(graph: &Csr, row_values: impl Fn(&mut Scratch, usize, &mut [f32]) + Sync) -> Vec<f32> {
     let mut values = vec![0.0; graph.n_entries()];
-    let mut rest = values.as_mut_slice();
-    let mut blocks: Vec<(Range<usize>, &mut [f32])> = Vec::new();
-    for begin in (0..graph.n_rows()).step_by(BLOCK) {
-        let rows = begin..(begin + BLOCK).min(graph.n_rows());
-        let (head, tail) = rest.split_at_mut(graph.rows_range(rows.clone()).len());
-        blocks.push((rows, head));
-        rest = tail;
-    }
+    let blocks = graph.split_rows(BLOCK, &mut values);
     let scratch = || Scratch { sums: vec![0.0; graph.n_rows()], touched: Vec::new() };
     blocks.into_par_iter().for_each_init(scratch, |scratch, (rows, out)| {
         let start = graph.range(rows.start).start;

@@ -22,6 +22,13 @@ pub fn run_on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads can be started").install(work)
 }
 
+pub fn naive_product(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
+    Matrix::from_fn(x.n_rows(), weights.n_cols(), |i, c| {
+        let dot: f32 = (0..x.n_cols()).map(|k| x.row(i)[k] * weights.row(k)[c]).sum();
+        dot + bias.get(c).unwrap_or(&0.0)
+    })
+}
+
 /// Panics unless entries agree to `tolerance`, relative to the larger of them and 1.
 #[doc(hidden)]
 pub fn assert_close(a: &[f32], b: &[f32], tolerance: f32) {

@@ -1,8 +1,8 @@
 //! Two affine maps with a ReLU between them.
 
 use super::Matrix;
-use super::isa::{Isa, RowKernel, relu};
-use super::product::{add_bias, multiply_rows};
+use super::group_layers::apply_layers;
+use super::isa::{Isa, RowKernel};
 use std::ops::Range;
 
 /// Computes `max(x w + b, 0) w' + b'`.
@@ -21,14 +21,10 @@ use std::ops::Range;
 /// assert_eq!(two_layers(&x, [&number(2.0), &number(1.0)], [&number(10.0), &number(5.0)]).data(), [35.0, 5.0]);
 /// ```
 pub fn two_layers(x: &Matrix, first: [&Matrix; 2], second: [&Matrix; 2]) -> Matrix {
-    two_layers_on(Isa::best(), x, first, second)
-}
-
-fn two_layers_on(isa: Isa, x: &Matrix, first: [&Matrix; 2], second: [&Matrix; 2]) -> Matrix {
     let [n_hidden, n_out] = second[0].shape();
     assert_eq!(first[0].shape(), [x.n_cols(), n_hidden], "sizes of x and of the layers must match");
     assert_eq!([first[1].shape(), second[1].shape()], [[1, n_hidden], [1, n_out]], "one bias per column");
-    isa.compute_matrix(&TwoLayers { x, first, second }, x.n_rows(), n_out)
+    Isa::best().compute_matrix(&TwoLayers { x, first, second }, x.n_rows(), n_out)
 }
 
 struct TwoLayers<'a> {
@@ -41,19 +37,9 @@ impl RowKernel for TwoLayers<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let n_in = self.x.n_cols();
-        layers::<FMA>(&self.x.data()[rows.start * n_in..rows.end * n_in], self.first, self.second, out);
+        let rows = &self.x.data()[rows.start * n_in..rows.end * n_in];
+        apply_layers::<FMA>(rows, &[], &[self.first, self.second], out);
     }
-}
-
-#[inline(always)]
-pub(super) fn layers<const FMA: bool>(rows: &[f32], first: [&Matrix; 2], second: [&Matrix; 2], out: &mut [f32]) {
-    let [n_in, n_hidden] = first[0].shape();
-    let mut hidden = vec![0.0; rows.len() / n_in.max(1) * n_hidden];
-    multiply_rows::<FMA>(rows, first[0], &mut hidden);
-    add_bias(&mut hidden, first[1].data());
-    hidden.iter_mut().for_each(|y| *y = relu(*y));
-    multiply_rows::<FMA>(&hidden, second[0], out);
-    add_bias(out, second[1].data());
 }
 
 #[cfg(test)]
@@ -64,15 +50,15 @@ mod tests {
 
     #[test]
     fn every_instruction_set_agrees_with_one_layer_after_the_other() {
-        for isa in Isa::available() {
+        Isa::on_each(|| {
             for [n, n_in, n_hidden, n_out] in [[0, 3, 4, 1], [131, 16, 16, 1], [70, 5, 37, 1], [90, 20, 9, 33]] {
                 let (x, w, b) = (random(n, n_in, 1), random(n_in, n_hidden, 2), random(1, n_hidden, 3));
                 let [second, bias] = [random(n_hidden, n_out, 4), random(1, n_out, 5)];
                 let mut hidden = product(&x, &w, b.data());
                 hidden.data_mut().iter_mut().for_each(|y| *y = y.max(0.0));
                 let expected = product(&hidden, &second, bias.data());
-                assert_close(two_layers_on(isa, &x, [&w, &b], [&second, &bias]).data(), expected.data(), 1e-5);
+                assert_close(two_layers(&x, [&w, &b], [&second, &bias]).data(), expected.data(), 1e-5);
             }
-        }
+        });
     }
 }

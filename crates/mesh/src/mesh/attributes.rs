@@ -169,7 +169,9 @@ impl Attributes {
         }
     }
 
-    fn has_values_for(&self, wedges: &[[u32; 3]]) -> bool {
+    /// Returns whether every channel has a row for each wedge, and all of `wedges` exist.
+    #[doc(hidden)]
+    pub fn has_values_for(&self, wedges: &[[u32; 3]]) -> bool {
         let n_wedges = self.n_wedges();
         let is_whole = |channel: &Channel| channel.width > 0 && channel.values.len() == n_wedges * channel.width;
         self.channels.iter().all(is_whole) && wedges.iter().flatten().all(|&wedge| (wedge as usize) < n_wedges)

@@ -13,11 +13,13 @@
 
 use rustc_hash::FxHashSet;
 
+use super::compact::{renumber_used, used_vertices};
 use super::first_equal::join_positions;
 use super::precision::{LostComponent, find_lost_component};
 use super::repeated_faces::{prefer_wound_sides, repeated_faces, superfluous_faces};
 use super::tri_mesh::are_sound;
 use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
+use crate::geometry::extent;
 
 /// Options of [`clean`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -260,24 +262,11 @@ fn drop_degenerate_faces(faces: &mut FaceList, counts: &mut CleanCounts) {
     counts.degenerate_faces += before - faces.len();
 }
 
-fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
-    let mut used = vec![false; n_vertices];
-    for &vertex in faces.iter().flatten() {
-        used[vertex as usize] = true;
-    }
-    used
-}
-
 /// Returns a local origin near the centre of the used vertices, to which local coordinates add exactly.
 pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for (position, _) in positions.iter().zip(used).filter(|(_, used)| **used) {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(position[axis]);
-            high[axis] = high[axis].max(position[axis]);
-        }
-    }
-    origin_within(low, high)
+    let used = positions.iter().zip(used).filter(|(_, used)| **used);
+    let (low, high) = extent(used.map(|(&position, _)| position.into()));
+    origin_within(low.into(), high.into())
 }
 
 #[doc(hidden)]
@@ -369,14 +358,7 @@ fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]], used: &[bo
         let source = (0..local.len() as u32).collect();
         return (local, source);
     }
-    let source: Vec<u32> = (0..local.len() as u32).filter(|&vertex| used[vertex as usize]).collect();
-    let mut place = vec![0; local.len()];
-    for (new, &old) in source.iter().enumerate() {
-        place[old as usize] = new as u32;
-    }
-    for vertex in faces.iter_mut().flatten() {
-        *vertex = place[*vertex as usize];
-    }
+    let source = renumber_used(faces, used);
     (source.iter().map(|&old| local[old as usize]).collect(), source)
 }
 

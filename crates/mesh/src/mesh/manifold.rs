@@ -253,6 +253,7 @@ mod tests {
     use crate::mesh::shapes;
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
+    use std::collections::BTreeSet;
 
     #[test]
     fn tetrahedra_that_share_an_edge_come_apart_closed() {
@@ -295,30 +296,9 @@ mod tests {
 
     #[test]
     fn boxes_that_share_an_edge_come_apart_closed() {
-        let mesh = shapes::cuboid([1.0; 3], 1);
-        let (positions, faces) = (mesh.positions(), mesh.faces());
-        // The second point is beyond the edge where x and y are largest.
-        let shift_point = |p: &[f32; 3]| [p[0] + 1.0, p[1] + 1.0, p[2]];
-        let low = |p: &[f32; 3]| p.map(|x| (4.0 * x).round() as i32);
-        let mut all = positions.to_vec();
-        let number: Vec<u32> = positions
-            .iter()
-            .map(|p| {
-                let place = shift_point(p);
-                let known = positions.iter().position(|q| low(q) == low(&place));
-                known.map_or_else(
-                    || {
-                        all.push(place);
-                        all.len() as u32 - 1
-                    },
-                    |v| v as u32,
-                )
-            })
-            .collect();
-        let second = faces.iter().map(|face| face.map(|v| number[v as usize]));
-        let faces: Vec<[u32; 3]> = faces.iter().copied().chain(second).collect();
-        assert_eq!(all.len(), 14);
-        let manifold = manifold(&all, &faces);
+        let (positions, faces) = voxels(&std::array::from_fn::<bool, 64, _>(|at| [0, 5].contains(&at)));
+        assert_eq!(faces.iter().flatten().collect::<BTreeSet<_>>().len(), 14);
+        let manifold = manifold(&positions, &faces);
         assert_eq!((manifold.copies.len(), manifold.rings.n_ghosts(), manifold.turned_faces), (2, 0, 0));
     }
 

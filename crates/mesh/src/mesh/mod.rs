@@ -35,6 +35,7 @@ mod surroundings;
 #[doc(hidden)]
 pub mod thread_ranges;
 mod topology;
+mod topology_figures;
 mod topology_patch;
 mod touching;
 mod tri_mesh;
@@ -78,10 +79,13 @@ pub use seams::{FeatureEdge, creases, seams};
 pub use snap::snap;
 #[doc(hidden)]
 pub use topology::TopologyPatches;
-pub use topology::{Topology, topology};
+pub use topology::topology;
+pub use topology_figures::Topology;
 #[doc(hidden)]
 pub use topology_patch::TopologyPatch;
 pub use tri_mesh::{InvalidMesh, TriMesh};
 pub use united_mesh::{ScenePiece, SceneView, UnitedMesh};
+#[doc(hidden)]
+pub use vertex_normals::sum_face_normals;
 pub use vertex_normals::vertex_normals;
 pub use winding::orient_outward;

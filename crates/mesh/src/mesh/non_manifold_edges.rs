@@ -110,8 +110,11 @@ mod tests {
         let ends = [[0.0; 3], [0.0, 0.0, 1.0]];
         let positions: Vec<[f32; 3]> = ends.iter().chain(tips).copied().collect();
         let face = |(tip, &turned): (u32, &bool)| if turned { [1, 0, tip] } else { [0, 1, tip] };
-        let faces: Vec<[u32; 3]> = (2..).zip(is_turned).map(face).collect();
-        let partners = partners(&positions, &Surroundings::whole(&faces));
+        pairs_of(&positions, &(2..).zip(is_turned).map(face).collect::<Vec<_>>())
+    }
+
+    fn pairs_of(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
+        let partners = partners(positions, &Surroundings::whole(faces));
         let mut pairs: Vec<[u32; 2]> = partners.iter().map(|(g, h)| [g / 3, h / 3]).filter(|[g, h]| g < h).collect();
         pairs.sort_unstable();
         pairs
@@ -149,10 +152,7 @@ mod tests {
     fn the_wall_between_two_bodies_belongs_to_both() {
         let positions = [[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.5], [-0.1, 1.0, 0.5], [-0.1, -1.0, 0.5]];
         let faces = [[0, 1, 2], [1, 0, 2], [0, 1, 3], [1, 0, 4]];
-        let partners = partners(&positions, &Surroundings::whole(&faces));
-        let mut pairs: Vec<[u32; 2]> = partners.iter().map(|(g, h)| [g / 3, h / 3]).filter(|[g, h]| g < h).collect();
-        pairs.sort_unstable();
-        assert_eq!(pairs, [[0, 3], [1, 2]]);
+        assert_eq!(pairs_of(&positions, &faces), [[0, 3], [1, 2]]);
     }
 
     #[test]

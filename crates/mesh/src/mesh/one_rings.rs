@@ -88,11 +88,7 @@ impl OneRings {
 
     /// Returns the neighbours of a vertex in cyclic order.
     pub fn ring(&self, vertex: u32) -> &[u32] {
-        &self.neighbors[self.range(vertex)]
-    }
-
-    fn range(&self, vertex: u32) -> std::ops::Range<usize> {
-        self.offsets[vertex as usize] as usize..self.offsets[vertex as usize + 1] as usize
+        &self.neighbors[self.offsets[vertex as usize] as usize..self.offsets[vertex as usize + 1] as usize]
     }
 
     /// Returns the number of vertices, without ghost vertices.
@@ -122,13 +118,11 @@ impl OneRings {
             return boundary.map(|(v, ghost)| [self.ring(v)[0], v, ghost]).collect();
         }
         // Without consistent winding, every edge is found twice and kept once.
-        let both = boundary.flat_map(|(v, ghost)| self.boundary_neighbors(v).map(|w| [w, v, ghost]));
+        let both = boundary.flat_map(|(v, ghost)| {
+            let ring = self.ring(v);
+            [ring[0], ring[ring.len() - 2]].map(|w| [w, v, ghost])
+        });
         both.filter(|[w, v, _]| w > v).collect()
-    }
-
-    fn boundary_neighbors(&self, vertex: u32) -> [u32; 2] {
-        let ring = self.ring(vertex);
-        [ring[0], ring[ring.len() - 2]]
     }
 
     fn number_boundary_loops(&mut self, open: &[u32]) {

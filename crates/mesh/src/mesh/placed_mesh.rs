@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DMat4, Vec3};
 
-use super::united_mesh::{all_channels, extend};
+use super::united_mesh::{all_channels, append_attributes};
 use super::{Attributes, Channel, RawMesh, Role};
 
 #[doc(hidden)]
@@ -26,9 +26,7 @@ pub fn merge_placed_meshes(meshes: &[PlacedMesh], is_carried: impl Fn(Role) -> b
 }
 
 fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMesh) {
-    let (first, first_wedge) = (all.positions.len(), all.attributes.n_wedges() as u32);
-    let own = &mesh.attributes;
-    let n_faces = mesh.faces.len() as u32;
+    let first = all.positions.len();
     let is_mirrored = transform.determinant() < 0.0;
     let turn = |[a, b, c]: [u32; 3]| if is_mirrored { [a, c, b] } else { [a, b, c] };
     all.positions.extend(mesh.positions.iter().map(|&p| transform.transform_point3(p.into()).to_array()));
@@ -37,23 +35,13 @@ fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMe
     all.faces.extend(mesh.faces.iter().map(|face| turn(face.map(shift_vertex))));
     all.dropped_faces += mesh.dropped_faces;
     let attributes = &mut all.attributes;
-    attributes.groups.extend((0..n_faces).map(|face| first_group + own.group(face)));
-    if attributes.channels.is_empty() {
-        return;
-    }
-    // A mesh without channels has one wedge, of zeros.
-    let n_wedges = own.n_wedges().max(1);
-    let shift_wedge = |w: u32| if w as usize >= n_wedges { u32::MAX } else { first_wedge + w };
-    let wedge = |face: u32| own.wedges.get(face as usize).map_or([first_wedge; 3], |row| row.map(shift_wedge));
-    attributes.wedges.extend((0..n_faces).map(|face| turn(wedge(face))));
-    for (near, channel) in attributes.channels.iter_mut().enumerate() {
-        let from = channel.values.len();
-        extend(channel, near, own, n_wedges, 1.0);
-        turn_directions(channel, from, *transform);
-    }
+    let (first_row, first_wedge) = (attributes.wedges.len(), attributes.n_wedges());
+    append_attributes(attributes, &mesh.attributes, mesh.faces.len() as u32, *first_group, 1.0);
+    attributes.wedges[first_row..].iter_mut().for_each(|row| *row = turn(*row));
+    attributes.channels.iter_mut().for_each(|channel| turn_directions(channel, first_wedge, *transform));
 }
 
-fn turn_directions(channel: &mut Channel, from: usize, transform: DMat4) {
+fn turn_directions(channel: &mut Channel, first_wedge: usize, transform: DMat4) {
     let linear = DMat3::from_mat4(transform);
     let turned = match channel.role {
         Role::Normal => linear.inverse().transpose(),
@@ -61,7 +49,7 @@ fn turn_directions(channel: &mut Channel, from: usize, transform: DMat4) {
         _ => return,
     };
     let is_unit = matches!(channel.role, Role::Normal | Role::Tangent);
-    for row in channel.values[from..].chunks_exact_mut(channel.width) {
+    for row in channel.values[first_wedge * channel.width..].chunks_exact_mut(channel.width) {
         let Some(vector) = row.first_chunk_mut::<3>() else { return };
         let found = turned * Vec3::from(*vector).as_dvec3();
         let found = if is_unit { found.normalize_or_zero() } else { found }.as_vec3();

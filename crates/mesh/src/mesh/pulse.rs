@@ -58,11 +58,7 @@ impl<'a> Pulse<'a> {
     }
 
     pub fn map<T: Sync, R: Send>(self, items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
-        let mut all = Vec::with_capacity(items.len());
-        for items in self.chunks(items) {
-            all.par_extend(items.par_iter().with_min_len(PARALLEL).map(&of));
-        }
-        all
+        self.map_numbers(items.len(), |i| of(&items[i]))
     }
 
     pub fn map_numbers<R: Send>(self, n: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {

@@ -1,6 +1,7 @@
 //! A mesh as read from a file.
 
 use super::Attributes;
+use crate::geometry::extent;
 
 /// Vertices and triangles as read; indices may be out of range, coordinates NaN, positions repeated.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,9 +27,7 @@ impl RawMesh {
     /// Returns the diagonal of the bounding box of all finite vertices.
     pub fn diagonal(&self) -> f64 {
         let finite = self.positions.iter().filter(|position| position.iter().all(|x| x.is_finite()));
-        let unbounded = (glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY);
-        let (low, high) =
-            finite.fold(unbounded, |(low, high), &position| (low.min(position.into()), high.max(position.into())));
+        let (low, high) = extent(finite.map(|&position| position.into()));
         (high - low).max(glam::DVec3::ZERO).length()
     }
 }

@@ -36,7 +36,12 @@ impl SurfaceSample {
 /// assert!(samples.len() == 100 && samples.iter().all(|s| s.point(&mesh).x + s.point(&mesh).y < 1.0 + 1e-9));
 /// ```
 pub fn surface_samples(mesh: &TriMesh, n_samples: usize, seed: u64) -> Vec<SurfaceSample> {
-    let mut area_up_to = areas_up_to(mesh);
+    let mut sum = 0.0;
+    let add = |face: usize| {
+        sum += area_normal_f64(face_corners(mesh, face)).length();
+        sum
+    };
+    let mut area_up_to: Vec<f64> = (0..mesh.faces().len()).map(add).collect();
     if area_up_to.last() == Some(&0.0) {
         area_up_to = (1..=mesh.faces().len()).map(|i| i as f64).collect();
     }
@@ -51,15 +56,6 @@ pub fn surface_samples(mesh: &TriMesh, n_samples: usize, seed: u64) -> Vec<Surfa
         SurfaceSample { face: face as u32, weights: uniform_weights(unit(&mut rng), unit(&mut rng)) }
     };
     (0..n_samples).map(draw).collect()
-}
-
-fn areas_up_to(mesh: &TriMesh) -> Vec<f64> {
-    let mut sum = 0.0;
-    let mut add = |face: usize| {
-        sum += area_normal_f64(face_corners(mesh, face)).length();
-        sum
-    };
-    (0..mesh.faces().len()).map(&mut add).collect()
 }
 
 fn uniform_weights(x: f64, y: f64) -> [f64; 3] {

@@ -2,50 +2,10 @@
 
 use super::TriMesh;
 use super::first_equal::PositionKey;
-use super::topology_patch::{OpenEdge, TopologyCounts, TopologyPatch, curves_through};
+use super::topology_figures::Topology;
+use super::topology_patch::{OpenEdge, TopologyPatch, curves_through};
 use super::union_find::UnionFind;
 use super::windings::Windings;
-
-/// The topology figures of a mesh.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Topology {
-    /// Vertices, used or not.
-    pub vertices: usize,
-    /// Vertices without faces.
-    pub unreferenced_vertices: usize,
-    /// Edges.
-    pub edges: usize,
-    /// Faces.
-    pub faces: usize,
-    /// True if the mesh has faces and no boundary edge.
-    pub closed: bool,
-    /// Edges with one face.
-    pub boundary_edges: usize,
-    /// Loops of boundary edges.
-    pub boundary_loops: usize,
-    /// Edges with more than two faces.
-    pub non_manifold_edges: usize,
-    /// Vertices whose faces form several fans, joined over edges.
-    pub non_manifold_vertices: usize,
-    /// Two-face edges that both faces traverse in the same direction.
-    pub inconsistent_edges: usize,
-    /// True if reversing faces can make the winding consistent.
-    pub orientable: bool,
-    /// Components of faces joined over edges.
-    pub components: usize,
-    /// Euler characteristic: used vertices - edges + faces.
-    pub euler: i64,
-    /// Handles after boundaries are filled; only for orientable meshes without non-manifold edges.
-    pub genus: Option<usize>,
-}
-
-impl Topology {
-    /// Returns whether every edge has two consistently wound faces and every vertex one fan.
-    pub fn is_closed_manifold(&self) -> bool {
-        self.closed && self.non_manifold_edges + self.non_manifold_vertices + self.inconsistent_edges == 0
-    }
-}
 
 /// Counts the topology figures of a mesh in linear time.
 ///
@@ -71,7 +31,8 @@ impl TopologyPatches {
     pub fn add(&mut self, patch: TopologyPatch) {
         let all = &mut self.0;
         let (fans, components, sides) = (all.open_fans.len() as u32, all.n_open_components, all.n_open_sides);
-        all.closed += patch.closed;
+        all.closed.add(&patch.closed);
+        all.n_closed_fans += patch.n_closed_fans;
         all.is_one_sided |= patch.is_one_sided;
         all.n_open_components += patch.n_open_components;
         all.n_open_sides += patch.n_open_sides;
@@ -87,7 +48,7 @@ impl TopologyPatches {
 
     /// Joins the open elements over shared edges; counts the topology of the whole mesh.
     pub fn count_topology(self) -> Topology {
-        let TopologyPatch { mut closed, is_one_sided, open_fans, mut open_edges, .. } = self.0;
+        let TopologyPatch { mut closed, n_closed_fans, is_one_sided, open_fans, mut open_edges, .. } = self.0;
         open_edges.sort_unstable_by_key(OpenEdge::places);
         let mut open = OpenElements {
             components: UnionFind::new(self.0.n_open_components as usize),
@@ -100,12 +61,13 @@ impl TopologyPatches {
             open.join(edge, &mut closed);
         }
         closed.components += open.components.n_sets();
-        closed.fans += open.fans.n_sets();
-        closed.loops += n_curves(&open.curves, &mut open.fans);
+        let n_fans = n_closed_fans + open.fans.n_sets();
+        let curves: Vec<[u32; 2]> = open.curves.iter().map(|curve| curve.map(|fan| open.fans.find(fan))).collect();
+        closed.boundary_loops += curves_through(&curves).1.n_sets();
         let (vertices, non_manifold_vertices) = shared_vertices(&open_fans, &mut open.fans);
         closed.vertices += vertices;
         closed.non_manifold_vertices += non_manifold_vertices;
-        to_topology(&closed, open.all_agree)
+        closed.finish(n_fans, open.all_agree)
     }
 }
 
@@ -118,7 +80,7 @@ struct OpenElements {
 }
 
 impl OpenElements {
-    fn join(&mut self, edge: &[OpenEdge], counts: &mut TopologyCounts) {
+    fn join(&mut self, edge: &[OpenEdge], counts: &mut Topology) {
         counts.edges += 1;
         counts.boundary_edges += usize::from(edge.len() == 1);
         counts.non_manifold_edges += usize::from(edge.len() > 2);
@@ -139,39 +101,12 @@ impl OpenElements {
     }
 }
 
-fn n_curves(curves: &[[u32; 2]], fans: &mut UnionFind) -> usize {
-    let curves: Vec<[u32; 2]> = curves.iter().map(|curve| curve.map(|fan| fans.find(fan))).collect();
-    curves_through(&curves).1.n_sets()
-}
-
 fn shared_vertices(open_fans: &[PositionKey], fans: &mut UnionFind) -> (usize, usize) {
     let mut at: Vec<(PositionKey, u32)> = open_fans.iter().copied().zip((0..).map(|fan| fans.find(fan))).collect();
     at.sort_unstable();
     at.dedup();
     let vertices = at.chunk_by(|(x, _), (y, _)| x == y);
     vertices.fold((0, 0), |(n, several), fans| (n + 1, several + usize::from(fans.len() > 1)))
-}
-
-fn to_topology(all: &TopologyCounts, orientable: bool) -> Topology {
-    let holes_filled = all.fans + all.faces + all.loops;
-    let handles = (2 * all.components + all.edges).checked_sub(holes_filled).map(|twice| twice / 2);
-    let used = all.vertices - all.unreferenced_vertices;
-    Topology {
-        vertices: all.vertices,
-        unreferenced_vertices: all.unreferenced_vertices,
-        edges: all.edges,
-        faces: all.faces,
-        closed: all.faces > 0 && all.boundary_edges == 0,
-        boundary_edges: all.boundary_edges,
-        boundary_loops: all.loops,
-        non_manifold_edges: all.non_manifold_edges,
-        non_manifold_vertices: all.non_manifold_vertices,
-        inconsistent_edges: all.inconsistent_edges,
-        orientable,
-        components: all.components,
-        euler: used as i64 - all.edges as i64 + all.faces as i64,
-        genus: handles.filter(|_| orientable && all.non_manifold_edges == 0),
-    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use rustc_hash::FxHashMap;
 use super::TriMesh;
 use super::first_equal::{PositionKey, position_key};
 use super::half_edges::{HalfEdge, for_each_edge, next, start};
+use super::topology_figures::Topology;
 use super::union_find::UnionFind;
 use super::windings::Windings;
 
@@ -14,7 +15,9 @@ use super::windings::Windings;
 #[derive(Clone, Debug, Default)]
 #[doc(hidden)]
 pub struct TopologyPatch {
-    pub closed: TopologyCounts,
+    /// Counts of complete elements; vertices are those that are not shared, edges those with an unshared end.
+    pub closed: Topology,
+    pub n_closed_fans: usize,
     pub is_one_sided: bool,
     pub n_open_components: u32,
     pub n_open_sides: u32,
@@ -23,40 +26,6 @@ pub struct TopologyPatch {
     pub curves: Vec<[u32; 2]>,
     /// Half-edges between two shared vertices.
     pub open_edges: Vec<OpenEdge>,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-#[doc(hidden)]
-pub struct TopologyCounts {
-    /// Vertices that are not shared; the next two fields count unused ones and those with several fans.
-    pub vertices: usize,
-    pub unreferenced_vertices: usize,
-    pub non_manifold_vertices: usize,
-    pub faces: usize,
-    /// Edges with an unshared end; the next three count boundary, non-manifold and inconsistently wound ones.
-    pub edges: usize,
-    pub boundary_edges: usize,
-    pub non_manifold_edges: usize,
-    pub inconsistent_edges: usize,
-    pub components: usize,
-    pub fans: usize,
-    pub loops: usize,
-}
-
-impl std::ops::AddAssign for TopologyCounts {
-    fn add_assign(&mut self, other: Self) {
-        self.vertices += other.vertices;
-        self.unreferenced_vertices += other.unreferenced_vertices;
-        self.non_manifold_vertices += other.non_manifold_vertices;
-        self.faces += other.faces;
-        self.edges += other.edges;
-        self.boundary_edges += other.boundary_edges;
-        self.non_manifold_edges += other.non_manifold_edges;
-        self.inconsistent_edges += other.inconsistent_edges;
-        self.components += other.components;
-        self.fans += other.fans;
-        self.loops += other.loops;
-    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -118,7 +87,7 @@ struct Links<'a> {
     mesh: &'a TriMesh,
     faces: UnionFind,
     corners: UnionFind,
-    counts: TopologyCounts,
+    counts: Topology,
     boundary: Vec<u32>,
     open: Vec<u32>,
 }
@@ -130,7 +99,7 @@ impl<'a> Links<'a> {
             mesh,
             faces: UnionFind::new(n_faces),
             corners: UnionFind::new(3 * n_faces),
-            counts: TopologyCounts { faces: n_faces, ..TopologyCounts::default() },
+            counts: Topology { faces: n_faces, ..Topology::default() },
             boundary: Vec::new(),
             open: Vec::new(),
         }
@@ -169,7 +138,7 @@ impl<'a> Links<'a> {
                 patch.open_fans.push(position_key(self.mesh.positions()[vertex as usize]));
             } else {
                 fans[vertex as usize] += 1;
-                patch.closed.fans += 1;
+                patch.n_closed_fans += 1;
             }
         }
         for (_, n) in (0..).zip(fans).filter(|(vertex, _)| !is_shared(*vertex)) {
@@ -192,7 +161,7 @@ impl<'a> Links<'a> {
             let first = *first_of.entry(curves.find(i)).or_insert(fan);
             patch.curves.push([first, fan]);
         }
-        patch.closed.loops = curves.n_sets() - first_of.len();
+        patch.closed.boundary_loops = curves.n_sets() - first_of.len();
     }
 
     fn list_open(mut self, patch: &mut TopologyPatch, fans: &FxHashMap<u32, u32>) {

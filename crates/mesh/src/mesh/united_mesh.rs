@@ -6,6 +6,7 @@ use rustc_hash::FxHashMap;
 use super::touching::join_touching;
 use super::value_bytes::{ByteReader, Stored, store_fields};
 use super::{Attributes, Channel, Role, TriMesh, compact};
+use crate::geometry::extent;
 
 /// Largest number of faces in a scene view; beyond, each piece shows only its largest instance.
 const MOST_VIEWED: usize = 1 << 24;
@@ -97,23 +98,14 @@ impl UnitedMesh {
         let (mut first_groups, mut scales) = (vec![0], Vec::new());
         for ScenePiece { mesh, attributes: own, scale, .. } in pieces {
             let scale = Some(scale.log2().round().exp2() as f32).filter(|scale| scale.is_normal())?;
-            let (first, first_wedge) = (u32::try_from(positions.len()).ok()?, attributes.n_wedges() as u32);
+            let first = u32::try_from(positions.len()).ok()?;
             positions.extend(mesh.positions().iter().map(|p| p.map(|x| x * scale)));
             faces.extend(mesh.faces().iter().map(|face| face.map(|v| v + first)));
             let first_group = first_groups.last().copied()?;
-            let n_faces = mesh.faces().len() as u32;
-            attributes.groups.extend((0..n_faces).map(|f| first_group + own.group(f)));
+            append_attributes(&mut attributes, own, mesh.faces().len() as u32, first_group, scale);
             first_groups
                 .push(first_group.checked_add(own.groups.iter().max().map_or(0, |&last| last).checked_add(1)?)?);
             scales.push(scale);
-            // A mesh without channels has one wedge, of zeros.
-            let n_wedges = own.n_wedges().max(1);
-            let wedge = |f: usize| own.wedges.get(f).map_or([first_wedge; 3], |wedges| wedges.map(|w| w + first_wedge));
-            if !attributes.channels.is_empty() {
-                attributes.wedges.extend((0..n_faces as usize).map(wedge));
-            }
-            let channels = attributes.channels.iter_mut().enumerate();
-            channels.for_each(|(near, channel)| extend(channel, near, own, n_wedges, scale));
         }
         if positions.len().max(attributes.n_wedges()) > (u32::MAX / 4) as usize {
             return None;
@@ -161,19 +153,16 @@ impl UnitedMesh {
     }
 
     fn center_scene(mut self) -> Self {
-        let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let faces = self.faces_of_pieces(&self.mesh, &self.attributes);
-        for (places, faces) in self.layout.places.iter().zip(&faces) {
-            for (place, &face) in places.iter().flat_map(|place| faces.iter().map(move |face| (place, face))) {
-                for v in self.mesh.faces()[face as usize] {
-                    let p = place.transform_point3(point(&self.mesh, v));
-                    bounds = (bounds.0.min(p), bounds.1.max(p));
-                }
-            }
-        }
-        let middle = 0.5 * (bounds.0 + bounds.1);
+        let (mesh, faces) = (&self.mesh, self.faces_of_pieces(&self.mesh, &self.attributes));
+        let of_pieces = self.layout.places.iter().zip(&faces);
+        let placed = of_pieces.flat_map(|(places, faces)| places.iter().map(move |place| (place, faces)));
+        let (low, high) = extent(placed.flat_map(|(place, faces)| {
+            let corners = faces.iter().flat_map(|&face| mesh.faces()[face as usize]);
+            corners.map(move |v| place.transform_point3(point(mesh, v)))
+        }));
+        let middle = 0.5 * (low + high);
         if middle.is_finite() {
-            self.layout.diagonal = (bounds.1 - bounds.0).length();
+            self.layout.diagonal = (high - low).length();
             self.layout
                 .places
                 .iter_mut()
@@ -368,8 +357,24 @@ pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> 
     channels
 }
 
+/// Appends the groups, wedges and values of a mesh with `n_faces` faces.
+pub(super) fn append_attributes(all: &mut Attributes, own: &Attributes, n_faces: u32, first_group: u32, scale: f32) {
+    all.groups.extend((0..n_faces).map(|face| first_group + own.group(face)));
+    if all.channels.is_empty() {
+        return;
+    }
+    // A mesh without channels has one wedge, of zeros.
+    let (first, n_wedges) = (all.n_wedges() as u32, own.n_wedges().max(1));
+    // Wedges out of range stay out of range.
+    let shift = |w: u32| if w as usize >= n_wedges { u32::MAX } else { first + w };
+    let wedge = |face: u32| own.wedges.get(face as usize).map_or([first; 3], |row| row.map(shift));
+    all.wedges.extend((0..n_faces).map(wedge));
+    let channels = all.channels.iter_mut().enumerate();
+    channels.for_each(|(near, channel)| extend(channel, near, own, n_wedges, scale));
+}
+
 /// Appends a mesh's values to a channel, or zeros (white for colours) if it has none; they are likely at `near`.
-pub(super) fn extend(channel: &mut Channel, near: usize, attributes: &Attributes, n_wedges: usize, scale: f32) {
+fn extend(channel: &mut Channel, near: usize, attributes: &Attributes, n_wedges: usize, scale: f32) {
     let (first, width) = (channel.values.len(), channel.width.max(1));
     let missing = if channel.role == Role::Colour { 1.0 } else { 0.0 };
     channel.values.resize(first + n_wedges * width, missing);

@@ -281,33 +281,21 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn brute_force(points: &[[f32; 3]], k: usize) -> Vec<u32> {
-        let row = |i: usize| {
-            let p = points[i];
-            let mut others: Vec<(f32, u32)> = (0..points.len())
-                .filter(|&j| j != i)
-                .map(|j| (squared_length([0, 1, 2].map(|axis| points[j][axis] - p[axis])), j as u32))
-                .collect();
-            others.sort_by(|a, b| a.partial_cmp(b).unwrap());
-            others.truncate(k);
-            others.into_iter().map(|(_, j)| j)
-        };
-        (0..points.len()).flat_map(row).collect()
-    }
-
-    fn brute_force_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u32> {
-        let row = |q: &[f32; 3]| {
+    /// Finds all neighbours of the queries by distance; with `skips_own`, a query is no neighbour of itself.
+    fn brute_force(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize, skips_own: bool) -> Vec<u32> {
+        let row = |(i, q): (u32, &[f32; 3])| {
             let distance = |p: &[f32; 3]| squared_length([0, 1, 2].map(|axis| p[axis] - q[axis]));
-            let mut all: Vec<(f32, u32)> = points.iter().map(distance).zip(0..).collect();
+            let all = points.iter().map(distance).zip(0..);
+            let mut all: Vec<(f32, u32)> = all.filter(|&(_, j)| !skips_own || j != i).collect();
             all.sort_by(|a, b| a.partial_cmp(b).unwrap());
             all.into_iter().take(k).map(|(_, j)| j).collect::<Vec<_>>()
         };
-        queries.iter().flat_map(row).collect()
+        (0..).zip(queries).flat_map(row).collect()
     }
 
     fn check(points: &[[f32; 3]]) {
         for k in [0, 1, 7, 20] {
-            assert_eq!(nearest_neighbours(points, k), brute_force(points, k));
+            assert_eq!(nearest_neighbours(points, k), brute_force(points, points, k, true));
         }
     }
 
@@ -326,7 +314,7 @@ mod tests {
         ) {
             let [points, queries] = [points, queries].map(|all| all.iter().map(|p| p.map(f32::from)).collect::<Vec<_>>());
             for k in [0, 1, 7, 300] {
-                assert_eq!(nearest_to(&points, &queries, k), brute_force_to(&points, &queries, k));
+                assert_eq!(nearest_to(&points, &queries, k), brute_force(&points, &queries, k, false));
             }
         }
 

@@ -5,11 +5,10 @@ use glam::DVec3;
 use crate::geometry::line_on_triangle::line_on_triangle;
 
 use super::nearest_on_triangles::{Hit, NearestOnTriangles};
-use super::triangle_tree::{TreeQuery, TriangleNode, TriangleTree};
+use super::triangle_tree::{LINE_MARGIN, TreeQuery, TriangleNode, TriangleTree};
 
 /// Margin around a triangle, relative to its size, so that no line passes between two.
 const WIDER: f64 = 1e-6;
-const MARGIN: f32 = 1e-6;
 
 struct LineQuery<'a> {
     tree: &'a TriangleTree,
@@ -77,21 +76,12 @@ impl NearestOnTriangles {
 
 impl TreeQuery for LineQuery<'_> {
     fn distances(&mut self, node: &TriangleNode) -> [f32; 4] {
-        let (mut begin, mut end) = ([f32::NEG_INFINITY; 4], [f32::INFINITY; 4]);
-        for axis in 0..3 {
-            for child in 0..4 {
-                let low = (node.low[axis][child] - MARGIN - self.from32[axis]) * self.inverse[axis];
-                let high = (node.high[axis][child] + MARGIN - self.from32[axis]) * self.inverse[axis];
-                // 0 times infinity is NaN, which `min` and `max` ignore.
-                begin[child] = begin[child].max(low.min(high));
-                end[child] = end[child].min(low.max(high));
-            }
-        }
+        let [begin, end] = node.line_ranges(self.from32, self.inverse, f32::NEG_INFINITY);
         std::array::from_fn(|i| if begin[i] <= end[i] { begin[i].max(-end[i]) } else { f32::INFINITY })
     }
 
     fn reaches(&self, distance: f32) -> bool {
-        distance <= self.reach as f32 + MARGIN && distance < f32::INFINITY
+        distance <= self.reach as f32 + LINE_MARGIN && distance < f32::INFINITY
     }
 
     fn test(&mut self, i: usize) {

@@ -395,7 +395,7 @@ mod tests {
         let rim = |i: i32| [(1.5e-4 * i as f32).cos(), (1.5e-4 * i as f32).sin(), 0.0];
         let fan: Vec<_> = (0..20_000).map(|i| [[0.0; 3], rim(i), rim(i + 1)]).collect();
         let surface = NearestOnTriangles::new(&fan);
-        assert!(surface.needles.is_some() && !surface.tree.has_nodes());
+        assert!(surface.needles.is_some() && surface.tree.nodes.is_empty());
         check(&fan, 0.0);
         let p = DVec3::new(0.4, 0.3, 0.25);
         let (hit, n_visits) = surface.nearest_with_cost(p);

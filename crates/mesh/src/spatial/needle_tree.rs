@@ -4,6 +4,7 @@
 
 use glam::DVec3;
 
+use crate::geometry::extent;
 use crate::geometry::triangle::area_normal_f64;
 
 const LEAF: usize = 4;
@@ -89,7 +90,7 @@ impl NeedleTree {
             }
             let node = &self.nodes[at as usize];
             if node.len > 0 {
-                bound = visit(self.leaf_triangles(node));
+                bound = visit(&self.triangles[node.first as usize..(node.first + node.len) as usize]);
                 continue;
             }
             n_visits += 2;
@@ -99,10 +100,6 @@ impl NeedleTree {
             n_waiting += 2;
         }
         n_visits
-    }
-
-    fn leaf_triangles(&self, node: &NeedleNode) -> &[u32] {
-        &self.triangles[node.first as usize..(node.first + node.len) as usize]
     }
 }
 
@@ -138,7 +135,8 @@ fn grow(nodes: &mut [NeedleNode], items: &mut [NeedleItem], [at, start]: [usize;
         (own.first, own.len) = (start as u32, items.len() as u32);
         return;
     }
-    let axis = widest_axis(items);
+    let (low, high) = extent(items.iter().map(|item| item.centroid));
+    let axis = (high - low).max_position();
     let middle = items.len() / 2;
     let along = |a: &NeedleItem, b: &NeedleItem| {
         a.centroid[axis].total_cmp(&b.centroid[axis]).then(a.triangle.cmp(&b.triangle))
@@ -157,12 +155,6 @@ fn grow(nodes: &mut [NeedleNode], items: &mut [NeedleItem], [at, start]: [usize;
     }
 }
 
-fn widest_axis(items: &[NeedleItem]) -> usize {
-    let low = items.iter().map(|item| item.centroid).fold(DVec3::INFINITY, DVec3::min);
-    let high = items.iter().map(|item| item.centroid).fold(DVec3::NEG_INFINITY, DVec3::max);
-    (high - low).max_position()
-}
-
 fn fit_box(items: &[NeedleItem]) -> NeedleNode {
     let corners = || items.iter().flat_map(|item| item.corners);
     let mean = corners().sum::<DVec3>() / (3 * items.len()) as f64;
@@ -174,11 +166,7 @@ fn fit_box(items: &[NeedleItem]) -> NeedleNode {
         }
     }
     let axes = principal_axes(moments);
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for corner in corners() {
-        let along = DVec3::from(axes.map(|axis| axis.dot(corner)));
-        (low, high) = (low.min(along), high.max(along));
-    }
+    let (low, high) = extent(corners().map(|corner| axes.map(|axis| axis.dot(corner)).into()));
     let middle = 0.5 * (low + high);
     let middle = axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z;
     NeedleNode { middle, axes, half: 0.5 * (high - low) + DVec3::splat(MARGIN), ..NeedleNode::default() }

@@ -1,14 +1,14 @@
 //! Tests whether a ray meets any triangle.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
+use crate::geometry::extent;
 use crate::geometry::line_on_triangle::line_on_triangle;
 
 use super::triangle_tree::{TreeQuery, TriangleNode, TriangleTree};
 
 /// Margin of triangles, in barycentric weights, so that no ray passes through an edge.
 const MARGIN: f64 = 1e-4;
-const BOX_MARGIN: f32 = 1e-6;
 
 /// Triangles prepared for occlusion tests.
 ///
@@ -29,11 +29,7 @@ pub struct Occluders {
 impl Occluders {
     /// Builds the tree over finite triangles, n_triangles x 3 x 3.
     pub fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
-        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = triangles.as_flattened().iter().fold(none, |(low, high), corner| {
-            let corner = DVec3::from(corner.map(f64::from));
-            (low.min(corner), high.max(corner))
-        });
+        let (low, high) = extent(triangles.as_flattened().iter().map(|corner| corner.map(f64::from).into()));
         let half = (0.5 * (high - low)).max_element();
         let (middle, factor) = if half > 0.0 { (0.5 * (low + high), half.recip()) } else { (DVec3::ZERO, 1.0) };
         let to_unit = |corner: [f32; 3]| ((DVec3::from(corner.map(f64::from)) - middle) * factor).as_vec3().to_array();
@@ -59,14 +55,14 @@ struct Ray<'a> {
     from: DVec3,
     direction: DVec3,
     start: f64,
-    near: Vec3,
-    slope: Vec3,
+    near: [f32; 3],
+    slope: [f32; 3],
 }
 
 impl<'a> Ray<'a> {
     fn new(tree: &'a TriangleTree, from: DVec3, direction: DVec3, start: f64) -> Self {
         let slope = direction.to_array().map(|x| (1.0 / if x.abs() < 1e-12 { 1e-12f64.copysign(x) } else { x }) as f32);
-        Self { tree, is_blocked: false, from, direction, start, near: from.as_vec3(), slope: slope.into() }
+        Self { tree, is_blocked: false, from, direction, start, near: from.as_vec3().to_array(), slope }
     }
 
     fn meets(&self, corners: &[[f32; 3]; 3]) -> bool {
@@ -79,15 +75,7 @@ impl<'a> Ray<'a> {
 impl TreeQuery for Ray<'_> {
     #[inline(always)]
     fn distances(&mut self, node: &TriangleNode) -> [f32; 4] {
-        let (mut enter, mut leave) = ([0.0f32; 4], [f32::INFINITY; 4]);
-        for axis in 0..3 {
-            for child in 0..4 {
-                let low = (node.low[axis][child] - BOX_MARGIN - self.near[axis]) * self.slope[axis];
-                let high = (node.high[axis][child] + BOX_MARGIN - self.near[axis]) * self.slope[axis];
-                enter[child] = enter[child].max(low.min(high));
-                leave[child] = leave[child].min(low.max(high));
-            }
-        }
+        let [enter, leave] = node.line_ranges(self.near, self.slope, 0.0);
         std::array::from_fn(|i| if enter[i] <= leave[i] * (1.0 + 1e-5) { enter[i] } else { f32::INFINITY })
     }
 

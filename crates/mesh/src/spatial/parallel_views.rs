@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::geometry::extent;
 use crate::linalg::{Isa, Work};
 
 /// Pixels per triangle, to find visible triangles and to sum visible areas; `SIDE` is the range of a view's side in
@@ -60,7 +61,18 @@ fn side_for(pixels: f64, n_faces: usize) -> usize {
 }
 
 fn visible_pixels(side: usize, scaled: &[Vec3], faces: &[[u32; 3]], n_axes: usize) -> Vec<u32> {
-    let seen = |number: usize| ParallelView::new(side, axis(number, n_axes)).visible_pixels(scaled, faces);
+    let seen = |number: usize| {
+        let along = axis(number, n_axes);
+        let (right, up) = along.any_orthonormal_pair();
+        let projected = project(scaled, side, [right, up, along]);
+        let pixels = Isa::best().run(Drawing { side, projected: &projected, faces });
+        let mut n = vec![0; faces.len()];
+        for pixel in pixels.iter().filter(|pixel| pixel.first != u32::MAX) {
+            n[pixel.first as usize] += 1;
+            n[pixel.last as usize] += 1;
+        }
+        n
+    };
     let none = || vec![0; faces.len()];
     (0..n_axes).into_par_iter().map(seen).reduce(none, |mut all, one| {
         all.iter_mut().zip(one).for_each(|(all, one)| *all += one);
@@ -71,10 +83,7 @@ fn visible_pixels(side: usize, scaled: &[Vec3], faces: &[[u32; 3]], n_axes: usiz
 /// Scales positions so that they fit any view of `side` pixels; also returns the scale in pixels per unit.
 pub(super) fn to_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64) {
     let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
-    let (low, high) = positions
-        .iter()
-        .map(point)
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let (low, high) = extent(positions.iter().map(point));
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let scale = if radius > 0.0 { 0.5 * (side - 1) as f64 / radius } else { 0.0 };
     let scaled = positions.par_iter().with_min_len(4096).map(|p| ((point(p) - middle) * scale).as_vec3()).collect();
@@ -97,12 +106,6 @@ struct Pixel {
 }
 
 const EMPTY: Pixel = Pixel { near: f32::INFINITY, far: f32::NEG_INFINITY, first: u32::MAX, last: u32::MAX };
-
-struct ParallelView {
-    side: usize,
-    frame: [Vec3; 3],
-    pixels: Vec<Pixel>,
-}
 
 /// Calls `visit` with index and depth of each pixel whose centre is in a triangle.
 #[inline(always)]
@@ -182,51 +185,29 @@ pub(super) fn project(positions: &[Vec3], side: usize, [right, up, along]: [Vec3
 }
 
 struct Drawing<'a> {
-    view: &'a mut ParallelView,
+    side: usize,
     projected: &'a [Vec3],
     faces: &'a [[u32; 3]],
 }
 
 impl Work for Drawing<'_> {
-    type Output = ();
+    type Output = Vec<Pixel>;
 
     #[inline(always)]
-    fn run(self) {
+    fn run(self) -> Vec<Pixel> {
+        let mut pixels = vec![EMPTY; self.side * self.side];
         for (face, corners) in (0..).zip(self.faces) {
-            self.view.draw(face, corners.map(|v| self.projected[v as usize]));
+            rasterize(self.side, corners.map(|v| self.projected[v as usize]), |at, depth| {
+                let pixel = &mut pixels[at];
+                if depth < pixel.near {
+                    (pixel.near, pixel.first) = (depth, face);
+                }
+                if depth > pixel.far {
+                    (pixel.far, pixel.last) = (depth, face);
+                }
+            });
         }
-    }
-}
-
-impl ParallelView {
-    fn new(side: usize, along: Vec3) -> Self {
-        let (right, up) = along.any_orthonormal_pair();
-        Self { side, frame: [right, up, along], pixels: vec![EMPTY; side * side] }
-    }
-
-    fn visible_pixels(mut self, positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<u32> {
-        let projected = project(positions, self.side, self.frame);
-        Isa::best().run(Drawing { view: &mut self, projected: &projected, faces });
-        let mut n = vec![0; faces.len()];
-        for pixel in self.pixels.iter().filter(|pixel| pixel.first != u32::MAX) {
-            n[pixel.first as usize] += 1;
-            n[pixel.last as usize] += 1;
-        }
-        n
-    }
-
-    #[inline(always)]
-    fn draw(&mut self, face: u32, corners: [Vec3; 3]) {
-        let pixels = &mut self.pixels;
-        rasterize(self.side, corners, |at, depth| {
-            let pixel = &mut pixels[at];
-            if depth < pixel.near {
-                (pixel.near, pixel.first) = (depth, face);
-            }
-            if depth > pixel.far {
-                (pixel.far, pixel.last) = (depth, face);
-            }
-        });
+        pixels
     }
 }
 
@@ -257,20 +238,23 @@ mod tests {
 
     #[test]
     fn each_pixel_belongs_to_the_triangle_over_its_middle() {
-        let mut view = ParallelView::new(9, Vec3::Z);
-        let corner = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
-        view.draw(0, [corner(0.0, 0.0, 1.0), corner(8.0, 0.0, 1.0), corner(0.0, 8.0, 1.0)]);
-        let drawn = |view: &ParallelView, face: u32| view.pixels.iter().filter(|pixel| pixel.first == face).count();
-        assert_eq!(drawn(&view, 0), 45);
-        // A tilted triangle, wound the other way, that is in front only at the left.
-        view.draw(1, [corner(0.0, 0.0, -1.0), corner(0.0, 8.0, -1.0), corner(8.0, 0.0, 3.0)]);
-        assert_eq!((drawn(&view, 1), drawn(&view, 0)), (9 + 8 + 7 + 6, 15));
-        assert_eq!(view.pixels.iter().filter(|pixel| pixel.last == 1).count(), 4 + 3 + 2 + 1);
-        view.draw(2, [corner(-50.0, 3.0, -9.0), corner(80.0, 3.0, -9.0), corner(80.0, 3.4, -9.0)]);
-        assert_eq!(drawn(&view, 2), 9);
-        view.draw(3, [corner(1.0, 1.0, -10.0), corner(2.0, 2.0, -10.0), corner(3.0, 3.0, -10.0)]);
-        view.draw(4, [corner(f32::NAN, 1.0, -10.0), corner(2.0, 2.0, -10.0), corner(3.0, 1.0, -10.0)]);
-        assert_eq!(drawn(&view, 3) + drawn(&view, 4), 0);
+        // The second, tilted and wound the other way, is in front only at the left; the last two have no area.
+        let triangles = [
+            [[0.0, 0.0, 1.0], [8.0, 0.0, 1.0], [0.0, 8.0, 1.0]],
+            [[0.0, 0.0, -1.0], [0.0, 8.0, -1.0], [8.0, 0.0, 3.0]],
+            [[-50.0, 3.0, -9.0], [80.0, 3.0, -9.0], [80.0, 3.4, -9.0]],
+            [[1.0, 1.0, -10.0], [2.0, 2.0, -10.0], [3.0, 3.0, -10.0]],
+            [[f32::NAN, 1.0, -10.0], [2.0, 2.0, -10.0], [3.0, 1.0, -10.0]],
+        ];
+        let projected = triangles.as_flattened().iter().copied().map(Vec3::from).collect::<Vec<_>>();
+        let faces = [0, 3, 6, 9, 12].map(|first| [first, first + 1, first + 2]);
+        let draw = |n: usize| Drawing { side: 9, projected: &projected, faces: &faces[..n] }.run();
+        let drawn = |n: usize, face: u32| draw(n).iter().filter(|pixel| pixel.first == face).count();
+        assert_eq!(drawn(1, 0), 45);
+        assert_eq!((drawn(2, 1), drawn(2, 0)), (9 + 8 + 7 + 6, 15));
+        assert_eq!(draw(2).iter().filter(|pixel| pixel.last == 1).count(), 4 + 3 + 2 + 1);
+        assert_eq!(drawn(3, 2), 9);
+        assert_eq!(drawn(5, 3) + drawn(5, 4), 0);
     }
 
     proptest! {

@@ -22,7 +22,26 @@ pub(super) struct TriangleNode {
     len: [u8; 4],
 }
 
+/// Margin of boxes in -1..1, so that no line passes between two.
+pub(super) const LINE_MARGIN: f32 = 1e-6;
+
 impl TriangleNode {
+    /// Returns where the line through `from` with inverse slopes enters each child's box, from `start` on, and leaves it.
+    #[inline(always)]
+    pub(super) fn line_ranges(&self, from: [f32; 3], inverse: [f32; 3], start: f32) -> [[f32; 4]; 2] {
+        let (mut enter, mut leave) = ([start; 4], [f32::INFINITY; 4]);
+        for axis in 0..3 {
+            for child in 0..4 {
+                let low = (self.low[axis][child] - LINE_MARGIN - from[axis]) * inverse[axis];
+                let high = (self.high[axis][child] + LINE_MARGIN - from[axis]) * inverse[axis];
+                // 0 times infinity is NaN, which `min` and `max` ignore.
+                enter[child] = enter[child].max(low.min(high));
+                leave[child] = leave[child].min(low.max(high));
+            }
+        }
+        [enter, leave]
+    }
+
     fn set(&mut self, child: usize, bounds: &WideBounds, first: u32, len: u8) {
         for axis in 0..3 {
             self.low[axis][child] = bounds.low[axis];
@@ -47,7 +66,7 @@ const NO_CHILDREN: TriangleNode =
 
 /// A tree with triangle corners in the order of the leaves; triangles in several pieces are repeated.
 pub(super) struct TriangleTree {
-    nodes: Vec<TriangleNode>,
+    pub(super) nodes: Vec<TriangleNode>,
     pub(super) corners: Vec<[[f32; 3]; 3]>,
     pub(super) triangle_idx: Vec<u32>,
 }
@@ -77,13 +96,9 @@ impl TriangleTree {
         Self { nodes: Vec::new(), triangle_idx: (0..corners.len() as u32).collect(), corners }
     }
 
-    pub(super) fn has_nodes(&self) -> bool {
-        !self.nodes.is_empty()
-    }
-
     /// Runs a search from the root down.
     pub(super) fn search(&self, query: &mut impl TreeQuery) {
-        if self.has_nodes() {
+        if !self.nodes.is_empty() {
             self.descend(0, query);
         }
     }

@@ -3,10 +3,8 @@
 use rustc_hash::FxHashMap;
 use ufbx::Mesh;
 
+use crate::io::corner_wedges::NOWHERE;
 use crate::mesh::{Attributes, Channel, DistinctKeys, Fans, RawMesh, Role};
-
-// Index of no vertex; cleanup drops faces with such an index.
-const NOWHERE: u32 = u32::MAX;
 
 pub(super) struct FbxMesh {
     pub mesh: RawMesh,

@@ -156,6 +156,11 @@ mod tests {
     use crate::mesh::Role;
 
     fn text(of_node: &str, axes: &str) -> String {
+        let layers = ["Normal", "UV", "Color", "Material"].map(|kind| {
+            let entry = format!("Type: \"LayerElement{kind}\"\n TypedIndex: 0");
+            format!("LayerElement:  {{\n {entry}\n }}\n")
+        });
+        let layers = layers.concat();
         format!(
             r#"; FBX 7.4.0 project file
 FBXHeaderExtension:  {{
@@ -209,22 +214,7 @@ Objects:  {{
             }}
         }}
         Layer: 0 {{
-            LayerElement:  {{
-                Type: "LayerElementNormal"
-                TypedIndex: 0
-            }}
-            LayerElement:  {{
-                Type: "LayerElementUV"
-                TypedIndex: 0
-            }}
-            LayerElement:  {{
-                Type: "LayerElementColor"
-                TypedIndex: 0
-            }}
-            LayerElement:  {{
-                Type: "LayerElementMaterial"
-                TypedIndex: 0
-            }}
+            {layers}
         }}
     }}
     Model: 2, "Model::seat", "Mesh" {{

@@ -3,8 +3,8 @@
 use super::buffers::AssetBuffers;
 use super::refusals::{REMEDY, missing_error};
 use super::schema::{Accessor, BufferView, Root};
-use crate::io::ReadError;
 use crate::io::memory::{allocate_zeros, reserve};
+use crate::io::{ReadError, Scalar};
 
 pub(super) struct Data<'a> {
     pub root: &'a Root,
@@ -39,8 +39,8 @@ impl<'a> Data<'a> {
             return Err(unusable(index, accessor));
         }
         let mut values = allocate_zeros(accessor.count * width)?;
-        let kind = ComponentKind { component: accessor.component_type, normalized: accessor.normalized };
-        self.for_each_element(index, accessor, shape.size(kind.size()), &mut |element, bytes| {
+        let kind = ComponentKind::of(accessor).ok_or_else(|| unusable(index, accessor))?;
+        self.for_each_element(accessor, shape.size(kind.size()), &mut |element, bytes| {
             for (at, value) in values[element * width..][..width].iter_mut().enumerate() {
                 *value = kind.decode(&bytes[shape.offset(at, kind.size())..]) as f32;
             }
@@ -59,7 +59,7 @@ impl<'a> Data<'a> {
 
     fn elements<const N: usize>(&self, index: usize, shape: &str, limit: usize) -> Result<Vec<[f64; N]>, ReadError> {
         let accessor = self.accessor(index)?;
-        let kind = ComponentKind { component: accessor.component_type, normalized: accessor.normalized };
+        let kind = ComponentKind::of(accessor).ok_or_else(|| unusable(index, accessor))?;
         // The file may claim any count: an accessor without bytes means zeros.
         if accessor.shape != shape || accessor.count > limit {
             return Err(unusable(index, accessor));
@@ -67,7 +67,7 @@ impl<'a> Data<'a> {
         let mut elements: Vec<[f64; N]> = Vec::new();
         reserve(&mut elements, accessor.count)?;
         elements.resize(accessor.count, [0.0; N]);
-        self.for_each_element(index, accessor, N * kind.size(), &mut |element, bytes| {
+        self.for_each_element(accessor, N * kind.size(), &mut |element, bytes| {
             elements[element] = std::array::from_fn(|i| kind.decode(&bytes[i * kind.size()..]));
         })?;
         Ok(elements)
@@ -76,14 +76,10 @@ impl<'a> Data<'a> {
     // Sparse replacements follow the dense elements.
     fn for_each_element(
         &self,
-        index: usize,
         accessor: &Accessor,
         size: usize,
         show: &mut dyn FnMut(usize, &[u8]),
     ) -> Result<(), ReadError> {
-        if size == 0 {
-            return Err(unusable(index, accessor));
-        }
         // Draco gives elements directly; others come from a buffer view or are zeros.
         if let Some(bytes) = &accessor.decoded {
             bytes.chunks_exact(size).take(accessor.count).enumerate().for_each(|(element, bytes)| show(element, bytes));
@@ -92,11 +88,12 @@ impl<'a> Data<'a> {
             run.enumerate().for_each(|(element, bytes)| show(element, bytes));
         }
         let Some(sparse) = &accessor.sparse else { return Ok(()) };
-        let kind = ComponentKind { component: sparse.indices.component_type, normalized: false };
-        let places = self.run(sparse.indices.buffer_view, sparse.indices.byte_offset, sparse.count, kind.size())?;
+        let kind = component(sparse.indices.component_type);
+        let size_of_place = kind.map_or(0, Scalar::size);
+        let places = self.run(sparse.indices.buffer_view, sparse.indices.byte_offset, sparse.count, size_of_place)?;
         let values = self.run(sparse.values.buffer_view, sparse.values.byte_offset, sparse.count, size)?;
         for (place, value) in places.zip(values) {
-            let place = kind.decode(place) as usize;
+            let place = kind.and_then(|kind| kind.decode(place, false)).unwrap_or_default() as usize;
             // Sparse indices are data of the file and may be out of range.
             if place >= accessor.count {
                 return Err(missing_error("element", place));
@@ -133,7 +130,7 @@ impl<'a> Data<'a> {
             return Some(bytes);
         }
         let view: &BufferView = self.root.buffer_views.get(index)?;
-        self.buffers.get(view.buffer)?.get(view.byte_offset..)?.get(..view.byte_length)
+        self.buffers.part(view.buffer, view.byte_offset, view.byte_length)
     }
 }
 
@@ -188,42 +185,50 @@ pub(super) fn shape_width(shape: &str) -> usize {
 }
 
 pub(super) fn element_size(shape: &str, component_type: u32) -> usize {
-    let component = ComponentKind { component: component_type, normalized: false }.size();
-    ElementShape::from_name(shape).map_or(0, |shape| shape.size(component))
+    let shape = ElementShape::from_name(shape).zip(component(component_type));
+    shape.map_or(0, |(shape, scalar)| shape.size(scalar.size()))
 }
+
+/// Returns the type with an OpenGL number.
+pub(super) fn component(number: u32) -> Option<Scalar> {
+    match number {
+        BYTE => Some(Scalar::I8),
+        UNSIGNED_BYTE => Some(Scalar::U8),
+        SHORT => Some(Scalar::I16),
+        UNSIGNED_SHORT => Some(Scalar::U16),
+        UNSIGNED_INT => Some(Scalar::U32),
+        FLOAT => Some(Scalar::F32),
+        _ => None,
+    }
+}
+
+pub(super) const BYTE: u32 = 5120;
+pub(super) const UNSIGNED_BYTE: u32 = 5121;
+pub(super) const SHORT: u32 = 5122;
+pub(super) const UNSIGNED_SHORT: u32 = 5123;
+pub(super) const UNSIGNED_INT: u32 = 5125;
+pub(super) const FLOAT: u32 = 5126;
 
 #[derive(Clone, Copy)]
 struct ComponentKind {
-    // OpenGL number of the type, 5120 to 5126.
-    component: u32,
+    scalar: Scalar,
     // True if integers mean fractions of their range.
     normalized: bool,
 }
 
 impl ComponentKind {
+    fn of(accessor: &Accessor) -> Option<Self> {
+        Some(Self { scalar: component(accessor.component_type)?, normalized: accessor.normalized })
+    }
+
     fn size(self) -> usize {
-        match self.component {
-            5120 | 5121 => 1,
-            5122 | 5123 => 2,
-            5125 | 5126 => 4,
-            _ => 0,
-        }
+        self.scalar.size()
     }
 
     fn decode(self, bytes: &[u8]) -> f64 {
-        let mut raw = [0; 4];
-        raw[..self.size()].copy_from_slice(&bytes[..self.size()]);
-        let bits = u32::from_le_bytes(raw);
-        // Ranges follow the specification; -1 is clamped, as signed types reach one further below.
-        let (value, range) = match self.component {
-            5120 => (f64::from(bits as i8), f64::from(i8::MAX)),
-            5121 => (f64::from(bits as u8), f64::from(u8::MAX)),
-            5122 => (f64::from(bits as i16), f64::from(i16::MAX)),
-            5123 => (f64::from(bits as u16), f64::from(u16::MAX)),
-            5125 => (f64::from(bits), f64::from(u32::MAX)),
-            _ => (f64::from(f32::from_bits(bits)), 1.0),
-        };
-        if self.normalized { (value / range).max(-1.0) } else { value }
+        let value = self.scalar.decode(bytes, false).unwrap_or_default();
+        // -1 is clamped, as signed types reach one further below.
+        if self.normalized { (value / self.scalar.largest()).max(-1.0) } else { value }
     }
 }
 
@@ -252,7 +257,10 @@ mod tests {
 
     #[test]
     fn integers_are_decoded_as_fractions_of_their_range() {
-        let decode = |component, normalized, bytes: &[u8]| ComponentKind { component, normalized }.decode(bytes);
+        let decode = |number, normalized, bytes: &[u8]| {
+            let scalar = component(number).unwrap();
+            ComponentKind { scalar, normalized }.decode(bytes)
+        };
         assert_eq!(decode(5121, true, &[255]), 1.0);
         assert_eq!(decode(5120, true, &[0x80]), -1.0);
         assert_eq!(decode(5122, true, &32767i16.to_le_bytes()), 1.0);

@@ -103,7 +103,8 @@ impl Asset {
         let broken = |error| ReadError::file(format!("the JSON is malformed or not glTF ({error})"), REMEDY);
         let document = serde_json::from_slice(json).map_err(broken)?;
         // A single JSON file stays one when it is written.
-        let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(is_data_uri);
+        let is_data = |uri: &Option<String>| uri.as_deref().is_some_and(|uri| uri.starts_with("data:"));
+        let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(|it| is_data(&it.uri));
         let mut notes = Vec::new();
         let (meshes, parts) = read_parts(&container, bytes.len(), &mut notes)?;
         // Draco data are decoded once and never encoded again.
@@ -183,30 +184,26 @@ impl fmt::Debug for Asset {
     }
 }
 
-fn is_data_uri(buffer: &super::schema::GltfBuffer) -> bool {
-    buffer.uri.as_deref().is_some_and(|uri| uri.starts_with("data:"))
-}
-
 fn read_parts(
     container: &Container,
     n_bytes: usize,
     notes: &mut Vec<String>,
 ) -> Result<(Vec<usize>, Vec<AssetPart>), ReadError> {
     let (root, data) = (&container.root, container.data());
-    let (mut budget, mut repairs) = (container.budget(n_bytes), asset_part::ReadRepairs::default());
+    let (mut budget, mut n_not_finite) = (container.budget(n_bytes), 0);
     let scales = largest_scales(&data, budget)?;
     let (mut meshes, mut parts) = (Vec::new(), Vec::new());
     for (index, mesh) in root.meshes.iter().enumerate() {
         let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
         let materials = asset_part::materials(root, mesh);
         // Meshes of lines or points alone are no parts.
-        if let Some(mesh) = asset_part::read(&data, mesh, &mut budget, &mut repairs)? {
+        if let Some(mesh) = asset_part::read(&data, mesh, &mut budget, &mut n_not_finite)? {
             meshes.push(index);
             parts.push(AssetPart { name, mesh, materials, scale: scales[index] });
         }
     }
-    if repairs.n_not_finite > 0 {
-        notes.push(format!("{} values of vertex attributes are not finite: they become 0", repairs.n_not_finite));
+    if n_not_finite > 0 {
+        notes.push(format!("{n_not_finite} values of vertex attributes are not finite: they become 0"));
     }
     Ok((meshes, parts))
 }

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::asset::Asset;
-use super::references::index;
+use super::references::{index, list};
 use super::schema::Primitive;
 use super::texture_transforms::material_transforms;
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
@@ -102,7 +102,7 @@ impl Asset {
         let mut reader = LookReader::new(self);
         let materials: Vec<MaterialData> = self.read_list("materials");
         // Transforms are checked on the raw document, where every use of a texture is found.
-        let described = self.document.get("materials").and_then(Value::as_array).into_iter().flatten();
+        let described = list(&self.document, "materials").iter();
         if described.map(material_transforms).any(|known| known.is_none()) {
             reader.note("texture transforms (KHR_texture_transform) that rotate, or differ within a material, are ignored when drawing");
         }
@@ -121,7 +121,7 @@ impl Asset {
     }
 
     pub(super) fn read_list<T: DeserializeOwned + Default>(&self, name: &str) -> Vec<T> {
-        let entries = self.document.get(name).and_then(Value::as_array).into_iter().flatten();
+        let entries = list(&self.document, name).iter();
         entries.map(|entry| T::deserialize(entry).unwrap_or_default()).collect()
     }
 }
@@ -136,7 +136,7 @@ struct LookReader<'a> {
 
 impl<'a> LookReader<'a> {
     fn new(asset: &'a Asset) -> Self {
-        let n_images = asset.document.get("images").and_then(Value::as_array).map_or(0, Vec::len);
+        let n_images = list(&asset.document, "images").len();
         let (textures, samplers) = (asset.read_list("textures"), asset.read_list("samplers"));
         Self { asset, textures, samplers, bytes: vec![None; n_images], notes: Vec::new() }
     }

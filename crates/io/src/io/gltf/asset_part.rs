@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::accessor::Data;
-use super::draft::FLOAT;
+use super::accessor::{Data, FLOAT};
 use super::refusals::spend;
 use super::schema::{GltfMesh, Primitive, Root};
 use super::semantics::{SKIN, is_own_channel, n_skin_sets, role, target_channel, target_of, target_role};
 use super::triangles;
 use crate::io::ReadError;
+use crate::io::extra::replace_non_finite;
 use crate::mesh::{Attributes, Channel, RawMesh, Role};
 
 /// Mesh of a glTF asset that has triangles.
@@ -29,35 +29,31 @@ pub(super) fn read(
     data: &Data,
     mesh: &GltfMesh,
     budget: &mut usize,
-    repairs: &mut ReadRepairs,
+    n_not_finite: &mut usize,
 ) -> Result<Option<RawMesh>, ReadError> {
     // All primitives share the channels, so these are collected first.
     let channels = channels(data, mesh.primitives.iter().filter(|it| it.triangle_positions().is_some()))?;
-    let mesh = read_primitives(data, mesh, channels, budget, repairs)?;
+    let (mesh, n) = read_primitives(data, mesh, channels, budget)?;
+    *n_not_finite += n;
     Ok(Some(mesh).filter(|mesh| !mesh.faces.is_empty()))
 }
 
 pub(super) fn read_geometry(data: &Data, mesh: &GltfMesh, budget: &mut usize) -> Result<RawMesh, ReadError> {
-    read_primitives(data, mesh, Vec::new(), budget, &mut ReadRepairs::default())
+    Ok(read_primitives(data, mesh, Vec::new(), budget)?.0)
 }
 
+/// Reads a mesh; also returns the number of attribute values that are not finite and become 0.
 fn read_primitives(
     data: &Data,
     mesh: &GltfMesh,
     channels: Vec<Channel>,
     budget: &mut usize,
-    repairs: &mut ReadRepairs,
-) -> Result<RawMesh, ReadError> {
+) -> Result<(RawMesh, usize), ReadError> {
     let mut builder = PartBuilder::new(data, channels);
     for (index, primitive) in mesh.primitives.iter().enumerate() {
-        builder.add(index as u32, primitive, budget, repairs)?;
+        builder.add(index as u32, primitive, budget)?;
     }
-    Ok(builder.mesh)
-}
-
-#[derive(Default)]
-pub(super) struct ReadRepairs {
-    pub n_not_finite: usize,
+    Ok((builder.mesh, builder.n_not_finite))
 }
 
 pub(super) fn materials(root: &Root, mesh: &GltfMesh) -> Vec<String> {
@@ -112,6 +108,7 @@ struct PartBuilder<'a> {
     n_wedges: usize,
     positions: BTreeMap<usize, PositionRun>,
     wedges: BTreeMap<Vec<usize>, usize>,
+    n_not_finite: usize,
 }
 
 #[derive(Clone, Copy)]
@@ -124,20 +121,14 @@ impl<'a> PartBuilder<'a> {
     fn new(data: &'a Data<'a>, channels: Vec<Channel>) -> Self {
         let attributes = Attributes { channels, ..Attributes::default() };
         let mesh = RawMesh { attributes, ..RawMesh::default() };
-        Self { data, mesh, n_wedges: 0, positions: BTreeMap::new(), wedges: BTreeMap::new() }
+        Self { data, mesh, n_wedges: 0, positions: BTreeMap::new(), wedges: BTreeMap::new(), n_not_finite: 0 }
     }
 
-    fn add(
-        &mut self,
-        index: u32,
-        primitive: &Primitive,
-        budget: &mut usize,
-        repairs: &mut ReadRepairs,
-    ) -> Result<(), ReadError> {
+    fn add(&mut self, index: u32, primitive: &Primitive, budget: &mut usize) -> Result<(), ReadError> {
         let Some(accessor) = primitive.triangle_positions() else { return Ok(()) };
         let run = self.positions_of(accessor, budget)?;
         // Positions and wedges are shared independently: seams split only wedges.
-        let first_wedge = self.wedges_of(primitive, run.count, budget, repairs)?;
+        let first_wedge = self.wedges_of(primitive, run.count, budget)?;
         let triangles = triangles::read_triangles(self.data, primitive, run.count, budget)?;
         // Corners out of range stay invalid, for cleanup to drop.
         let shift_vertices = |first: usize| move |v: u32| if v == u32::MAX { v } else { (first + v as usize) as u32 };
@@ -164,13 +155,7 @@ impl<'a> PartBuilder<'a> {
         Ok(run)
     }
 
-    fn wedges_of(
-        &mut self,
-        primitive: &Primitive,
-        count: usize,
-        budget: &mut usize,
-        repairs: &mut ReadRepairs,
-    ) -> Result<usize, ReadError> {
+    fn wedges_of(&mut self, primitive: &Primitive, count: usize, budget: &mut usize) -> Result<usize, ReadError> {
         if let Some(&first) = self.wedges.get(&accessors(primitive)) {
             return Ok(first);
         }
@@ -181,10 +166,7 @@ impl<'a> PartBuilder<'a> {
             channel.values.resize((first + count) * channel.width, 0.0);
             let values = &mut channel.values[first * channel.width..];
             fill_channel(self.data, primitive, &channel.name, channel.role, channel.width, values)?;
-            for value in values.iter_mut().filter(|value| !value.is_finite()) {
-                *value = 0.0;
-                repairs.n_not_finite += 1;
-            }
+            self.n_not_finite += replace_non_finite(values);
         }
         self.n_wedges += count;
         self.wedges.insert(accessors(primitive), first);

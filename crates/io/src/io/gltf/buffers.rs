@@ -59,8 +59,8 @@ impl<'a> AssetBuffers<'a> {
         AssetBuffers { files, of_buffers: self.of_buffers }
     }
 
-    pub fn get(&self, index: usize) -> Option<&[u8]> {
-        self.of_buffers.get(index).map(|&file| &*self.files[file])
+    pub fn part(&self, buffer: usize, offset: usize, length: usize) -> Option<&[u8]> {
+        self.files[*self.of_buffers.get(buffer)?].get(offset..)?.get(..length)
     }
 
     pub fn n_bytes(&self) -> usize {
@@ -85,9 +85,9 @@ mod tests {
         let held = AssetBuffers::load(names.into_iter().map(|uri| (Some(uri), false)), None, &fetch).unwrap();
         assert_eq!((n_read.get(), held.n_bytes()), (2, 10));
         assert_eq!(
-            [0, 3, 4, 5].map(|i| held.get(i)),
+            [0, 3, 4, 5].map(|i| held.part(i, 0, 5)),
             [Some(&b"a.bin"[..]), Some(b"a.bin"), Some(b"b.bin"), Some(b"a.bin")]
         );
-        assert_eq!(held.get(6), None);
+        assert_eq!((held.part(6, 0, 0), held.part(0, 0, 6), held.part(0, 3, 2)), (None, None, Some(&b"in"[..])));
     }
 }

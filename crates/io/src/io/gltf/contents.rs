@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde_json::Value;
 
 use super::asset::Asset;
-use super::references::index;
+use super::references::{index, list};
 
 /// Contents of an asset; unnamed items are called like `material 2`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,27 +49,27 @@ impl Asset {
     /// assert_eq!(contents.extensions_used, ["KHR_materials_unlit"]);
     /// ```
     pub fn contents(&self) -> AssetContents {
-        let list = |name: &str| self.document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
-        let texts = |name: &str| list(name).iter().filter_map(Value::as_str).map(String::from).collect();
+        let all = |name: &str| list(&self.document, name);
+        let texts = |name: &str| all(name).iter().filter_map(Value::as_str).map(String::from).collect();
         // The raw document has all items, unlike the parsed one.
-        let nodes = item_names(list("nodes"), "node");
+        let nodes = item_names(all("nodes"), "node");
         let mut nodes_of_parts = vec![Vec::new(); self.meshes.len()];
-        for (part, name) in list("nodes").iter().map(|node| self.part_of_node(node)).zip(&nodes) {
+        for (part, name) in all("nodes").iter().map(|node| self.part_of_node(node)).zip(&nodes) {
             part.into_iter().for_each(|part| nodes_of_parts[part].push(name.clone()));
         }
-        let joints = list("skins").iter().map(|skin| skin["joints"].as_array().map_or(0, Vec::len));
-        let seconds = list("animations").iter().map(|animation| self.duration(animation));
+        let joints = all("skins").iter().map(|skin| list(skin, "joints").len());
+        let seconds = all("animations").iter().map(|animation| self.duration(animation));
         AssetContents {
             generator: self.document["asset"]["generator"].as_str().map(String::from),
-            n_scenes: list("scenes").len(),
+            n_scenes: all("scenes").len(),
             n_nodes: nodes.len(),
-            n_cameras: list("cameras").len(),
+            n_cameras: all("cameras").len(),
             nodes_of_parts,
-            nodes: nodes.into_iter().zip(self.nodes_with_parts(list("nodes"))).collect(),
-            materials: item_names(list("materials"), "material"),
-            images: item_names(list("images"), "image"),
-            skins: item_names(list("skins"), "skin").into_iter().zip(joints).collect(),
-            animations: item_names(list("animations"), "animation").into_iter().zip(seconds).collect(),
+            nodes: nodes.into_iter().zip(self.nodes_with_parts(all("nodes"))).collect(),
+            materials: item_names(all("materials"), "material"),
+            images: item_names(all("images"), "image"),
+            skins: item_names(all("skins"), "skin").into_iter().zip(joints).collect(),
+            animations: item_names(all("animations"), "animation").into_iter().zip(seconds).collect(),
             extensions_used: texts("extensionsUsed"),
             extensions_required: texts("extensionsRequired"),
         }
@@ -97,7 +97,7 @@ impl Asset {
     /// assert_eq!((*has_parts, asset.parts_below(name)), (true, vec![0]));
     /// ```
     pub fn parts_below(&self, name: &str) -> Vec<usize> {
-        let nodes = self.document.get("nodes").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+        let nodes = list(&self.document, "nodes");
         let names = item_names(nodes, "node");
         let mut open: Vec<usize> = (0..nodes.len()).filter(|&node| names[node] == name).collect();
         let (mut visited, mut parts) = (vec![false; nodes.len()], BTreeSet::new());
@@ -136,7 +136,7 @@ impl Asset {
     }
 
     fn duration(&self, animation: &Value) -> f64 {
-        let inputs = animation["samplers"].as_array().into_iter().flatten();
+        let inputs = list(animation, "samplers").iter();
         let ends = inputs.filter_map(|sampler| {
             let accessor = self.document.get("accessors")?.get(sampler.get("input").and_then(index)?)?;
             accessor["max"].get(0)?.as_f64()
@@ -146,7 +146,7 @@ impl Asset {
 }
 
 fn children(node: &Value) -> impl Iterator<Item = usize> {
-    node["children"].as_array().into_iter().flatten().filter_map(index)
+    list(node, "children").iter().filter_map(index)
 }
 
 fn item_names(list: &[Value], kind: &str) -> Vec<String> {

@@ -2,7 +2,7 @@
 
 use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex};
 
-use super::accessor::element_size;
+use super::accessor::{component, element_size, shape_width};
 use super::buffers::AssetBuffers;
 use super::schema::{Accessor, Draco, Primitive, Root};
 use crate::io::ReadError;
@@ -26,7 +26,7 @@ pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), 
             return Err(broken(&format!("it contains no {name}")));
         }
         let view = draco.buffer_view.and_then(|view| buffer_views.get(view)).ok_or_else(|| broken("no buffer view"))?;
-        let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
+        let bytes = buffers.part(view.buffer, view.byte_offset, view.byte_length);
         let mesh = decode_mesh(bytes.ok_or_else(|| broken("no bytes"))?, budget).map_err(|why| broken(&why))?;
         // Each decoded array counts against the budget, as a small stream may grow large.
         let mut take = |accessor: Option<&mut Accessor>, values: Option<Vec<u8>>, count: usize| {
@@ -74,13 +74,8 @@ fn decode_mesh(bytes: &[u8], most: usize) -> Result<Mesh, String> {
 }
 
 fn attribute_values(attribute: &PointAttribute, n_points: usize, accessor: &Accessor) -> Option<Vec<u8>> {
-    let width = match accessor.shape.as_str() {
-        "SCALAR" => 1,
-        "VEC2" => 2,
-        "VEC3" => 3,
-        "VEC4" => 4,
-        _ => return None,
-    };
+    let width = Some(shape_width(&accessor.shape)).filter(|width| *width > 0 && !accessor.shape.starts_with("MAT"))?;
+    let scalar = component(accessor.component_type)?;
     let size = element_size(&accessor.shape, accessor.component_type);
     let mut values = Vec::new();
     reserve(&mut values, n_points.checked_mul(size).filter(|_| size > 0)?).ok()?;
@@ -97,7 +92,7 @@ fn attribute_values(attribute: &PointAttribute, n_points: usize, accessor: &Acce
         return Some(values);
     }
     for value in attribute.read_f32s(n_points, width) {
-        push_as(&mut values, value, accessor.component_type)?;
+        scalar.push_bytes(&mut values, f64::from(if scalar.is_whole() { value.trunc() } else { value }));
     }
     Some(values)
 }
@@ -112,19 +107,6 @@ fn component_type_of(kind: DataType) -> Option<u32> {
         DataType::Float32 => Some(5126),
         _ => None,
     }
-}
-
-fn push_as(out: &mut Vec<u8>, value: f32, component: u32) -> Option<()> {
-    match component {
-        5120 => out.extend((value as i8).to_le_bytes()),
-        5121 => out.push(value as u8),
-        5122 => out.extend((value as i16).to_le_bytes()),
-        5123 => out.extend((value as u16).to_le_bytes()),
-        5125 => out.extend((value as u32).to_le_bytes()),
-        5126 => out.extend(value.to_le_bytes()),
-        _ => return None,
-    }
-    Some(())
 }
 
 fn face_indices(mesh: &Mesh, accessor: &Accessor) -> Option<Vec<u8>> {

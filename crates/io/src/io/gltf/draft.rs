@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 use serde_json::{Value, json};
 
-use super::accessor::element_size;
+use super::accessor::{FLOAT, UNSIGNED_INT, UNSIGNED_SHORT, component, element_size};
+use crate::io::Scalar;
 
 pub(super) struct Draft<'a> {
     pub document: Value,
@@ -32,13 +33,6 @@ impl NumberStorage {
 pub(super) fn vector_shape(width: usize) -> &'static str {
     ["SCALAR", "VEC2", "VEC3", "VEC4"][width.clamp(1, 4) - 1]
 }
-
-pub(super) const BYTE: u32 = 5120;
-pub(super) const UNSIGNED_BYTE: u32 = 5121;
-pub(super) const SHORT: u32 = 5122;
-pub(super) const UNSIGNED_SHORT: u32 = 5123;
-pub(super) const UNSIGNED_INT: u32 = 5125;
-pub(super) const FLOAT: u32 = 5126;
 
 pub(super) const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
@@ -139,21 +133,17 @@ fn bounds(values: &[f32], width: usize, has_fractions: bool) -> [Value; 2] {
 }
 
 fn push(bytes: &mut Vec<u8>, value: f32, stored: &NumberStorage) {
-    let whole = |range: f64| (f64::from(value) * if stored.normalized { range } else { 1.0 }).round();
-    // Casts from floats clamp to the integer's range.
-    match stored.component {
-        5120 => bytes.extend((whole(127.0).max(-127.0) as i8).to_le_bytes()),
-        5121 => bytes.push(whole(255.0) as u8),
-        5122 => bytes.extend((whole(32767.0).max(-32767.0) as i16).to_le_bytes()),
-        5123 => bytes.extend((whole(65535.0) as u16).to_le_bytes()),
-        5125 => bytes.extend((whole(f64::from(u32::MAX)) as u32).to_le_bytes()),
-        _ => bytes.extend(value.to_le_bytes()),
-    }
+    let scalar = component(stored.component).unwrap_or(Scalar::F32);
+    let (value, largest) = (f64::from(value), scalar.largest());
+    let value = if stored.normalized { value * largest } else { value };
+    // The lowest signed integer has no opposite.
+    scalar.push_bytes(bytes, if scalar.is_whole() { value.max(-largest) } else { value });
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::gltf::accessor::UNSIGNED_BYTE;
 
     fn empty() -> Draft<'static> {
         Draft { document: json!({}), views: Vec::new() }

@@ -2,31 +2,36 @@
 
 use std::collections::BTreeSet;
 
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 
-use super::references::index;
+use super::extensions::take_extension;
+use super::references::{index, list, list_mut};
 
 const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
-const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+/// Extension that draws a node's mesh several times.
+pub(super) const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
 pub(super) fn remove_meshes(document: &mut Value, meshes: &[usize]) {
-    let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten().enumerate();
+    let nodes = list_mut(document, "nodes").iter_mut().enumerate();
     let meshes: BTreeSet<usize> = meshes.iter().copied().collect();
     let mut emptied = BTreeSet::new();
     for (at, node) in nodes {
         // Only the mesh goes: children, cameras and names may be needed.
         let is_emptied = node.get("mesh").and_then(index).is_some_and(|mesh| meshes.contains(&mesh));
-        let Some(members) = node.as_object_mut().filter(|_| is_emptied) else { continue };
-        OF_MESH.iter().for_each(|name| drop(members.shift_remove(*name)));
-        if let Some(Value::Object(extensions)) = members.get_mut("extensions") {
-            extensions.shift_remove(INSTANCING);
-            if extensions.is_empty() {
-                members.shift_remove("extensions");
-            }
+        if is_emptied {
+            take_mesh(node);
+            emptied.insert(at);
         }
-        emptied.insert(at);
     }
     drop_weight_channels(document, &emptied);
+}
+
+/// Takes the mesh out of a node with its skin, weights and instances, which are drawn where the mesh is.
+pub(super) fn take_mesh(node: &mut Value) -> Map<String, Value> {
+    let instances = take_extension(node, INSTANCING).map(|held| ("extensions".into(), json!({ INSTANCING: held })));
+    let members = node.as_object_mut().into_iter();
+    let of_mesh = members.flat_map(|members| OF_MESH.map(|name| Some((name.to_string(), members.shift_remove(name)?))));
+    of_mesh.flatten().chain(instances).collect()
 }
 
 /// Extensions of a whole file that name no mesh by its number.
@@ -36,14 +41,14 @@ const WITHOUT_MESHES: [&str; 3] = ["KHR_lights_punctual", "KHR_materials_variant
 ///
 /// Keeps all where something else may name one, or where none would be left.
 pub(super) fn drop_meshes(document: &mut Value, meshes: &[usize]) {
-    let mut used = document.get("extensionsUsed").and_then(Value::as_array).into_iter().flatten();
+    let mut used = list(document, "extensionsUsed").iter();
     let points = used.any(|name| name == "KHR_animation_pointer");
     let mut of_file = document.get("extensions").and_then(Value::as_object).into_iter().flat_map(|it| it.keys());
     if points || of_file.any(|name| !WITHOUT_MESHES.contains(&name.as_str())) {
         return;
     }
-    let n_meshes = document.get("meshes").and_then(Value::as_array).map_or(0, Vec::len);
-    let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten();
+    let n_meshes = list(document, "meshes").len();
+    let nodes = list_mut(document, "nodes").iter_mut();
     let mut nodes: Vec<&mut Value> = nodes.filter_map(|node| node.get_mut("mesh")).collect();
     let used: BTreeSet<usize> = nodes.iter().filter_map(|mesh| index(mesh)).collect();
     let gone: BTreeSet<usize> = meshes.iter().copied().filter(|mesh| !used.contains(mesh)).collect();
@@ -81,7 +86,6 @@ fn drop_weight_channels(document: &mut Value, nodes: &BTreeSet<usize>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     #[test]
     fn meshes_of_no_node_go_and_the_others_are_found_under_new_numbers() {

@@ -2,8 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::image_kinds::KTX2_TEXTURE;
-use super::references::{index, visit};
+use super::references::{index, list, visit};
 
 // Extensions of a primitive or mesh that describe its original faces.
 const OF_FACES: [&str; 5] = [
@@ -13,6 +12,8 @@ const OF_FACES: [&str; 5] = [
     "FB_ngon_encoding",
     "KHR_draco_mesh_compression",
 ];
+
+pub(super) const KTX2_TEXTURE: &str = "KHR_texture_basisu";
 
 const COMPRESSION: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
@@ -57,13 +58,17 @@ const HARMLESS: [&str; 37] = [
     "EXT_primitive_voxels",
 ];
 
+/// Names an extension as used and required.
 pub(super) fn name_extension(document: &mut Value, name: &str) {
+    ["extensionsUsed", "extensionsRequired"].into_iter().for_each(|list| name_in(document, list, name));
+}
+
+/// Names an extension in a list of the document.
+pub(super) fn name_in(document: &mut Value, list: &str, name: &str) {
     let Some(document) = document.as_object_mut() else { return };
-    for list in ["extensionsUsed", "extensionsRequired"] {
-        let names = document.entry(list).or_insert_with(|| json!([])).as_array_mut();
-        if let Some(names) = names.filter(|names| !names.iter().any(|known| known == name)) {
-            names.push(name.into());
-        }
+    let names = document.entry(list).or_insert_with(|| json!([])).as_array_mut();
+    if let Some(names) = names.filter(|names| !names.iter().any(|known| known == name)) {
+        names.push(name.into());
     }
 }
 
@@ -76,11 +81,17 @@ pub(super) fn drop_compression_extensions(document: &mut Value) {
 }
 
 fn drop_extensions(object: &mut Value, names: &[&str]) {
-    let Some(Value::Object(extensions)) = object.get_mut("extensions") else { return };
-    names.iter().for_each(|name| drop(extensions.shift_remove(*name)));
+    names.iter().for_each(|name| drop(take_extension(object, name)));
+}
+
+/// Removes an extension of an object, and the list of extensions with the last one; returns the extension.
+pub(super) fn take_extension(object: &mut Value, name: &str) -> Option<Value> {
+    let Some(Value::Object(extensions)) = object.get_mut("extensions") else { return None };
+    let taken = extensions.shift_remove(name);
     if extensions.is_empty() {
-        object.as_object_mut().map(|object| object.shift_remove("extensions"));
+        object.as_object_mut()?.shift_remove("extensions");
     }
+    taken
 }
 
 /// Returns whether an unknown extension may refer to an accessor or view.
@@ -141,8 +152,7 @@ fn is_used(value: &Value, name: &str) -> bool {
 
 fn is_quantized(document: &mut Value) -> bool {
     let of_accessors = |accessor: &Value| (accessor["componentType"].as_u64(), accessor["normalized"] == true);
-    let kinds: Vec<(Option<u64>, bool)> =
-        document.get("accessors").and_then(Value::as_array).into_iter().flatten().map(of_accessors).collect();
+    let kinds: Vec<(Option<u64>, bool)> = list(document, "accessors").iter().map(of_accessors).collect();
     let mut found = false;
     let paths = ["meshes/*/primitives/*/attributes", "meshes/*/primitives/*/targets/*"];
     visit(document, &paths, &mut |attributes| {

@@ -1,10 +1,12 @@
 //! Files of a document and its buffer.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use base64::Engine;
 use serde_json::Value;
 
+use super::image_kinds::free_path;
+use super::load_uri::encode_percent;
 use crate::io::{Format, OutputFile, OutputFolder, WriteError};
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -27,13 +29,13 @@ pub(super) fn files(
     let path = Path::new(name);
     // The name comes from the caller and must not place files elsewhere.
     if path.file_name().is_none_or(|only| only != path.as_os_str()) {
-        return Err(WriteError { what: format!("{name:?} is not a file name: give one without folders") });
+        return Err(WriteError::new(format!("{name:?} is not a file name: give one without folders")));
     }
     let mut beside = Vec::new();
     // An empty buffer needs no file.
     if layout == BufferPlace::Beside && document.get("buffers").is_some() {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let mut name = PathBuf::from(free_name(shared.unwrap_or(&stem), images));
+        let mut name = free_path(format!("{}.bin", shared.unwrap_or(&stem)).into(), images);
         if let Some(folder) = folder {
             name = folder.free_path(&name, buffer, None, images);
         }
@@ -54,27 +56,6 @@ pub(super) fn one_file(document: Value, buffer: &[u8], format: Format) -> Result
     if format == Format::Glb { write_glb(&document, buffer) } else { write_embedded(document, buffer) }
 }
 
-fn free_name(stem: &str, images: &[OutputFile]) -> String {
-    let is_taken =
-        |name: &str| images.iter().any(|image| image.path.to_str().is_some_and(|path| path.eq_ignore_ascii_case(name)));
-    let mut name = format!("{stem}.bin");
-    while is_taken(&name) {
-        name.insert(0, '_');
-    }
-    name
-}
-
-pub(super) fn encode_percent(name: &str) -> String {
-    let mut uri = String::new();
-    for byte in name.bytes() {
-        match byte {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' => uri.push(char::from(byte)),
-            _ => uri.push_str(&format!("%{byte:02X}")),
-        }
-    }
-    uri
-}
-
 fn write_embedded(mut document: Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
     if !buffer.is_empty() {
         let data = base64::engine::general_purpose::STANDARD.encode(buffer);
@@ -84,12 +65,12 @@ fn write_embedded(mut document: Value, buffer: &[u8]) -> Result<Vec<u8>, WriteEr
 }
 
 fn write_json(document: &Value) -> Result<Vec<u8>, WriteError> {
-    serde_json::to_vec(document).map_err(|error| WriteError { what: format!("the JSON cannot be written: {error}") })
+    serde_json::to_vec(document).map_err(|error| WriteError::new(format!("the JSON cannot be written: {error}")))
 }
 
 fn write_glb(document: &Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
     let json = write_json(document)?;
-    let too_large = || WriteError { what: "more than 4 GiB do not fit into GLB: write .gltf".into() };
+    let too_large = || WriteError::new("more than 4 GiB do not fit into GLB: write .gltf");
     // A GLB is a header of 12 bytes, then chunks aligned to four bytes.
     let mut bytes = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
     let chunks = [(b"JSON", &json[..], b' '), (b"BIN\0", buffer, 0)];

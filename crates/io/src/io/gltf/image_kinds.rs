@@ -4,30 +4,27 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::files::encode_percent;
-use super::references::index;
+use super::extensions::{KTX2_TEXTURE, take_extension};
+use super::load_uri::encode_percent;
+use super::references::{index, list_mut};
 use crate::io::material_writer::extension;
 use crate::io::uri::path_inside;
 use crate::io::{OutputFile, OutputFolder};
 
-pub(super) const KTX2_TEXTURE: &str = "KHR_texture_basisu";
+/// Image types by the ending of a file: media type, and the extension that textures need.
+const KINDS: [(&str, &str, Option<&str>); 4] = [
+    ("png", "image/png", None),
+    ("jpg", "image/jpeg", None),
+    ("webp", "image/webp", Some("EXT_texture_webp")),
+    ("ktx2", "image/ktx2", Some(KTX2_TEXTURE)),
+];
 
 pub(super) fn media_type(ending: &str) -> Option<&'static str> {
-    match ending {
-        "png" => Some("image/png"),
-        "jpg" => Some("image/jpeg"),
-        "webp" => Some("image/webp"),
-        "ktx2" => Some("image/ktx2"),
-        _ => None,
-    }
+    KINDS.iter().find(|kind| kind.0 == ending).map(|kind| kind.1)
 }
 
 pub(super) fn texture_extension(media_type: &str) -> Option<&'static str> {
-    match media_type {
-        "image/webp" => Some("EXT_texture_webp"),
-        "image/ktx2" => Some(KTX2_TEXTURE),
-        _ => None,
-    }
+    KINDS.iter().find(|kind| kind.1 == media_type)?.2
 }
 
 /// Updates the document for a KTX2 image converted to another type.
@@ -51,8 +48,13 @@ pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: 
             rename(document, at, new, files);
         }
     }
-    for texture in document.get_mut("textures").and_then(Value::as_array_mut).into_iter().flatten() {
-        take_extension(texture, at);
+    for texture in list_mut(document, "textures").iter_mut() {
+        let source = texture["extensions"][KTX2_TEXTURE].get("source").and_then(index);
+        if source == Some(at) {
+            take_extension(texture, KTX2_TEXTURE);
+            // A fallback for programs without the extension stays the plain source of the texture.
+            texture.as_object_mut().map(|texture| texture.entry("source").or_insert(json!(at)));
+        }
     }
 }
 
@@ -74,7 +76,7 @@ fn rename(document: &mut Value, at: usize, new: PathBuf, files: &mut [OutputFile
     let path = &files[at].path;
     let names = new.components().map(|name| encode_percent(&name.as_os_str().to_string_lossy()));
     let new_uri = names.collect::<Vec<_>>().join("/");
-    let images = document.get_mut("images").and_then(Value::as_array_mut).into_iter().flatten();
+    let images = list_mut(document, "images").iter_mut();
     for image in images {
         let uri = image.get("uri").and_then(Value::as_str).filter(|uri| !uri.starts_with("data:"));
         if uri.and_then(path_inside).is_some_and(|named| named == *path) {
@@ -90,24 +92,6 @@ pub(super) fn free_path(mut path: PathBuf, taken: &[OutputFile]) -> PathBuf {
         path.set_file_name(format!("_{name}"));
     }
     path
-}
-
-fn take_extension(texture: &mut Value, image: usize) {
-    let Some(Value::Object(extensions)) = texture.get_mut("extensions") else { return };
-    // The image becomes the plain source of the texture, unless the texture has a fallback.
-    let source = extensions.get(KTX2_TEXTURE).and_then(|held| index(held.get("source")?));
-    if source != Some(image) {
-        return;
-    }
-    extensions.shift_remove(KTX2_TEXTURE);
-    let is_empty = extensions.is_empty();
-    if let Value::Object(texture) = texture {
-        if is_empty {
-            texture.shift_remove("extensions");
-        }
-        // A fallback for programs without the extension takes precedence.
-        texture.entry("source").or_insert(json!(image));
-    }
 }
 
 #[cfg(test)]

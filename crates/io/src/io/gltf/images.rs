@@ -7,10 +7,9 @@ use serde_json::{Value, json};
 
 use super::asset::Asset;
 use super::draft::Draft;
-use super::files::encode_percent;
 use super::image_kinds::{change_kind, free_path, rename_images};
-use super::load_uri::load_uri;
-use super::references::index;
+use super::load_uri::{encode_percent, load_uri};
+use super::references::{index, list};
 use super::scene_writer::SceneOptions;
 use super::vrm;
 use crate::io::material_writer::extension;
@@ -88,7 +87,7 @@ fn replace(draft: &mut Draft, at: usize, bytes: &[u8], files: &mut [OutputFile])
 /// Moves embedded images to files `NAME_0.png`, avoiding the names in `taken`.
 pub(super) fn move_to_files(draft: &mut Draft, name: &str, taken: &[OutputFile]) -> Vec<OutputFile> {
     let mut moved: Vec<OutputFile> = Vec::new();
-    let n_images = draft.document.get("images").and_then(Value::as_array).map_or(0, Vec::len);
+    let n_images = list(&draft.document, "images").len();
     for at in 0..n_images {
         let Some(bytes) = embedded_bytes(draft, at) else { continue };
         // Equal images share a file.
@@ -128,13 +127,12 @@ fn share_views(draft: &mut Draft) {
 }
 
 fn image_uses(document: &Value) -> Vec<ImageUse> {
-    let array = |name: &str| document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
-    let mut uses = vec![None; array("images").len()];
+    let mut uses = vec![None; list(document, "images").len()];
     let mut named = Vec::new();
-    array("materials").iter().for_each(|material| collect_textures(material, &mut named));
+    list(document, "materials").iter().for_each(|material| collect_textures(material, &mut named));
     named.extend(vrm::textures(document).filter_map(|(texture, used)| Some((index(texture)?, used))));
     for (texture, used) in named {
-        for image in array("textures").get(texture).into_iter().flat_map(sources) {
+        for image in list(document, "textures").get(texture).into_iter().flat_map(sources) {
             if let Some(known) = uses.get_mut(image) {
                 known.get_or_insert(used);
             }

@@ -1,24 +1,22 @@
 //! Levels of detail: nodes `NAME_LOD0`, `NAME_LOD1` and so on under one node, or the extension `MSFT_lod`.
 //! By the extension a node lists coarser nodes to draw in its place.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::draft::Draft;
-use super::references::index;
+use super::empty_nodes::{INSTANCING, take_mesh};
+use super::extensions::name_in;
+use super::references::{index, list, list_mut};
 use super::vrm;
 
 const NAME: &str = "MSFT_lod";
-
-const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
-/// Extension that draws a node's mesh several times.
-const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
 /// Adds coarser meshes to every node whose mesh has all `levels`; without `coverage`, as siblings of the finest.
 pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage: Option<&[f64]>) {
     if levels.is_empty() {
         return;
     }
-    let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
+    let n_nodes = list(&draft.document, "nodes").len();
     // Nodes that already have levels of detail keep them.
     let taken = nodes_of_levels(&draft.document);
     let mut offered = false;
@@ -27,8 +25,10 @@ pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], cove
         let meshes: Vec<Value> = levels.iter().filter_map(|level| replacement(level, mesh?)).collect();
         // Each level must have a replacement, or the order of levels would shift.
         if meshes.len() == levels.len() {
-            let finest =
-                if coverage.is_some() { without_children(draft, node) } else { move_mesh_to_child(draft, node) };
+            // A coarser level would hide the children of its node.
+            let has_children = draft.document["nodes"][node].get("children").is_some();
+            let moves = coverage.is_none() || has_children;
+            let finest = if moves { move_mesh_to_child(draft, node) } else { node };
             let ids: Vec<Value> =
                 meshes.into_iter().enumerate().map(|(at, mesh)| push_node(draft, finest, at + 1, mesh)).collect();
             match coverage {
@@ -41,7 +41,7 @@ pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], cove
     if offered {
         levels.iter().flatten().for_each(|(mesh, coarser)| vrm::repeat_mesh(&mut draft.document, *mesh, coarser));
         if coverage.is_some() {
-            name_extension(&mut draft.document);
+            name_in(&mut draft.document, "extensionsUsed", NAME);
         }
     }
 }
@@ -65,7 +65,7 @@ fn replacement(level: &[(usize, Value)], mesh: usize) -> Option<Value> {
 }
 
 fn nodes_of_levels(document: &Value) -> Vec<usize> {
-    let nodes = document.get("nodes").and_then(Value::as_array).into_iter().flatten().enumerate();
+    let nodes = list(document, "nodes").iter().enumerate();
     let ids = |(at, node): (usize, &Value)| {
         let ids = node.get("extensions")?.get(NAME)?.get("ids")?.as_array()?;
         Some(ids.iter().filter_map(index).chain([at]).collect::<Vec<_>>())
@@ -73,24 +73,11 @@ fn nodes_of_levels(document: &Value) -> Vec<usize> {
     nodes.filter_map(ids).flatten().collect()
 }
 
-fn without_children(draft: &mut Draft, node: usize) -> usize {
-    // A coarser level would hide the children of its node.
-    let has_children = draft.document["nodes"][node].get("children").is_some();
-    if has_children { move_mesh_to_child(draft, node) } else { node }
-}
-
 pub(super) fn move_mesh_to_child(draft: &mut Draft, node: usize) -> usize {
-    let Some(members) = draft.document["nodes"][node].as_object_mut() else { return node };
-    let mut moved: Map<String, Value> =
-        OF_MESH.iter().filter_map(|name| Some((name.to_string(), members.shift_remove(*name)?))).collect();
-    // Instances are drawn where the mesh is.
-    let extensions = members.get_mut("extensions").and_then(Value::as_object_mut);
-    if let Some(instances) = extensions.and_then(|extensions| extensions.shift_remove(INSTANCING)) {
-        moved.insert("extensions".into(), json!({ INSTANCING: instances }));
+    if !draft.document["nodes"][node].is_object() {
+        return node;
     }
-    if members.get("extensions").and_then(Value::as_object).is_some_and(Map::is_empty) {
-        members.shift_remove("extensions");
-    }
+    let moved = take_mesh(&mut draft.document["nodes"][node]);
     let child = draft.push("nodes", moved.into());
     if let Some(members) = draft.document["nodes"][node].as_object_mut() {
         let children = members.entry("children").or_insert_with(|| json!([])).as_array_mut();
@@ -133,7 +120,7 @@ fn push_node(draft: &mut Draft, node: usize, level: usize, mesh: Value) -> Value
 }
 
 fn update_channels(document: &mut Value, mut show: impl FnMut(&mut Value) -> Option<Value>) {
-    let animations = document.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten();
+    let animations = list_mut(document, "animations").iter_mut();
     for channels in animations.filter_map(|animation| animation.get_mut("channels")?.as_array_mut()) {
         let whole = channels.iter_mut().filter(|channel| channel["target"].is_object());
         let added: Vec<Value> = whole.filter_map(&mut show).collect();
@@ -148,14 +135,6 @@ fn list_levels(node: &mut Value, ids: Vec<Value>, coverage: &[f64]) {
     node["extensions"][NAME] = json!({"ids": ids});
     if !coverage.is_empty() && node.get("extras").is_none_or(Value::is_object) {
         node["extras"]["MSFT_screencoverage"] = coverage.to_vec().into();
-    }
-}
-
-fn name_extension(document: &mut Value) {
-    let Some(document) = document.as_object_mut() else { return };
-    let names = document.entry("extensionsUsed").or_insert_with(|| json!([])).as_array_mut();
-    if let Some(names) = names.filter(|names| !names.iter().any(|name| name == NAME)) {
-        names.push(NAME.into());
     }
 }
 

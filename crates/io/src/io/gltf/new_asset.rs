@@ -99,17 +99,17 @@ fn write_with_looks(
 ) -> Result<WrittenModel, WriteError> {
     let (format, packing) = (options.format, options.packing.as_ref());
     if !matches!(format, Format::Gltf | Format::Glb) {
-        return Err(WriteError { what: format!("{} is not glTF: choose gltf or glb", format.name()) });
+        return Err(WriteError::new(format!("{} is not glTF: choose gltf or glb", format.name())));
     }
     // glTF has no empty arrays, so an empty mesh cannot be written.
     if !part.is_mesh() || part.faces.is_empty() || !origin.iter().all(|x| x.is_finite()) {
-        return Err(WriteError {
-            what: "glTF cannot store an empty or broken mesh: give faces and finite positions".into(),
-        });
+        return Err(WriteError::new("glTF cannot store an empty or broken mesh: give faces and finite positions"));
     }
     // Names come first: attributes are found by them below.
     let mut notes = rename_channels(&mut part);
-    let mut draft = Draft { document: empty_document(), views: Vec::new() };
+    let generator = concat!("neural-mesh ", env!("CARGO_PKG_VERSION"));
+    let document = json!({"asset": {"version": "2.0", "generator": generator}, "scene": 0, "scenes": [{"nodes": []}]});
+    let mut draft = Draft { document, views: Vec::new() };
     let uvs = packing.map(|_| named.uv_grids(&part)).unwrap_or_default();
     let materials = MaterialWriter::new(options.images);
     let mut objects = ObjectPrimitives { materials, groups: Vec::new(), named: Vec::new(), n_vertices: 0 };
@@ -165,9 +165,7 @@ impl<'a> ObjectPrimitives<'a> {
         named: &'a GroupProperties,
         packed: Option<PrimitivePacking>,
     ) {
-        let vertices = PrimitiveVertices::collect(part, faces);
-        let vertices =
-            if packed.is_some_and(|packed| packed.compress) { vertices.merge(part).reorder() } else { vertices };
+        let vertices = PrimitiveVertices::for_packing(part, faces, packed);
         self.n_vertices += vertices.len();
         let mut writer = PrimitiveWriter { draft, part, vertices: &vertices, packed };
         let mut primitive =
@@ -208,11 +206,6 @@ pub(in crate::io) fn write(task: &WriteTask, _: &mut FileFinder) -> Result<Writt
     let of_library = (!extra.material_libraries.is_empty()).then(|| BASE_ONLY.into());
     written.notes = of_library.into_iter().chain(missing).chain(written.notes).collect();
     Ok(written)
-}
-
-fn empty_document() -> Value {
-    let generator = concat!("neural-mesh ", env!("CARGO_PKG_VERSION"));
-    json!({"asset": {"version": "2.0", "generator": generator}, "scene": 0, "scenes": [{"nodes": []}]})
 }
 
 fn push_object(draft: &mut Draft, place: &PositionGrid, name: Option<&str>, primitives: Vec<Value>) {

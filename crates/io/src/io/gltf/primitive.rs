@@ -3,12 +3,13 @@
 use rustc_hash::FxHashMap;
 use serde_json::{Map, Value};
 
-use super::accessor::shape_width;
-use super::draft::{Draft, NumberStorage, UNSIGNED_BYTE, UNSIGNED_SHORT};
+use super::accessor::{UNSIGNED_BYTE, UNSIGNED_SHORT, shape_width};
+use super::draft::{Draft, NumberStorage};
 use super::packed::{PrimitivePacking, order_faces, push_directions};
 use super::repair_values;
 use super::semantics::{SKIN, is_own_channel, target_channel};
 use super::simplified_part::SimplifiedPart;
+use crate::io::extra::replace_non_finite;
 use crate::mesh::{Channel, DistinctKeys, Role};
 
 // Vertices that the file needs for the faces of a primitive: one per pair of vertex and wedge.
@@ -29,6 +30,12 @@ impl PrimitiveVertices {
         let pairs = pairs.keys;
         let positions = pairs.iter().map(|pair| part.positions[pair[0] as usize]).collect();
         Self { pairs, positions, faces }
+    }
+
+    /// Returns the vertices, without repeated values and in the order of fast drawing if they are to be compressed.
+    pub fn for_packing(part: &SimplifiedPart, faces: &[u32], packed: Option<PrimitivePacking>) -> Self {
+        let all = Self::collect(part, faces);
+        if packed.is_some_and(|packed| packed.compress) { all.merge(part).reorder() } else { all }
     }
 
     pub fn merge(mut self, part: &SimplifiedPart) -> Self {
@@ -68,7 +75,7 @@ impl PrimitiveVertices {
 
     fn values(&self, channel: &Channel) -> Vec<f32> {
         let mut values: Vec<f32> = self.pairs.iter().flat_map(|pair| channel.value(pair[1])).copied().collect();
-        repair_values::mend_numbers(&mut values);
+        replace_non_finite(&mut values);
         values
     }
 }

@@ -55,6 +55,15 @@ pub(super) fn find_referenced(document: &mut Value, paths: &[&str], n: usize) ->
     named
 }
 
+/// Returns the elements of the member `name`; none without such a list.
+pub(super) fn list<'a>(object: &'a Value, name: &str) -> &'a [Value] {
+    object.get(name).and_then(Value::as_array).map_or(&[], Vec::as_slice)
+}
+
+pub(super) fn list_mut<'a>(object: &'a mut Value, name: &str) -> &'a mut [Value] {
+    object.get_mut(name).and_then(Value::as_array_mut).map_or(&mut [], Vec::as_mut_slice)
+}
+
 pub(super) fn index(value: &Value) -> Option<usize> {
     value.as_u64().and_then(|index| usize::try_from(index).ok())
 }

@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use super::accessor::element_size;
 use super::draft::Draft;
 use super::extensions::may_name_indices;
-use super::references::{ACCESSORS, OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenced, index, visit};
+use super::references::{ACCESSORS, OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenced, index, list, visit};
 use crate::io::WriteError;
 
 const ALIGNMENT: usize = 4;
@@ -22,7 +22,7 @@ pub(super) fn drop_unused(draft: &mut Draft) {
     }
     // This precedes the removal: a view goes only if none of its accessors is used.
     cut_shared_views(draft);
-    let n_accessors = length(&draft.document, "accessors");
+    let n_accessors = list(&draft.document, "accessors").len();
     let used = find_referenced(&mut draft.document, &ACCESSORS, n_accessors);
     keep_marked(&mut draft.document, "accessors", &used, &ACCESSORS);
     let paths = [&VIEWS_OF_ACCESSORS[..], &OTHER_VIEWS].concat();
@@ -59,26 +59,36 @@ impl PackedBuffer {
 
 /// Moves all buffer views into the buffer.
 pub(super) fn pack(draft: &mut Draft, buffer: &mut PackedBuffer, limit: usize) -> Result<(), WriteError> {
-    let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
-    for (at, (view, bytes)) in views.into_iter().flatten().zip(&draft.views).enumerate() {
-        let bytes = bytes.as_deref().ok_or_else(|| WriteError {
-            what: format!("buffer view {at} ends beyond its buffer: export the asset again"),
-        })?;
-        let offset = buffer.place(bytes);
-        // Views may overlap in the file and repeat its bytes many times.
-        if buffer.bytes.len() > limit {
-            return Err(WriteError { what: "the result is too large for glTF: simplify further".into() });
-        }
-        if let Value::Object(view) = view {
-            place_view(view, offset, bytes.len());
-        }
-    }
+    pack_views(draft, limit, |_, view, bytes| {
+        place_view(view, 0, buffer.place(bytes), bytes.len());
+        buffer.bytes.len()
+    })?;
     name_buffer(&mut draft.document, buffer.bytes.len());
     Ok(())
 }
 
-fn place_view(view: &mut Map<String, Value>, offset: usize, length: usize) {
-    view.insert("buffer".into(), 0.into());
+/// Moves all buffer views by `place`, which returns the length of the longest buffer after each.
+pub(super) fn pack_views(
+    draft: &mut Draft,
+    limit: usize,
+    mut place: impl FnMut(usize, &mut Value, &[u8]) -> usize,
+) -> Result<(), WriteError> {
+    let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
+    for (at, (view, bytes)) in views.into_iter().flatten().zip(&draft.views).enumerate() {
+        let bytes = bytes.as_deref().ok_or_else(|| {
+            WriteError::new(format!("buffer view {at} ends beyond its buffer: export the asset again"))
+        })?;
+        // Views may overlap in the file and repeat its bytes many times.
+        if place(at, view, bytes) > limit {
+            return Err(WriteError::new("the result is too large for glTF: simplify further"));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn place_view(view: &mut Value, buffer: usize, offset: usize, length: usize) {
+    let Value::Object(view) = view else { return };
+    view.insert("buffer".into(), buffer.into());
     view.shift_remove("byteOffset");
     if offset > 0 {
         view.insert("byteOffset".into(), offset.into());
@@ -102,10 +112,6 @@ fn name_buffer(document: &mut Value, length: usize) {
     document.insert("buffers".into(), Value::Array(vec![buffer.into()]));
 }
 
-fn length(document: &Value, array: &str) -> usize {
-    document.get(array).and_then(Value::as_array).map_or(0, Vec::len)
-}
-
 fn keep_marked(document: &mut Value, array: &str, marks: &[bool], paths: &[&str]) {
     let count = |n: &mut usize, &mark: &bool| {
         *n += usize::from(mark);
@@ -127,14 +133,14 @@ fn keep_marked(document: &mut Value, array: &str, marks: &[bool], paths: &[&str]
 }
 
 fn cut_shared_views(draft: &mut Draft) {
-    let n_accessors = length(&draft.document, "accessors");
+    let n_accessors = list(&draft.document, "accessors").len();
     let used = find_referenced(&mut draft.document, &ACCESSORS, n_accessors);
     // Views with other readers than accessors must keep their place.
     let indivisible =
         find_referenced(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), draft.views.len());
     let mut ranges: Vec<Vec<ByteRange>> = vec![Vec::new(); draft.views.len()];
     let mut has_unused = vec![false; draft.views.len()];
-    let accessors = draft.document.get("accessors").and_then(Value::as_array).into_iter().flatten();
+    let accessors = list(&draft.document, "accessors").iter();
     for (accessor, (value, used)) in accessors.zip(used).enumerate() {
         let Some(view) = value.get("bufferView").and_then(index).filter(|&view| view < draft.views.len()) else {
             continue;

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::mesh::sum_face_normals;
+
 /// Accepted deviation from unit length; the Khronos validator allows ten times that.
 const UNIT: f32 = 5e-4;
 
@@ -14,18 +16,9 @@ pub(super) fn mend_normals(normals: &mut [f32], positions: &[[f32; 3]], faces: &
         if (normal.length() - 1.0).abs() <= UNIT {
             continue;
         }
-        let mut from_faces = || around.get_or_insert_with(|| face_normals(positions, faces))[vertex];
+        let mut from_faces = || around.get_or_insert_with(|| sum_face_normals(positions, faces))[vertex];
         *row = normal.try_normalize().or_else(|| from_faces().try_normalize()).unwrap_or(Vec3::Z).to_array();
     }
-}
-
-fn face_normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<Vec3> {
-    let mut normals = vec![Vec3::ZERO; positions.len()];
-    for face in faces {
-        let [a, b, c] = face.map(|vertex| Vec3::from(positions[vertex as usize]));
-        face.iter().for_each(|&vertex| normals[vertex as usize] += (b - a).cross(c - a));
-    }
-    normals
 }
 
 /// Makes tangents (n x 4) unit vectors with a sign of 1 or -1.
@@ -46,10 +39,6 @@ pub(super) fn mend_tangents(tangents: &mut [f32], normals: Option<&[f32]>) {
 
 pub(super) fn mend_colours(colours: &mut [f32]) {
     colours.iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
-}
-
-pub(super) fn mend_numbers(values: &mut [f32]) {
-    values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
 }
 
 /// Splits `rows` (n x width) into joints and weights that sum to one, n x 4 n_sets each.

@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::Asset;
+use super::accessor::{FLOAT, UNSIGNED_BYTE, UNSIGNED_SHORT};
 use super::asset_part::AssetPart;
-use super::draft::{Draft, FLOAT, NumberStorage, UNSIGNED_BYTE, UNSIGNED_SHORT, vector_shape};
+use super::draft::{Draft, NumberStorage, vector_shape};
 use super::empty_nodes::{drop_meshes, remove_meshes};
 use super::extensions::{drop_compression_extensions, drop_face_extensions, drop_unused_names, name_extension};
 use super::files::{BufferPlace, files};
@@ -16,7 +17,7 @@ use super::packed::{PrimitivePacking, QUANTIZATION, UvGrids, pack_as, undo_posit
 use super::primitive::{AttributeStorage, PrimitiveVertices, PrimitiveWriter};
 use super::references::index;
 use super::repack::{PackedBuffer, drop_unused};
-use super::schema::{GltfMesh, Primitive, Root};
+use super::schema::{Primitive, Root};
 use super::semantics::{role, target_role};
 use super::simplified_part::SimplifiedPart;
 use crate::io::{Format, ImageConverter, OutputFile, OutputFolder, Packing, WriteError};
@@ -169,9 +170,9 @@ impl Asset {
         names: &[&str],
         options: &SceneOptions,
     ) -> Result<Vec<Vec<OutputFile>>, WriteError> {
-        if levels.len() != names.len() {
-            let what = format!("{} names for {} levels: give one for each", names.len(), levels.len());
-            return Err(WriteError { what });
+        let (n, expected) = (names.len(), levels.len());
+        if n != expected {
+            return Err(WriteError::new(format!("{n} names for {expected} levels: give one for each")));
         }
         let layout = self.layout(options.format)?;
         let Some(shared) = options.shared.filter(|_| layout == BufferPlace::Beside) else {
@@ -208,9 +209,9 @@ impl Asset {
         let pack_with = ScenePacking { packing: options.packing, uvs: options.packing.map(of_uvs).unwrap_or_default() };
         let (mut coarser, mut grids) = (Vec::new(), BTreeMap::new());
         for (level, simplified) in levels.iter().enumerate() {
-            let meshes = self.rewrite_meshes(&mut draft, simplified, &pack_with)?;
             let mut replaced = Vec::new();
-            for (part, (mesh, written)) in meshes.into_iter().enumerate() {
+            for (part, (simplified, &mesh)) in simplified.iter().zip(&self.meshes).enumerate() {
+                let written = self.rewrite_mesh(&mut draft, part, simplified, &pack_with)?;
                 // The finest level replaces the mesh; others are added.
                 let place = if level == 0 {
                     draft.document["meshes"][mesh] = written;
@@ -258,35 +259,20 @@ impl Asset {
         }
     }
 
-    fn rewrite_meshes(
-        &self,
-        draft: &mut Draft,
-        simplified: &[SimplifiedPart],
-        pack_with: &ScenePacking,
-    ) -> Result<Vec<(usize, Value)>, WriteError> {
-        let parts = simplified.iter().enumerate();
-        parts
-            .map(|(part, simplified)| Ok((self.meshes[part], self.rewrite_mesh(draft, part, simplified, pack_with)?)))
-            .collect()
-    }
-
     fn layout(&self, format: Format) -> Result<BufferPlace, WriteError> {
         match format {
             Format::Glb => Ok(BufferPlace::Glb),
             Format::Gltf if self.is_embedded => Ok(BufferPlace::Embedded),
             Format::Gltf => Ok(BufferPlace::Beside),
-            _ => Err(WriteError { what: format!("{} cannot store a scene: choose gltf or glb", format.name()) }),
+            _ => Err(WriteError::new(format!("{} cannot store a scene: choose gltf or glb", format.name()))),
         }
     }
 
     fn check(&self, simplified: &[SimplifiedPart]) -> Result<(), WriteError> {
-        if simplified.len() != self.parts().len() {
-            let what = format!(
-                "{} meshes for {} meshes of the scene: give one for each",
-                simplified.len(),
-                self.parts().len()
-            );
-            return Err(WriteError { what });
+        let (n, expected) = (simplified.len(), self.parts().len());
+        if n != expected {
+            let what = format!("{n} meshes for {expected} meshes of the scene: give one for each");
+            return Err(WriteError::new(what));
         }
         self.parts().iter().zip(simplified).try_for_each(|(part, simplified)| simplified.check(part))
     }
@@ -327,13 +313,13 @@ impl Asset {
         if let Some(group) = groups.keys().find(|&&group| !is_rewritten(group as usize)) {
             let what =
                 format!("{}: primitive {group} has no triangles: give each face the group of its original", part.name);
-            return Err(WriteError { what });
+            return Err(WriteError::new(what));
         }
         let Some(Value::Array(old)) = written.get_mut("primitives").map(Value::take) else { return Ok(written) };
         let mut primitives = Vec::new();
         // A mesh must have a primitive: without faces it gets one degenerate triangle.
-        let stub =
-            Some(part.mesh.attributes.group(0)).filter(|_| groups.is_empty() && all_are(described, is_rewritten));
+        let needs_stub = groups.is_empty() && (0..described.primitives.len()).all(is_rewritten);
+        let stub = needs_stub.then(|| part.mesh.attributes.group(0));
         for (index, mut primitive) in old.into_iter().enumerate() {
             let old = &described.primitives[index];
             let packing = pack_with.primitive_packing(old, grid);
@@ -398,9 +384,7 @@ fn check_levels(levels: &[&[SimplifiedPart]], coverage: &[f64]) -> Result<(), Wr
     let is_share = |share: &f64| (0.0..=1.0).contains(share);
     let fits = coverage.is_empty() || coverage.len() == levels.len() && coverage.iter().all(is_share);
     if levels.is_empty() || !fits {
-        return Err(WriteError {
-            what: "give at least one level, and for each a share of the screen from 0 to 1".into(),
-        });
+        return Err(WriteError::new("give at least one level, and for each a share of the screen from 0 to 1"));
     }
     Ok(())
 }
@@ -411,10 +395,6 @@ pub(super) fn faces_by_group(part: &SimplifiedPart) -> BTreeMap<u32, Vec<u32>> {
         groups.entry(part.attributes.group(face)).or_default().push(face);
     }
     groups
-}
-
-fn all_are(mesh: &GltfMesh, is_rewritten: impl Fn(usize) -> bool) -> bool {
-    (0..mesh.primitives.len()).all(is_rewritten)
 }
 
 fn degenerate_part(part: &AssetPart) -> SimplifiedPart {
@@ -440,8 +420,7 @@ fn rewrite_primitive(
     (part, faces): (&SimplifiedPart, &[u32]),
     packed: Option<PrimitivePacking>,
 ) {
-    let vertices = PrimitiveVertices::collect(part, faces);
-    let vertices = if packed.is_some_and(|packed| packed.compress) { vertices.merge(part).reorder() } else { vertices };
+    let vertices = PrimitiveVertices::for_packing(part, faces, packed);
     let mut writer = PrimitiveWriter { draft, part, vertices: &vertices, packed };
     primitive["attributes"] = writer.attributes(&attribute_storage(root, &described.attributes, role));
     if !described.targets.is_empty() {

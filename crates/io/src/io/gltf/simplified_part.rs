@@ -54,7 +54,7 @@ impl SimplifiedPart {
     }
 
     pub(super) fn check(&self, part: &AssetPart) -> Result<(), WriteError> {
-        let problem = |what: &str| Err(WriteError { what: format!("{}: {what}", part.name) });
+        let problem = |what: &str| Err(WriteError::new(format!("{}: {what}", part.name)));
         if !self.is_mesh() {
             return problem("faces, positions and attributes do not fit each other: give a valid mesh");
         }
@@ -76,13 +76,10 @@ impl SimplifiedPart {
 
     pub(super) fn is_mesh(&self) -> bool {
         let Attributes { wedges, channels, groups } = &self.attributes;
-        let (n_vertices, n_wedges, n_faces) = (self.positions.len(), self.attributes.n_wedges(), self.faces.len());
-        let exist = |corners: &[[u32; 3]], n: usize| corners.iter().flatten().all(|&corner| (corner as usize) < n);
-        let is_whole = |channel: &Channel| channel.width > 0 && channel.values.len() == n_wedges * channel.width;
-        exist(&self.faces, n_vertices)
+        let (n_vertices, n_faces) = (self.positions.len(), self.faces.len());
+        self.faces.iter().flatten().all(|&vertex| (vertex as usize) < n_vertices)
             && self.positions.iter().flatten().all(|x| x.is_finite())
-            && channels.iter().all(is_whole)
-            && (channels.is_empty() || wedges.len() == n_faces && exist(wedges, n_wedges))
+            && (channels.is_empty() || wedges.len() == n_faces && self.attributes.has_values_for(wedges))
             && (groups.is_empty() || groups.len() == n_faces)
     }
 }

@@ -4,7 +4,7 @@
 
 use serde_json::Value;
 
-use super::references::visit;
+use super::references::{list, visit};
 use crate::io::ImageUse;
 
 const OF_NODES: [&str; 2] =
@@ -44,7 +44,7 @@ fn repeat(list: &mut Value, name: &str, of: &Value, added: &Value) {
 }
 
 pub(super) fn textures(document: &Value) -> impl Iterator<Item = (&Value, ImageUse)> {
-    let materials = document["extensions"]["VRM"]["materialProperties"].as_array().into_iter().flatten();
+    let materials = list(&document["extensions"]["VRM"], "materialProperties").iter();
     let named = materials.filter_map(|material| material["textureProperties"].as_object()).flatten();
     named.map(|(name, texture)| (texture, texture_use(name)))
 }

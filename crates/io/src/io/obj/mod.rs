@@ -2,10 +2,10 @@
 
 mod groups;
 mod pieces;
-mod wedges;
 mod write;
 
 use super::ReadError;
+use super::corner_wedges::{CornerWedges, NOWHERE};
 use super::extra::{self, Extra, ReadMesh, replace_non_finite};
 use super::memory::reserve;
 use super::runs::PieceContent;
@@ -13,11 +13,7 @@ use super::text::Text;
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 use groups::ObjGroups;
 pub(super) use pieces::{each_piece, outline};
-use wedges::ObjWedges;
 pub(super) use write::write;
-
-// Cleanup drops faces with such an index.
-const NOWHERE: u32 = u32::MAX;
 
 const REMEDY: &str = "fix the line or export the mesh again";
 
@@ -47,8 +43,8 @@ struct ObjReader<'a> {
     fans: Fans,
     corners: Vec<[u32; 3]>,
     numbers: Vec<u32>,
-    // Wedges exist from the first corner with more than a vertex.
-    wedges: Option<ObjWedges>,
+    // Vertices, texture coordinates and normals, from the first corner with more than a vertex.
+    wedges: Option<CornerWedges>,
     // Values of the `vt` lines, n x 2, and of the `vn` lines, n x 3.
     uvs: Vec<f32>,
     normals: Vec<f32>,
@@ -119,7 +115,7 @@ impl<'a> ObjReader<'a> {
         // Wedges begin with the first corner that has more than a vertex: most files have no such corner, or begin with
         // one.
         if self.wedges.is_none() && self.corners.iter().any(|corner| corner[1..] != [NOWHERE; 2]) {
-            self.wedges = Some(ObjWedges::from_vertices(&mut self.mesh.faces));
+            self.wedges = Some(CornerWedges::from_vertices(&mut self.mesh.faces));
         }
         match &mut self.wedges {
             Some(wedges) => self.numbers.extend(self.corners.iter().map(|&corner| wedges.number(corner))),
@@ -224,17 +220,12 @@ impl<'a> ObjReader<'a> {
             let channels = if coloured { vec![channel("colour", Role::Colour, 3, colours)] } else { Vec::new() };
             return (if coloured { faces.clone() } else { Vec::new() }, channels);
         };
-        // Polygons are triangulated while faces still index wedges, so that wedges and vertices change together.
-        fans.triangulate_with(|wedge| wedges.position(wedge, positions), faces);
+        let of_faces = wedges.finish_faces(fans, positions, faces);
         let uvs = wedges.values(1, &self.uvs, 2).map(|values| channel("uv", Role::Uv, 2, values));
         let normals = wedges.values(2, &self.normals, 3).map(|values| channel("normal", Role::Normal, 3, values));
         let colours = wedges.values(0, &self.colours, 3).map(|values| channel("colour", Role::Colour, 3, values));
         let channels: Vec<Channel> = [uvs, normals, colours].into_iter().flatten().collect();
-        let of_faces = if channels.is_empty() { Vec::new() } else { faces.clone() };
-        for corner in faces.iter_mut().flatten() {
-            *corner = wedges.vertex(*corner);
-        }
-        (of_faces, channels)
+        (if channels.is_empty() { Vec::new() } else { of_faces }, channels)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::io::material_writer::MaterialLibrary;
 use crate::io::texture_comments::{copy_comment_textures, texture_number};
 use crate::io::write::{Content, push_singles};
 use crate::io::{WriteError, shorten_name};
-use crate::mesh::{Attributes, Channel, Role};
+use crate::mesh::{Attributes, Role};
 
 /// Writes an OBJ; its material libraries and textures are added to `finder`.
 pub(in crate::io) fn write(task: &WriteTask, finder: &mut FileFinder) -> Result<WrittenModel, WriteError> {
@@ -22,8 +22,8 @@ pub(in crate::io) fn write(task: &WriteTask, finder: &mut FileFinder) -> Result<
         push_line(&mut out, b"mtllib", &encode_text(library, extra.latin1));
     }
     push_vertices(&mut out, content, attributes, &mut notes);
-    let uvs = ValueLines::push(&mut out, b"vt ", attributes.channel(Role::Uv), attributes);
-    let normals = ValueLines::push(&mut out, b"vn ", attributes.channel(Role::Normal), attributes);
+    let uvs = push_values(&mut out, b"vt ", Role::Uv, attributes);
+    let normals = push_values(&mut out, b"vn ", Role::Normal, attributes);
     push_faces(&mut out, content, attributes, extra, &[uvs, normals]);
     notes.extend(describe_lost_channels(attributes));
     Ok(WrittenModel { bytes: out, notes, n_vertices: Some(content.n_vertices()), ..WrittenModel::default() })
@@ -100,34 +100,29 @@ fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, 
     }
 }
 
-struct ValueLines {
-    of_wedges: Vec<u32>,
-}
-
-impl ValueLines {
-    fn push(out: &mut Vec<u8>, word: &[u8], channel: Option<&Channel>, attributes: &Attributes) -> Option<Self> {
-        let channel = channel?;
-        let mut of_wedges = vec![0; attributes.n_wedges()];
-        let mut numbers = FxHashMap::default();
-        for &wedge in attributes.wedges.iter().flatten() {
-            let value = channel.value(wedge);
-            // A wedge may occur at several corners; zero normals would be invalid.
-            if of_wedges[wedge as usize] > 0 || channel.role == Role::Normal && value.iter().all(|x| *x == 0.0) {
-                continue;
-            }
-            // The key is the bits, so that equal values share a line and each differing value is kept.
-            let mut key = [0; 3];
-            key.iter_mut().zip(value).for_each(|(bits, x)| *bits = x.to_bits());
-            let next = numbers.len() as u32 + 1;
-            of_wedges[wedge as usize] = *numbers.entry(key).or_insert_with(|| {
-                out.extend(word);
-                push_singles(out, value);
-                out.push(b'\n');
-                next
-            });
+/// Writes the different values of a channel; returns the number of each wedge's line, or 0.
+fn push_values(out: &mut Vec<u8>, word: &[u8], role: Role, attributes: &Attributes) -> Option<Vec<u32>> {
+    let channel = attributes.channel(role)?;
+    let mut of_wedges = vec![0; attributes.n_wedges()];
+    let mut numbers = FxHashMap::default();
+    for &wedge in attributes.wedges.iter().flatten() {
+        let value = channel.value(wedge);
+        // A wedge may occur at several corners; zero normals would be invalid.
+        if of_wedges[wedge as usize] > 0 || role == Role::Normal && value.iter().all(|x| *x == 0.0) {
+            continue;
         }
-        Some(Self { of_wedges })
+        // The key is the bits, so that equal values share a line and each differing value is kept.
+        let mut key = [0; 3];
+        key.iter_mut().zip(value).for_each(|(bits, x)| *bits = x.to_bits());
+        let next = numbers.len() as u32 + 1;
+        of_wedges[wedge as usize] = *numbers.entry(key).or_insert_with(|| {
+            out.extend(word);
+            push_singles(out, value);
+            out.push(b'\n');
+            next
+        });
     }
+    Some(of_wedges)
 }
 
 fn push_faces(
@@ -135,7 +130,7 @@ fn push_faces(
     content: &Content,
     attributes: &Attributes,
     extra: &Extra,
-    lines: &[Option<ValueLines>; 2],
+    lines: &[Option<Vec<u32>>; 2],
 ) {
     let mut order: Vec<u32> = (0..content.faces.len() as u32).collect();
     // The sort is stable: faces keep their order within a group.
@@ -150,7 +145,7 @@ fn push_faces(
         let wedges = attributes.wedges.get(face as usize);
         // A face has values at all corners or at none: mixed forms are invalid.
         let line_numbers = lines.each_ref().map(|lines| {
-            let corners = lines.as_ref().zip(wedges).map(|(lines, wedges)| wedges.map(|w| lines.of_wedges[w as usize]));
+            let corners = lines.as_ref().zip(wedges).map(|(lines, wedges)| wedges.map(|wedge| lines[wedge as usize]));
             corners.filter(|corners| corners.iter().all(|&line| line > 0))
         });
         out.push(b'f');

@@ -6,6 +6,7 @@ use super::columns::{ChannelPlan, unit};
 use super::header::{Element, Header};
 use super::source::Source;
 use super::{BLOCK, decode_positions, open, read_leading_triangles, records};
+use crate::io::corner_wedges::CornerWedges;
 use crate::io::extra::{Column, ColumnLayout, Extra, Group, ReadMesh, has_too_many_groups, replace_non_finite};
 use crate::io::memory::reserve;
 use crate::io::{ReadError, Scalar};
@@ -81,7 +82,8 @@ pub(super) struct PlyReader {
     fans: Fans,
     channels: Vec<Channel>,
     layouts: Vec<ColumnLayout>,
-    corners: Option<CornerNumbers>,
+    // Vertices and texture coordinates, as bits.
+    corners: Option<CornerWedges>,
     groups: NumberedGroups,
     notes: Vec<String>,
 }
@@ -181,14 +183,14 @@ impl PlyReader {
         let column =
             |&i: &usize| Column { name: element.properties[i].name.clone(), scalar: element.properties[i].scalar };
         self.groups.columns = columns.iter().map(column).collect();
-        self.corners = texcoord.map(|_| CornerNumbers::default());
+        self.corners = texcoord.map(|_| CornerWedges::default());
         let mut polygon = Vec::new();
         // Nearly all files consist of triangles, which are decoded in parallel; other faces go through the loop.
         let first = read_leading_triangles(source, element, 0, &mut self.mesh.faces)?;
         for_each_row(source, element, first, |row| {
             read_polygon(&row[list], &mut polygon);
             if let (Some(corners), Some(texcoord)) = (&mut self.corners, texcoord) {
-                corners.number(&mut polygon, &row[texcoord]);
+                number_corners(corners, &mut polygon, &row[texcoord]);
             }
             let is_face = self.fans.push(&polygon, &mut self.mesh.faces);
             self.mesh.dropped_faces += usize::from(!is_face);
@@ -219,19 +221,19 @@ impl PlyReader {
         let RawMesh { positions, faces, attributes, .. } = &mut self.mesh;
         let mut channels = self.channels;
         if let Some(corners) = self.corners {
-            // Polygons are triangulated while faces index wedges; then faces return to vertices.
-            self.fans.triangulate_with(|wedge| positions.get(corners.vertex(wedge) as usize).copied(), faces);
-            channels.iter_mut().for_each(|channel| corners.spread(channel));
+            attributes.wedges = corners.finish_faces(self.fans, positions, faces);
+            for Channel { values, width, .. } in &mut channels {
+                // Absent vertices have zeros.
+                let zeros = || vec![0.0; corners.keys().len() * *width];
+                *values = corners.values(0, values, *width).unwrap_or_else(zeros);
+            }
             // Vertices may have coordinates named `uv` already.
             let name = if channels.iter().any(|channel| channel.name == "uv") { "texcoord" } else { "uv" };
             let column = Column { name: "texcoord".into(), scalar: Scalar::F32 };
             let columns = vec![column.clone(), column];
             self.layouts.push(ColumnLayout { channel: name.into(), columns, per_corner: true });
-            channels.push(Channel { name: name.into(), role: Role::Uv, width: 2, values: corners.uvs() });
-            attributes.wedges = faces.clone();
-            for corner in faces.iter_mut().flatten() {
-                *corner = corners.vertex(*corner);
-            }
+            let values = corners.keys().iter().flat_map(|&[_, u, v]| [u, v].map(f32::from_bits)).collect();
+            channels.push(Channel { name: name.into(), role: Role::Uv, width: 2, values });
         } else {
             self.fans.triangulate(positions, faces);
             attributes.wedges = if channels.is_empty() { Vec::new() } else { faces.clone() };
@@ -278,41 +280,14 @@ fn decode_channel(records: &[u8], stride: usize, columns: &[ChannelValue], big: 
     values
 }
 
-#[derive(Default)]
-struct CornerNumbers {
-    rows: DistinctKeys<[u32; 3]>,
-}
-
-impl CornerNumbers {
-    fn number(&mut self, polygon: &mut [u32], uvs: &[f64]) {
-        // A list of another length cannot be assigned to corners.
-        let fits = uvs.len() == 2 * polygon.len();
-        for (i, corner) in polygon.iter_mut().enumerate() {
-            let uv = [2 * i, 2 * i + 1].map(|at| if fits { uvs[at] as f32 } else { 0.0 });
-            // Adding zero turns -0 into 0.
-            let [u, v] = uv.map(|x| if x.is_finite() { (x + 0.0).to_bits() } else { 0 });
-            *corner = self.rows.number([*corner, u, v]);
-        }
-    }
-
-    fn vertex(&self, wedge: u32) -> u32 {
-        self.rows.keys.get(wedge as usize).map_or(u32::MAX, |row| row[0])
-    }
-
-    fn uvs(&self) -> Vec<f32> {
-        self.rows.keys.iter().flat_map(|&[_, u, v]| [f32::from_bits(u), f32::from_bits(v)]).collect()
-    }
-
-    fn spread(&self, channel: &mut Channel) {
-        // Absent vertices have zeros.
-        let mut values = vec![0.0; self.rows.keys.len() * channel.width];
-        for (value, row) in values.chunks_exact_mut(channel.width).zip(&self.rows.keys) {
-            let start = (row[0] as usize).saturating_mul(channel.width);
-            if let Some(found) = channel.values.get(start..start.saturating_add(channel.width)) {
-                value.copy_from_slice(found);
-            }
-        }
-        channel.values = values;
+fn number_corners(wedges: &mut CornerWedges, polygon: &mut [u32], uvs: &[f64]) {
+    // A list of another length cannot be assigned to corners.
+    let fits = uvs.len() == 2 * polygon.len();
+    for (i, corner) in polygon.iter_mut().enumerate() {
+        let uv = [2 * i, 2 * i + 1].map(|at| if fits { uvs[at] as f32 } else { 0.0 });
+        // Adding zero turns -0 into 0.
+        let [u, v] = uv.map(|x| if x.is_finite() { (x + 0.0).to_bits() } else { 0 });
+        *corner = wedges.number([*corner, u, v]);
     }
 }
 

@@ -9,14 +9,12 @@ use rustc_hash::FxHashMap;
 
 use super::required::refuse_unknown;
 use super::xml_attribute::attribute;
+use crate::io::corner_wedges::NOWHERE;
 use crate::io::memory::reserve;
 use crate::io::one_line::one_line;
 use crate::io::{ReadError, number, shorten_name};
 
-const REMEDY: &str = "export the file again";
-
-// Index of no vertex; cleanup drops faces with such an index.
-const NOWHERE: u32 = u32::MAX;
+pub(super) const REMEDY: &str = "export the file again";
 
 #[derive(Default)]
 pub(super) struct ModelDocument {

@@ -19,7 +19,7 @@ use super::memory::instance_limit;
 use super::units;
 use super::{Extra, ReadError, ReadMesh, shorten_name};
 use crate::mesh::{PlacedMesh, merge_placed_meshes};
-use document::{ModelDocument, Reference, parse};
+use document::{ModelDocument, REMEDY, Reference, parse};
 use faces::{IgnoredContent, ObjectMeshes};
 use package::Package;
 
@@ -74,7 +74,7 @@ impl<'a> Models<'a> {
             let document = parse(&self.package.text(part)?, part)?;
             self.documents.insert(part.into(), document);
         }
-        let gone = || ReadError::file(format!("there is no part {:?}", shorten_name(part)), "export the file again");
+        let gone = || ReadError::file(format!("there is no part {:?}", shorten_name(part)), REMEDY);
         self.documents.get_mut(part).ok_or_else(gone)
     }
 
@@ -100,12 +100,11 @@ impl<'a> Models<'a> {
         let transform = above * named.transform;
         // The budget alone would not stop a deep chain before the stack ends.
         if depth > DEPTH {
-            let what = format!("components nest more than {DEPTH} deep");
-            return Err(ReadError::file(what, "export the file again"));
+            return Err(ReadError::file(format!("components nest more than {DEPTH} deep"), REMEDY));
         }
         let missing = || {
             let what = format!("there is no object {} in {:?}", named.object, shorten_name(&path));
-            ReadError::file(what, "export the file again")
+            ReadError::file(what, REMEDY)
         };
         let object = self.document(&path)?.objects.get_mut(&named.object).ok_or_else(missing)?;
         let n_made = 1 + object.positions.len() + object.faces.len();
@@ -113,7 +112,7 @@ impl<'a> Models<'a> {
         let is_circle = std::mem::replace(&mut object.is_open, true);
         if is_circle {
             let what = format!("object {} contains itself as a component", named.object);
-            return Err(ReadError::file(what, "export the file again"));
+            return Err(ReadError::file(what, REMEDY));
         }
         let components = std::mem::take(&mut object.components);
         // The budget is charged before anything is placed: nested components can double the number of objects at each
@@ -188,11 +187,6 @@ impl<'a> Models<'a> {
 
 #[cfg(test)]
 mod tests {
-    use std::io::{Cursor, Write};
-
-    use zip::ZipWriter;
-    use zip::write::SimpleFileOptions;
-
     use super::*;
     use crate::io::{Format, Model, WriteOptions, write_attributed};
     use crate::mesh::cleanup::{CleanOptions, clean};
@@ -202,12 +196,9 @@ mod tests {
         Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
 
     fn package(parts: &[(&str, &str)]) -> Vec<u8> {
-        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-        for (name, text) in [&[("_rels/.rels", RELATIONS)], parts].concat() {
-            archive.start_file(name, SimpleFileOptions::default()).unwrap();
-            archive.write_all(text.as_bytes()).unwrap();
-        }
-        archive.finish().unwrap().into_inner()
+        let parts = [&[("_rels/.rels", RELATIONS)], parts].concat();
+        let parts: Vec<(&str, &[u8])> = parts.iter().map(|(name, text)| (*name, text.as_bytes())).collect();
+        write::package(&parts).unwrap()
     }
 
     fn tetrahedron(of_first: &str) -> String {

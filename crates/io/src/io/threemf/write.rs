@@ -53,23 +53,23 @@ pub(in crate::io) fn write(task: &WriteTask, _: &mut FileFinder) -> Result<Writt
     }
     out.extend(b"</build>\n</model>\n");
     notes.extend(paint.notes(content));
-    let bytes = package(&out).map_err(|error| WriteError {
-        what: format!("the zip archive of the 3MF cannot be made: {error}: write ply or obj"),
+    let parts =
+        [("[Content_Types].xml", TYPES.as_bytes()), ("_rels/.rels", RELATIONS.as_bytes()), ("3D/3dmodel.model", &out)];
+    let bytes = package(&parts).map_err(|error| {
+        WriteError::new(format!("the zip archive of the 3MF cannot be made: {error}: write ply or obj"))
     })?;
     Ok(WrittenModel { bytes, notes, n_vertices: Some(content.n_vertices()), ..WrittenModel::default() })
 }
 
-fn package(model: &[u8]) -> zip::result::ZipResult<Vec<u8>> {
+pub(super) fn package(parts: &[(&str, &[u8])]) -> zip::result::ZipResult<Vec<u8>> {
     // The time is fixed, so that equal models give equal bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())
-        .large_file(model.len() >= u32::MAX as usize);
+        .large_file(parts.iter().any(|(_, bytes)| bytes.len() >= u32::MAX as usize));
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    let parts =
-        [("[Content_Types].xml", TYPES.as_bytes()), ("_rels/.rels", RELATIONS.as_bytes()), ("3D/3dmodel.model", model)];
     for (name, bytes) in parts {
-        archive.start_file(name, options)?;
+        archive.start_file(*name, options)?;
         archive.write_all(bytes)?;
     }
     Ok(archive.finish()?.into_inner())
@@ -139,7 +139,8 @@ impl<'a> BaseMaterials<'a> {
                 let next = materials.names.len();
                 let number = *numbers.entry(name).or_insert(next);
                 if number == next {
-                    materials.names.push((name, looks.get(i).map_or([1.0; 4], opaque_colour)));
+                    let [red, green, blue] = looks.get(i).map_or([1.0; 3], |look| look.colour.map(srgb));
+                    materials.names.push((name, [red, green, blue, 1.0]));
                 }
                 number
             });
@@ -168,11 +169,6 @@ impl<'a> BaseMaterials<'a> {
         }
         out.extend(b"</basematerials>\n");
     }
-}
-
-fn opaque_colour(look: &Look) -> [f32; 4] {
-    let [red, green, blue] = look.colour.map(srgb);
-    [red, green, blue, 1.0]
 }
 
 #[derive(Default)]

@@ -44,7 +44,7 @@ pub(super) fn decompress(
         // The claimed size may be anything, so it is checked before decoding.
         let size = view.count.checked_mul(view.byte_stride).filter(|&size| size <= budget).ok_or_else(broken)?;
         budget -= size;
-        let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
+        let bytes = buffers.part(view.buffer, view.byte_offset, view.byte_length);
         bytes.and_then(|bytes| decode_view(view, bytes)).map(Some).ok_or_else(broken)
     };
     views.iter().enumerate().map(&mut decode).collect()

@@ -9,8 +9,8 @@ use crate::io::WriteError;
 use crate::io::gltf::accessor::element_size;
 use crate::io::gltf::draft::{Draft, VERTICES};
 use crate::io::gltf::extensions::{may_name_indices, name_extension};
-use crate::io::gltf::references::{OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenced, index};
-use crate::io::gltf::repack::{PackedBuffer, drop_unused};
+use crate::io::gltf::references::{OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenced, index, list, list_mut};
+use crate::io::gltf::repack::{PackedBuffer, drop_unused, pack_views, place_view};
 
 pub(in crate::io::gltf) const COMPRESSION: &str = "EXT_meshopt_compression";
 pub(in crate::io::gltf) const OCTAHEDRAL: &str = "OCTAHEDRAL";
@@ -37,12 +37,8 @@ pub(in crate::io::gltf) fn pack_compressed(
     }
     let streams = streams(draft);
     let mut n_unpacked = 0usize;
-    let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
-    for (at, ((view, bytes), stream)) in views.into_iter().flatten().zip(&draft.views).zip(&streams).enumerate() {
-        let bytes = bytes.as_deref().ok_or_else(|| WriteError {
-            what: format!("buffer view {at} ends beyond its buffer: export the asset again"),
-        })?;
-        let packed = stream
+    pack_views(draft, limit, |at, view, bytes| {
+        let packed = streams[at]
             .as_ref()
             .and_then(|stream| Some((compress_view(bytes, stream.is_triangles, stream.stride)?, stream)));
         // Compression that gains nothing is left out, unless a filter needs it.
@@ -56,22 +52,10 @@ pub(in crate::io::gltf) fn pack_compressed(
             }
             None => place_view(view, 0, buffer.place(bytes), bytes.len()),
         }
-        if buffer.bytes.len().max(n_unpacked) > limit {
-            return Err(WriteError { what: "the result is too large for glTF: simplify further".into() });
-        }
-    }
+        buffer.bytes.len().max(n_unpacked)
+    })?;
     name_buffers(&mut draft.document, buffer.bytes.len(), n_unpacked);
     Ok(())
-}
-
-fn place_view(view: &mut Value, buffer: usize, offset: usize, length: usize) {
-    (view["buffer"], view["byteLength"]) = (buffer.into(), length.into());
-    if let Some(view) = view.as_object_mut() {
-        view.shift_remove("byteOffset");
-        if offset > 0 {
-            view.insert("byteOffset".into(), offset.into());
-        }
-    }
 }
 
 fn describe_stream(stream: &Stream, offset: usize, length: usize, n_unpacked: usize) -> Value {
@@ -107,7 +91,7 @@ fn streams(draft: &mut Draft) -> Vec<Option<Stream>> {
     let others = find_referenced(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), n);
     let triangles = indices_of_triangles(&draft.document);
     let mut found: Vec<Option<Option<Stream>>> = vec![None; n];
-    for (at, accessor) in draft.document["accessors"].as_array().into_iter().flatten().enumerate() {
+    for (at, accessor) in list(&draft.document, "accessors").iter().enumerate() {
         let Some(view) = accessor.get("bufferView").and_then(index).filter(|&view| view < n) else { continue };
         let is_triangles = triangles.get(&at).copied();
         let stream = stream(&draft.document["bufferViews"][view], accessor, is_triangles);
@@ -141,8 +125,8 @@ fn stream(view: &Value, accessor: &Value, is_triangles: Option<bool>) -> Option<
 }
 
 fn indices_of_triangles(document: &Value) -> BTreeMap<usize, bool> {
-    let meshes = document["meshes"].as_array().into_iter().flatten();
-    let primitives = meshes.flat_map(|mesh| mesh["primitives"].as_array().into_iter().flatten());
+    let meshes = list(document, "meshes").iter();
+    let primitives = meshes.flat_map(|mesh| list(mesh, "primitives").iter());
     let mut found = BTreeMap::new();
     for primitive in primitives {
         if let Some(accessor) = primitive.get("indices").and_then(index) {
@@ -174,7 +158,7 @@ fn merge_views(draft: &mut Draft) {
             draft.views[view] = Some(all.into());
         }
     }
-    let accessors = draft.document.get_mut("accessors").and_then(Value::as_array_mut).into_iter().flatten();
+    let accessors = list_mut(&mut draft.document, "accessors").iter_mut();
     for accessor in accessors {
         let view = accessor.get("bufferView").and_then(index).and_then(|view| moved.get(view).copied().flatten());
         if let Some((place, offset)) = view {

@@ -34,7 +34,7 @@ pub(super) fn pack_as(
 ) -> Result<(), WriteError> {
     match packing {
         Some(packing) if packing.is_compressed() && !compress::CAN_COMPRESS => {
-            Err(WriteError { what: "this build does not compress glTF: build with `--features meshopt`".into() })
+            Err(WriteError::new("this build does not compress glTF: build with `--features meshopt`"))
         }
         Some(packing) if packing.is_compressed() => compressed_views::pack_compressed(draft, buffer, limit),
         _ => pack(draft, buffer, limit),

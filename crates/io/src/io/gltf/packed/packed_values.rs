@@ -5,9 +5,8 @@ use serde_json::{Value, json};
 use super::compress::{self, encode_octahedral};
 use super::compressed_views::{COMPRESSION, OCTAHEDRAL};
 use super::uv_grids::UvGrids;
-use crate::io::gltf::draft::{
-    BYTE, Draft, NumberStorage, SHORT, UNSIGNED_BYTE, UNSIGNED_SHORT, VERTICES, vector_shape,
-};
+use crate::io::gltf::accessor::{BYTE, SHORT, UNSIGNED_BYTE, UNSIGNED_SHORT};
+use crate::io::gltf::draft::{Draft, NumberStorage, VERTICES, vector_shape};
 use crate::mesh::{PositionGrid, Role};
 
 #[derive(Clone, Copy)]

@@ -1,5 +1,6 @@
 //! Position grids that several meshes of an asset share.
 
+use crate::io::gltf::references::list;
 use glam::DMat4;
 use rustc_hash::FxHashMap;
 use serde_json::Value;
@@ -68,7 +69,7 @@ impl Asset {
 
     fn parts_without_grid(&self) -> Vec<bool> {
         let root = &self.container.root;
-        let names = self.document.get("extensionsUsed").and_then(Value::as_array).into_iter().flatten();
+        let names = list(&self.document, "extensionsUsed").iter();
         let has_bodies = names.filter_map(Value::as_str).any(|name| name.contains("physics"));
         // Lines, points, instances and physics rely on the original coordinates.
         let has_no_grid = |&mesh: &usize| {

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use crate::io::gltf::asset::Asset;
 use crate::io::gltf::draft::Draft;
 use crate::io::gltf::levels::move_mesh_to_child;
-use crate::io::gltf::references::index;
+use crate::io::gltf::references::{index, list};
 use crate::io::gltf::vrm::is_vrm;
 use crate::mesh::PositionGrid;
 
@@ -17,7 +17,7 @@ pub(in crate::io::gltf) fn undo_position_grids(
     draft: &mut Draft,
     grids: &BTreeMap<usize, PositionGrid>,
 ) {
-    let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
+    let n_nodes = list(&draft.document, "nodes").len();
     let is_held = fixed_nodes(&draft.document, n_nodes);
     let mut of_skins = BTreeMap::new();
     for (node, is_held) in is_held.into_iter().enumerate() {
@@ -42,12 +42,12 @@ fn fixed_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
     // The nodes of an avatar are bones even if unnamed.
     let mut is_held: Vec<bool> = vec![is_vrm(document); n_nodes];
     let holds = ["name", "children", "camera", "extensions", "extras"];
-    for (node, mark) in document["nodes"].as_array().into_iter().flatten().zip(&mut is_held) {
+    for (node, mark) in list(document, "nodes").iter().zip(&mut is_held) {
         *mark |= holds.iter().any(|name| node.get(*name).is_some());
     }
-    let lists = |name: &str| document[name].as_array().into_iter().flatten();
-    let joints = lists("skins").flat_map(|skin| skin["joints"].as_array().into_iter().flatten());
-    let channels = lists("animations").flat_map(|animation| animation["channels"].as_array().into_iter().flatten());
+    let lists = |name: &str| list(document, name).iter();
+    let joints = lists("skins").flat_map(|skin| list(skin, "joints").iter());
+    let channels = lists("animations").flat_map(|animation| list(animation, "channels").iter());
     let moved = channels.filter(|channel| channel["target"]["path"] != "weights").map(|it| &it["target"]["node"]);
     for node in joints.chain(moved).filter_map(index) {
         is_held.get_mut(node).into_iter().for_each(|mark| *mark = true);
@@ -76,7 +76,7 @@ fn place_node(node: &mut Value, grid: &PositionGrid) {
 }
 
 fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &PositionGrid) {
-    let n = draft.document["skins"][skin]["joints"].as_array().map_or(0, Vec::len);
+    let n = list(&draft.document["skins"][skin], "joints").len();
     let held = draft.document["skins"][skin].get("inverseBindMatrices").and_then(index);
     let read = held.and_then(|accessor| asset.container.data().floats(accessor, 16 * n.max(1)).ok());
     let values = read.filter(|(width, values)| *width == 16 && values.len() >= 16 * n).map(|(_, values)| values);

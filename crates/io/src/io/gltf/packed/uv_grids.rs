@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde_json::{Value, json};
 
 use crate::io::gltf::extensions::name_extension;
-use crate::io::gltf::references::index;
+use crate::io::gltf::references::{index, list};
 use crate::io::gltf::schema::Root;
 use crate::io::gltf::simplified_part::SimplifiedPart;
 use crate::io::gltf::vrm::is_vrm;
@@ -178,18 +178,18 @@ fn shared_and_closed(
 }
 
 fn materials(document: &Value) -> impl Iterator<Item = &Value> {
-    document.get("materials").and_then(Value::as_array).into_iter().flatten()
+    list(document, "materials").iter()
 }
 
 fn forbids_transforms(document: &Value) -> bool {
-    let channels = document["animations"].as_array().into_iter().flatten();
-    let mut channels = channels.flat_map(|animation| animation["channels"].as_array().into_iter().flatten());
+    let channels = list(document, "animations").iter();
+    let mut channels = channels.flat_map(|animation| list(animation, "channels").iter());
     let has_pointers = channels.any(|channel| channel["target"]["path"] == "pointer");
     has_pointers || is_vrm(document)
 }
 
 fn surfaces(primitive: &Value, n_materials: usize) -> Vec<usize> {
-    let mappings = primitive["extensions"]["KHR_materials_variants"]["mappings"].as_array().into_iter().flatten();
+    let mappings = list(&primitive["extensions"]["KHR_materials_variants"], "mappings").iter();
     let all = std::iter::once(&primitive["material"]).chain(mappings.map(|mapping| &mapping["material"]));
     all.filter_map(index).filter(|&material| material < n_materials).collect()
 }
