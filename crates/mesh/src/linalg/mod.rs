@@ -46,7 +46,6 @@ pub use product::{concat_product, product, product_input_backward, product_weigh
 pub use rows::Rows;
 pub use scored_dev_conv::scored_dev_conv;
 #[doc(hidden)]
-pub use scored_dev_conv::{Stars, scored_stars};
 pub use sparse_product::{sparse_product, sparse_product_backward};
 pub use two_layers::two_layers;
 

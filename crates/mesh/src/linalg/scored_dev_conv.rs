@@ -30,50 +30,22 @@ pub fn scored_dev_conv(x: [&Matrix; 2], graph: &Csr, dev_conv: [&Matrix; 2], lay
     let n = graph.n_rows();
     let shapes = x.map(Matrix::shape);
     assert_eq!([shapes[0], shapes[1], [n, graph.n_cols()]], [[n, 3], [n, 3], [n, n]], "one graph node per row");
-    let x = x.map(|x| x.data().as_chunks().0);
-    scored_stars(&Stars { x, n, star: |i| (i, graph.row(i)) }, dev_conv, layers)
-}
-
-/// Nodes with their neighbours.
-#[derive(Clone, Copy, Debug)]
-pub struct Stars<'a, P, F> {
-    /// Positions and normals, or other triples, of the graph's nodes.
-    pub x: [&'a [P]; 2],
-    /// Number of stars.
-    pub n: usize,
-    /// Function that returns the node of a star and its neighbours.
-    pub star: F,
-}
-
-/// Computes [`scored_dev_conv`] for some nodes of a graph; returns n x n_out.
-pub fn scored_stars<'g, P, F>(
-    stars: &Stars<P, F>,
-    [theta, phi]: [&Matrix; 2],
-    [first, second]: [[&Matrix; 2]; 2],
-) -> Matrix
-where
-    P: Copy + Into<[f32; 3]> + Sync,
-    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
-{
+    let ([theta, phi], [first, second]) = (dev_conv, layers);
     assert_eq!([theta.n_rows(), phi.n_rows()], [6, theta.n_cols()], "sizes of theta and phi must match");
     assert_eq!(first[0].shape(), [phi.n_cols(), second[0].n_rows()], "sizes of consecutive layers must match");
     assert_eq!([first[1].n_cols(), second[1].n_cols()], [first[0].n_cols(), second[0].n_cols()], "one bias per column");
-    let kernel = ScoredDevConvKernel { largest: StarMaxKernel { stars, theta }, phi, first, second };
-    Isa::best().compute_matrix(&kernel, stars.n, second[0].n_cols())
+    let largest = StarMaxKernel { x: x.map(|x| x.data().as_chunks().0), graph, theta };
+    Isa::best().compute_matrix(&ScoredDevConvKernel { largest, phi, first, second }, n, second[0].n_cols())
 }
 
-struct ScoredDevConvKernel<'a, P, F> {
-    largest: StarMaxKernel<'a, P, F>,
+struct ScoredDevConvKernel<'a> {
+    largest: StarMaxKernel<'a>,
     phi: &'a Matrix,
     first: [&'a Matrix; 2],
     second: [&'a Matrix; 2],
 }
 
-impl<'g, P, F> RowKernel for ScoredDevConvKernel<'_, P, F>
-where
-    P: Copy + Into<[f32; 3]> + Sync,
-    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
-{
+impl RowKernel for ScoredDevConvKernel<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let [width, n_in] = self.phi.shape();
@@ -85,23 +57,20 @@ where
     }
 }
 
-struct StarMaxKernel<'a, P, F> {
-    stars: &'a Stars<'a, P, F>,
+struct StarMaxKernel<'a> {
+    x: [&'a [[f32; 3]]; 2],
+    graph: &'a Csr,
     theta: &'a Matrix,
 }
 
-impl<'g, P, F> ColumnKernel for StarMaxKernel<'_, P, F>
-where
-    P: Copy + Into<[f32; 3]> + Sync,
-    F: Fn(usize) -> (usize, &'g [u32]) + Sync,
-{
+impl ColumnKernel for StarMaxKernel<'_> {
     fn width(&self) -> usize {
         self.theta.n_cols()
     }
 
     #[inline(always)]
-    fn columns<const COLS: usize, const FMA: bool>(&self, star: usize, col: usize, out: &mut [f32; COLS]) {
-        let (node, neighbours) = (self.stars.star)(star);
+    fn columns<const COLS: usize, const FMA: bool>(&self, node: usize, col: usize, out: &mut [f32; COLS]) {
+        let neighbours = self.graph.row(node);
         if neighbours.is_empty() {
             return;
         }
@@ -120,10 +89,10 @@ where
     }
 }
 
-impl<P: Copy + Into<[f32; 3]>, F> StarMaxKernel<'_, P, F> {
+impl StarMaxKernel<'_> {
     #[inline(always)]
     fn row(&self, node: usize) -> [f32; 6] {
-        let ([a, b, c], [d, e, f]) = (self.stars.x[0][node].into(), self.stars.x[1][node].into());
+        let ([a, b, c], [d, e, f]) = (self.x[0][node], self.x[1][node]);
         [a, b, c, d, e, f]
     }
 }
@@ -155,9 +124,7 @@ mod tests {
                 let second = [&random(n_hidden, 1, 7), &random(1, 1, 8)];
                 let features = neighbour_max_product_relu(&concat_product(&a, &b, &theta), &graph, &phi);
                 let expected = two_layers(&features, first, second);
-                let x: [&[[f32; 3]]; 2] = [a.data().as_chunks().0, b.data().as_chunks().0];
-                let all = Stars { x, n, star: |i| (i, graph.row(i)) };
-                let result = scored_stars(&all, [&theta, &phi], [first, second]);
+                let result = scored_dev_conv([&a, &b], &graph, [&theta, &phi], [first, second]);
                 assert_close(result.data(), expected.data(), 1e-5);
             }
         });
