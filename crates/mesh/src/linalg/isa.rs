@@ -19,8 +19,6 @@ enum IsaLevel {
     Portable,
     #[cfg(target_arch = "x86_64")]
     Avx2,
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
 }
 
 pub(crate) trait RowKernel: Sync {
@@ -98,19 +96,8 @@ impl Isa {
 
     fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512bw")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512vl")
-                && is_x86_feature_detected!("avx2")
-                && is_x86_feature_detected!("fma")
-            {
-                return Self(IsaLevel::Avx512);
-            }
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-                return Self(IsaLevel::Avx2);
-            }
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            return Self(IsaLevel::Avx2);
         }
         Self(IsaLevel::Portable)
     }
@@ -119,10 +106,6 @@ impl Isa {
     #[doc(hidden)]
     pub fn available() -> Vec<Self> {
         let best = Self::detect();
-        #[cfg(target_arch = "x86_64")]
-        if best == Self(IsaLevel::Avx512) {
-            return vec![Self(IsaLevel::Portable), Self(IsaLevel::Avx2), best];
-        }
         if best == Self(IsaLevel::Portable) { vec![best] } else { vec![Self(IsaLevel::Portable), best] }
     }
 
@@ -143,8 +126,6 @@ impl Isa {
             IsaLevel::Portable => "portable",
             #[cfg(target_arch = "x86_64")]
             IsaLevel::Avx2 => "avx2",
-            #[cfg(target_arch = "x86_64")]
-            IsaLevel::Avx512 => "avx512",
         }
     }
 
@@ -155,9 +136,6 @@ impl Isa {
             // SAFETY: `self` exists, so the processor has the features (see the head of this file).
             #[cfg(target_arch = "x86_64")]
             IsaLevel::Avx2 => unsafe { run_avx2(work) },
-            // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
-            IsaLevel::Avx512 => unsafe { run_avx512(work) },
         }
     }
 
@@ -167,9 +145,6 @@ impl Isa {
             // SAFETY: `self` exists, so the processor has the features (see the head of this file).
             #[cfg(target_arch = "x86_64")]
             IsaLevel::Avx2 => unsafe { compute_avx2(kernel, rows, out) },
-            // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
-            IsaLevel::Avx512 => unsafe { compute_avx512(kernel, rows, out) },
         }
     }
 
@@ -198,20 +173,8 @@ fn compute_avx2<K: RowKernel>(kernel: &K, rows: Range<usize>, out: &mut [f32]) {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,fma")]
-fn compute_avx512<K: RowKernel>(kernel: &K, rows: Range<usize>, out: &mut [f32]) {
-    kernel.compute::<true>(rows, out);
-}
-
-#[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn run_avx2<W: Work>(work: W) -> W::Output {
-    work.run()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,fma")]
-fn run_avx512<W: Work>(work: W) -> W::Output {
     work.run()
 }
 
