@@ -5,7 +5,7 @@ use crate::common::{
 };
 use glam::{DMat4, DVec3, Quat, Vec3};
 use neural_mesh::mesh::{Attributes, ScenePiece, TriMesh, UnitedMesh, shapes, topology};
-use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, ScoreSource, Simplified, Size, asked_scores};
+use neural_mesh::simplify::{ClosedOptions, Input, Options, Outcome, ScoreSource, Simplified, Size};
 
 fn simplify_to_ratio(mesh: &TriMesh, ratio: f64) -> Simplified {
     simplify_with_scores(mesh, ratio, ScoreSource::Network)
@@ -13,10 +13,7 @@ fn simplify_to_ratio(mesh: &TriMesh, ratio: f64) -> Simplified {
 
 fn simplify_with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
     let options = ClosedOptions { scores, prune: false, ..ClosedOptions::default() };
-    let given = asked_scores(scores, mesh, None);
-    let mut input = Input::bare(mesh);
-    input.scores = &given;
-    simplify_valid(input, &Options::with_closed(Size::Ratio(ratio), options))
+    simplify_valid(mesh, &Options::with_closed(Size::Ratio(ratio), options))
 }
 
 // Expects the target size, or a larger result with a reason.

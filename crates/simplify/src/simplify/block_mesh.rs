@@ -5,6 +5,7 @@ use crate::mesh::TriMesh;
 use super::closed::{ClosedRequest, ClosedResult, Levels, Task, simplify_levels};
 use super::input::Input;
 use super::limits::Limit;
+use super::network_scores::used_scores;
 use super::options::{ClosedOptions, Purpose, ScoreSource, SimplifyError};
 use super::progress::Progress;
 
@@ -26,6 +27,9 @@ pub fn simplify_block_mesh(
 ) -> Result<SimplifiedBlock, SimplifyError> {
     // A closed surface needs four vertices.
     let limit = Limit::from_vertices(n_vertices.max(4));
+    let input = Input { locked, scores, ..Input::bare(mesh) };
+    let scores = used_scores(&input, options);
+    let input = Input { scores: &scores, ..input };
     let has_scores = options.purpose == Purpose::Shape || !scores.is_empty();
     let used = ClosedOptions {
         // The purpose decides about scores only.
@@ -40,7 +44,6 @@ pub fn simplify_block_mesh(
         map: false,
         ..options.clone()
     };
-    let input = Input { locked, scores, ..Input::bare(mesh) };
     let request = ClosedRequest { price, ..ClosedRequest::new(Task::new(input, &used)) };
     let levels = simplify_levels(&request, Levels::new(&[limit]), Progress::SILENT)?;
     let ClosedResult { simplified, pass_prices, .. } = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;

@@ -7,6 +7,7 @@ use super::components::prune;
 use super::input::Input;
 use super::limits::{Limit, resolve_levels, resolve_limit};
 use super::map::identity_map;
+use super::network_scores::used_scores;
 use super::options::{Assembly, Listener, Options, PaperOptions, ScoreSource, Simplified, SimplifyError};
 use super::progress::{PAPER_STAGES, Progress, closed_stages, run_with_listener};
 use super::size::Size;
@@ -45,8 +46,11 @@ pub(super) fn run_levels(
 }
 
 fn run_closed(task: &Task, sizes: &[Size], progress: Progress) -> Result<Vec<TracedResult>, SimplifyError> {
-    let Task { ref input, options, .. } = *task;
-    task.check()?;
+    let options = task.options;
+    task.input.check()?;
+    let scores = used_scores(&task.input, options);
+    let task = &task.with_scores(&scores);
+    let input = &task.input;
     progress.enter("surface", input.mesh.faces().len())?;
     // Unused vertices are removed first and restored in the results.
     let used = SubMesh::without_unused_vertices(progress.pulse, input)?;

@@ -1,10 +1,12 @@
 //! Vertex scores from the network's Point Sampler, Sec. 3.1.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::options::ScoreSource;
+use super::input::Input;
+use super::options::{ClosedOptions, Purpose, ScoreSource};
 use crate::geometry::triangle::area_normal;
 use crate::linalg::Csr;
 use crate::mesh::{TriMesh, vertex_normals};
@@ -23,13 +25,21 @@ pub fn network_scores(mesh: &TriMesh, weights: &Weights) -> Vec<f32> {
     surface_scores(weights, mesh.positions(), &vertex_normals(mesh), &rings)
 }
 
-/// Returns the scores that `source` asks for, for [`Input::scores`](super::Input::scores): those of the network, or none.
-///
-/// Without `weights`, those are taken that ship for the closed assembly.
+/// Returns the scores of these weights for [`Input::scores`], if `source` is the network; else none.
 pub fn asked_scores(source: ScoreSource, mesh: &TriMesh, weights: Option<&Weights>) -> Vec<f32> {
-    match source {
-        ScoreSource::Network => network_scores(mesh, weights.unwrap_or_else(|| Weights::shipped_default())),
-        ScoreSource::Bending | ScoreSource::Geometry => Vec::new(),
+    match (source, weights) {
+        (ScoreSource::Network, Some(weights)) => network_scores(mesh, weights),
+        _ => Vec::new(),
+    }
+}
+
+/// Returns the scores of the input, or else those of the network that ships, if the options name the network.
+pub(super) fn used_scores<'a>(input: &Input<'a>, options: &ClosedOptions) -> Cow<'a, [f32]> {
+    // The purpose Poses distributes the vertices by a term of its own, so only given scores count there.
+    let is_asked = options.scores == ScoreSource::Network && options.purpose == Purpose::Shape;
+    match input.scores.is_empty() && is_asked {
+        true => network_scores(input.mesh, Weights::shipped_default()).into(),
+        false => input.scores.into(),
     }
 }
 

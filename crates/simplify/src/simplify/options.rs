@@ -216,7 +216,7 @@ pub enum ScoreSource {
     /// A formula that puts more vertices where the surface bends.
     #[default]
     Bending,
-    /// A trained network; its scores are [`Input::scores`](super::Input::scores).
+    /// A trained network: that of [`Input::scores`](super::Input::scores), or else the one that ships.
     Network,
     /// None: all vertices have equal importance.
     Geometry,
@@ -381,8 +381,6 @@ pub enum SimplifyError {
     BadImportance,
     /// No weights for the paper's assembly.
     NoWeights,
-    /// No [`Input::scores`](super::Input::scores) where the options name the network.
-    NoScores,
     /// No face with a probability above one half.
     NothingKept,
     /// Result coordinates beyond `f32`.
@@ -418,7 +416,6 @@ impl std::fmt::Display for SimplifyError {
                 f,
                 "the paper's assembly needs weights, and this build has none: give weights or use the closed assembly"
             ),
-            Self::NoScores => write!(f, "scores of a network are asked for, and none are given: give one per vertex"),
             Self::NothingKept => write!(
                 f,
                 "the network kept no faces, as its weights do not fit this mesh: give other weights, or simplify with the closed assembly"

@@ -11,6 +11,7 @@ use super::components::prune;
 use super::input::Input;
 use super::limits::{Limit, resolve_limit_of};
 use super::map::identity_map;
+use super::network_scores::used_scores;
 use super::options::{ClosedOptions, DroppedComponent, Listener, Report, ScoreSource, Simplified, SimplifyError};
 use super::progress::{Progress, closed_stages, run_with_listener};
 use super::size::Size;
@@ -114,7 +115,9 @@ impl Progression {
         progress: &mut Listener,
     ) -> Result<Self, SimplifyError> {
         let task = Task::new(input.into(), options);
-        task.check()?;
+        task.input.check()?;
+        let scores = used_scores(&task.input, options);
+        let task = task.with_scores(&scores);
         let stages = closed_stages(1, USUAL_RATIO);
         run_with_listener(progress, &stages, |progress| Self::record(&task, progress))
     }

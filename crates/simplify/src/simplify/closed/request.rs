@@ -3,7 +3,7 @@
 use crate::mesh::{Attributes, FeatureEdge, Role, UnitedMesh};
 use crate::simplify::hidden::visible_shares;
 use crate::simplify::input::{Input, kept_edges, locked_vertices};
-use crate::simplify::options::{ClosedOptions, Purpose, ScoreSource, SimplifyError};
+use crate::simplify::options::{ClosedOptions, Purpose, ScoreSource};
 
 use super::stage_settings::StageSettings;
 
@@ -29,11 +29,9 @@ impl<'a> Task<'a> {
         Self { input, options, differentiable: false, forces_size: false }
     }
 
-    /// Returns an error for an input that does not fit the mesh or the options.
-    pub fn check(&self) -> Result<(), SimplifyError> {
-        self.input.check()?;
-        let is_unscored = self.options.scores == ScoreSource::Network && self.input.scores.is_empty();
-        if is_unscored { Err(SimplifyError::NoScores) } else { Ok(()) }
+    /// Returns the task with these scores of the vertices; they may be empty.
+    pub fn with_scores(self, scores: &'a [f32]) -> Self {
+        Self { input: Input { scores, ..self.input }, ..self }
     }
 
     /// Chooses the source of vertex scores: none if without effect, the network if the caller gives its scores.
