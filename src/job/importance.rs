@@ -6,7 +6,7 @@ use super::document::{Document, list_names};
 use super::error::JobError;
 use super::request::Job;
 
-/// What a job says about each vertex; empty where it says nothing.
+/// Importance and scores of vertices that a job gives; empty for none.
 pub(super) struct VertexValues {
     importance: Vec<f32>,
     scores: Vec<f32>,

@@ -87,8 +87,8 @@ mod tests {
 
     #[test]
     fn threads_do_not_change_a_bit() {
-        let on = |n| run_on_threads(n, || compare_meshes(&shapes::bolt(40), &shapes::bolt(24)));
-        assert_eq!(on(1), on(3));
+        let on_threads = |n| run_on_threads(n, || compare_meshes(&shapes::bolt(40), &shapes::bolt(24)));
+        assert_eq!(on_threads(1), on_threads(3));
     }
 
     const NAMES: [&str; 3] = ["laplacian_functions", "geodesic_error", "biharmonic_error"];

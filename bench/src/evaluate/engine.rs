@@ -31,7 +31,7 @@ pub(super) struct Case<'a> {
     pub n_faces: Option<usize>,
 }
 
-/// What became of a method in a case.
+/// Outcome of a method in a case.
 pub(super) struct MethodOutcome {
     pub size: TargetCounts,
     // Seconds of each run.

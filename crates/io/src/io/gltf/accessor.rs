@@ -39,7 +39,7 @@ impl<'a> Data<'a> {
             return Err(unusable(index, accessor));
         }
         let mut values = allocate_zeros(accessor.count * width)?;
-        let kind = ComponentKind::of(accessor).ok_or_else(|| unusable(index, accessor))?;
+        let kind = ComponentKind::from_accessor(accessor).ok_or_else(|| unusable(index, accessor))?;
         self.for_each_element(accessor, shape.size(kind.size()), &mut |element, bytes| {
             for (at, value) in values[element * width..][..width].iter_mut().enumerate() {
                 *value = kind.decode(&bytes[shape.offset(at, kind.size())..]) as f32;
@@ -59,7 +59,7 @@ impl<'a> Data<'a> {
 
     fn elements<const N: usize>(&self, index: usize, shape: &str, limit: usize) -> Result<Vec<[f64; N]>, ReadError> {
         let accessor = self.accessor(index)?;
-        let kind = ComponentKind::of(accessor).ok_or_else(|| unusable(index, accessor))?;
+        let kind = ComponentKind::from_accessor(accessor).ok_or_else(|| unusable(index, accessor))?;
         // The file may claim any count: an accessor without bytes means zeros.
         if accessor.shape != shape || accessor.count > limit {
             return Err(unusable(index, accessor));
@@ -217,7 +217,7 @@ struct ComponentKind {
 }
 
 impl ComponentKind {
-    fn of(accessor: &Accessor) -> Option<Self> {
+    fn from_accessor(accessor: &Accessor) -> Option<Self> {
         Some(Self { scalar: component(accessor.component_type)?, normalized: accessor.normalized })
     }
 
