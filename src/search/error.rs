@@ -6,37 +6,47 @@ use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
 use crate::metrics::{CertifiedDistance, DistanceTolerance, MeasuredOriginal};
 use crate::simplify::{
-    ClosedOptions, Input, Listener, Outcome, Simplified, SimplifyError, Size, prune, simplify_levels_of_detail,
+    ClosedOptions, Input, Listener, NextSize, Options, Outcome, Simplified, SimplifyError, Size, Turn, prune, simplify,
+    simplify_in_turn,
 };
 
 use super::placed_original::PlacedOriginal;
 use super::progress::Search;
 
-/// Number of sizes whose results one collapse yields.
-// Refining the result of one size costs as much as the collapse.
-const SIZES: usize = 3;
-/// Ratio of the largest to the smallest size tried first.
-const SPAN: f64 = 20.0;
-/// Ratio of neighbouring sizes tried around a predicted one.
-const NEAR: f64 = 1.1;
+/// Ratio of the mesh's size to the first that is looked at, where nothing estimates distances.
+const FIRST_STEP: f64 = 7.0;
+/// Size at which estimates end, the least of the kernel.
+const LEAST_ESTIMATED: usize = 64;
+/// Distance over its estimate, before a result is measured.
+// Fourteen training meshes at ratios of 0.01 to 0.3: 0.6 to 1.4, median 0.83.
+const USUAL_SHARE: f64 = 0.85;
+/// Least ratio of a size to those known before; it is squared with each result on one side of the error.
+const NEAR: f64 = 1.024;
+/// The largest such ratio.
+const FAR: f64 = 1.5;
 /// Range of p, if distances are predicted to fall like 1 / n_vertices^p.
 const POWERS: [f64; 2] = [0.5, 3.0];
 const USUAL_POWER: f64 = 1.0;
-/// Largest number of collapses.
-const MOST_ROUNDS: usize = 7;
+/// Largest number of sizes looked at.
+const MOST_TRIES: usize = 12;
 /// Ratio of the smallest accepted to the largest rejected size at which the search ends.
-// Distances fluctuate by more than 5 % between neighbouring sizes. Three sizes in an interval of `NEAR` differ by a
-// factor of 1.024.
-const CLOSE: f64 = 1.05;
-/// Samples of each surface that decide, with all vertices, whether a result is worth a proof.
-const SAMPLES: usize = 2_500;
+// Distances fluctuate by more than 5 % between neighbouring sizes.
+const CLOSE: f64 = 1.08;
+/// Ratio of the smallest accepted size to the one from which on sizes are looked at once more.
+const REOPENED: f64 = 1.4;
+/// Least number of samples of each surface that decide, with all vertices, whether a result is worth a proof.
+const SAMPLES: usize = 1000;
+/// The same per face of the result.
+const SAMPLES_PER_FACE: usize = 4;
+/// Share of the error below which distances are not measured.
+const LEAST_SHARE: f64 = 0.3;
+/// Share of the allowed distance from which on a result is good enough to end the search.
+const GOOD: f64 = 0.95;
 /// Share of the allowed distance below which the smallest accepted result reopens the search, once.
-const SPARE: f64 = 0.9;
+const SPARE: f64 = 0.85;
 /// Budget of visited triangles and boxes for all proofs: the first per face of the original, plus the second.
 // On five benchmark meshes, within 0.3 % of the diagonal, 10 to 14 proofs visit 158 to 434 per face together.
 const MOST_VISITS: [u64; 2] = [1000, 4_000_000];
-/// Share of a round's progress that the collapse takes; its proofs take the rest.
-const SHARE_OF_RUN: f32 = 0.4;
 
 /// A result and its proved distance.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,18 +99,21 @@ pub fn simplify_to_error(
     let rounding = 2.0 * original.rounding();
     let bound = (error - rounding).max(0.0);
     let options = &ClosedOptions { prune_within: options.prune_within.min(bound), ..options.clone() };
-    let mut search = Search::new(progress, SHARE_OF_RUN);
-    let mut levels = |sizes: &[usize], in_place: bool| {
-        let options = ClosedOptions { subset: in_place || options.subset, ..options.clone() };
-        let made = simplify_to_counts(input, &options, sizes, &mut search.run())?;
-        search.look("proof")?;
-        Ok(made)
-    };
+    let mut search = Search::new(progress, 1.0);
     let prover = Prover::new(&original, bound);
-    let (best, n_tries) = smallest_within_error(&prover, &mut |sizes| levels(sizes, false))?;
-    let (mut simplified, distance) = match best {
-        Some((best, distance)) => (best, CertifiedDistance { upper: distance.upper.min(bound), ..distance }),
-        None => nearest(&prover, options, &mut levels)?,
+    let mut hunt = Hunt::new(&prover);
+    while let Some(first) = hunt.next {
+        simplify_in_turn(input, options, first, &mut search.run(), &mut |turn| hunt.go_on(turn))?;
+    }
+    let mut simplify_whole = |in_place: bool| {
+        let closed = ClosedOptions { subset: in_place || options.subset, ..options.clone() };
+        let size = Size::Vertices(original.n_vertices);
+        simplify(*input, &Options::with_closed(size, closed), &mut search.run())
+    };
+    let Hunt { found, n_tries, .. } = hunt;
+    let (mut simplified, distance) = match found {
+        Some((found, distance)) => (found, CertifiedDistance { upper: distance.upper.min(bound), ..distance }),
+        None => nearest(&prover, options, &mut simplify_whole)?,
     };
     let distance = add_rounding(distance, rounding);
     simplified.report.outcome = outcome(&distance, error);
@@ -111,11 +124,10 @@ pub fn simplify_to_error(
 fn nearest(
     prover: &Prover,
     options: &ClosedOptions,
-    levels: &mut dyn FnMut(&[usize], bool) -> LevelResults,
+    simplify_whole: &mut dyn FnMut(bool) -> Result<Simplified, SimplifyError>,
 ) -> Result<(Simplified, CertifiedDistance), SimplifyError> {
     let mut whole = |in_place: bool| {
-        let size = prover.original.n_vertices;
-        let result = levels(&[size], in_place)?.pop().ok_or(SimplifyError::Empty)?;
+        let result = simplify_whole(in_place)?;
         let distance = prover.bound_distance(&result);
         Ok::<_, SimplifyError>((result, distance))
     };
@@ -156,70 +168,80 @@ fn format_distance(distance: f64, diagonal: f64) -> String {
     format!("{} ({} % of the diagonal)", digits(distance), digits(100.0 * distance / diagonal.max(f64::MIN_POSITIVE)))
 }
 
-type MakeLevels<'a> = dyn FnMut(&[usize]) -> LevelResults + 'a;
-
-type LevelResults = Result<Vec<Simplified>, SimplifyError>;
-
-fn simplify_to_counts(
-    input: &Input,
-    options: &ClosedOptions,
-    sizes: &[usize],
-    progress: &mut Listener,
-) -> Result<Vec<Simplified>, SimplifyError> {
-    let sizes: Vec<Size> = sizes.iter().map(|&size| Size::Vertices(size)).collect();
-    simplify_levels_of_detail(input, options, &sizes, progress)
+/// A result of which no sample is too far.
+struct NearResult {
+    /// The size asked for.
+    size: usize,
+    /// Largest distance of a sample over the error.
+    share: f64,
+    simplified: Simplified,
+    proved: Option<CertifiedDistance>,
 }
 
-/// Finds the smallest result within the error with its distance, and the number of results made.
-fn smallest_within_error(
-    prover: &Prover,
-    levels: &mut MakeLevels,
-) -> Result<(Option<(Simplified, CertifiedDistance)>, usize), SimplifyError> {
-    let mut range = Range::new(prover.original.n_vertices);
-    // Results of which no sample is too far, with the size asked for, largest first.
-    let mut near: Vec<(usize, Simplified)> = Vec::new();
-    let (mut n_tries, mut n_rounds) = (0, 0);
-    loop {
-        let is_over = range.is_narrow() && !range.reopens();
-        let sizes = if is_over || n_rounds == MOST_ROUNDS { Vec::new() } else { range.sizes() };
-        // A constraint keeps the result larger than the requested size, so smaller sizes are useless.
-        let is_smallest = near.last().is_some_and(|(size, result)| result.mesh.positions().len() > *size);
-        if sizes.is_empty() || is_smallest || prover.left.get() == 0 {
-            // Proofs take longer than results, so only the smallest result has one, and if it fails the next.
-            let Some((size, result)) = near.pop() else { return Ok((None, n_tries)) };
-            if let Some(distance) = prover.prove(&result) {
-                return Ok((Some((result, distance)), n_tries));
-            }
-            range.reject(size, near.last().map(|(size, _)| *size));
-            continue;
-        }
-        n_rounds += 1;
-        let mut results = levels(&sizes)?;
-        n_tries += results.len();
-        let n_near = count_within_error(&results, |result| {
-            let share = prover.share_of_samples(result);
-            range.shares.push((result.mesh.positions().len(), share));
-            share <= 1.0
-        });
-        range.too_few = sizes.get(n_near).copied().unwrap_or(range.too_few);
-        results.truncate(n_near);
-        near.extend(sizes.into_iter().zip(results));
-        range.enough = near.last().map_or(range.enough, |(size, _)| *size);
+/// The hunt for the smallest result within the error.
+struct Hunt<'a> {
+    prover: &'a Prover<'a>,
+    range: Range,
+    /// Results of which no sample is too far, largest first.
+    near: Vec<NearResult>,
+    /// Size to make next; `None` if the hunt is over.
+    next: Option<NextSize>,
+    found: Option<(Simplified, CertifiedDistance)>,
+    n_tries: usize,
+    /// True once samples have missed what is too far.
+    proves_at_once: bool,
+}
+
+impl<'a> Hunt<'a> {
+    fn new(prover: &'a Prover<'a>) -> Self {
+        let range = Range::new(prover.original.n_vertices, prover.error);
+        let next = Some(NextSize { n_vertices: LEAST_ESTIMATED, is_estimate: true });
+        Self { prover, range, near: Vec::new(), next, found: None, n_tries: 0, proves_at_once: false }
     }
-}
 
-/// Counts the results within the error, largest first, assuming that larger results are nearer.
-fn count_within_error(results: &[Simplified], mut is_within_error: impl FnMut(&Simplified) -> bool) -> usize {
-    let (mut low, mut high) = (0, results.len());
-    while low < high {
-        let middle = low.midpoint(high);
-        if is_within_error(&results[middle]) {
-            low = middle + 1;
+    /// Takes what was made, and returns the size to make next.
+    fn go_on(&mut self, turn: Turn) -> Option<NextSize> {
+        match turn {
+            Turn::Estimates(estimates) => self.range.estimates = DistanceEstimates::new(estimates),
+            Turn::Result(simplified) => self.look_at(*simplified),
+        }
+        self.next = self.choose_next().map(|n_vertices| NextSize { n_vertices, is_estimate: false });
+        self.next
+    }
+
+    fn look_at(&mut self, simplified: Simplified) {
+        let Some(NextSize { n_vertices: size, .. }) = self.next else { return };
+        self.n_tries += 1;
+        let share = self.prover.share_of_samples(&simplified);
+        self.range.shares.push((simplified.mesh.positions().len(), share.max(LEAST_SHARE)));
+        let is_near = share <= 1.0;
+        let proved = (is_near && self.proves_at_once).then(|| self.prover.prove(&simplified, share)).flatten();
+        if is_near && (proved.is_some() || !self.proves_at_once) {
+            self.range.enough = size;
+            self.near.push(NearResult { size, share, simplified, proved });
         } else {
-            high = middle;
+            self.range.too_few = self.range.too_few.max(size);
         }
     }
-    low
+
+    fn choose_next(&mut self) -> Option<usize> {
+        loop {
+            let next = self.range.next_size().filter(|_| self.n_tries < MOST_TRIES);
+            // A constraint keeps the result larger than the requested size, so smaller sizes are useless.
+            let is_larger = |last: &NearResult| last.simplified.mesh.positions().len() > last.size;
+            if next.is_some() && !self.near.last().is_some_and(is_larger) && self.prover.left.get() > 0 {
+                return next;
+            }
+            // Proofs take longer than results, so only the smallest result has one, and if it fails the next.
+            let NearResult { size, share, simplified, proved } = self.near.pop()?;
+            if let Some(distance) = proved.or_else(|| self.prover.prove(&simplified, share)) {
+                self.found = Some((simplified, distance));
+                return None;
+            }
+            self.proves_at_once = true;
+            self.range.reject(size, self.near.last().map(|last| last.size));
+        }
+    }
 }
 
 /// Widens both bounds of a distance by `rounding`; an upper bound of 0 stays.
@@ -245,17 +267,22 @@ impl<'a> Prover<'a> {
         Self { original, measured, error, left: Cell::new(most), is_any_open: Cell::new(false) }
     }
 
-    /// Returns the largest distance of samples and vertices, over the error.
+    /// Returns the largest distance of samples and vertices over the error, or 0 if it is below `LEAST_SHARE`.
     fn share_of_samples(&self, simplified: &Simplified) -> f64 {
-        let found = self.measured.quick_distance(&self.original.view_of(simplified), SAMPLES, 0);
-        found.map_or(0.0, |found| if found.max > 0.0 { found.max / self.error } else { 0.0 })
+        if self.error == 0.0 {
+            return 0.0;
+        }
+        let view = self.original.view_of(simplified);
+        let n_samples = SAMPLES.max(SAMPLES_PER_FACE * view.faces().len());
+        self.measured.largest_beyond(&view, n_samples, LEAST_SHARE * self.error) / self.error
     }
 
-    /// Returns bounds of a result's distance if that is proved to be within the error.
-    fn prove(&self, simplified: &Simplified) -> Option<CertifiedDistance> {
+    /// Returns bounds of a result's distance if that is proved to be within the error; one sample has this share of it.
+    fn prove(&self, simplified: &Simplified, share: f64) -> Option<CertifiedDistance> {
         let asked = DistanceTolerance { too_much: self.error, ..self.tolerance() };
         let view = self.original.view_of(simplified);
-        let (distance, n_visits) = self.measured.certified_distance(&view, &asked, self.left.get());
+        let (distance, n_visits) =
+            self.measured.certified_distance(&view, (&asked, share * self.error), self.left.get());
         self.left.set(self.left.get().saturating_sub(n_visits));
         let is_open = |distance: &CertifiedDistance| distance.lower <= self.error && distance.upper > self.error;
         self.is_any_open.set(self.is_any_open.get() || distance.as_ref().is_some_and(is_open));
@@ -269,7 +296,7 @@ impl<'a> Prover<'a> {
             return CertifiedDistance { lower: 0.0, upper: 0.0, diagonal: original.diagonal() };
         }
         let unknown = CertifiedDistance { lower: 0.0, upper: f64::INFINITY, diagonal: original.diagonal() };
-        self.measured.certified_distance(simplified, &self.tolerance(), u64::MAX).0.unwrap_or(unknown)
+        self.measured.certified_distance(simplified, (&self.tolerance(), 0.0), u64::MAX).0.unwrap_or(unknown)
     }
 
     // An upper bound of half of the error suffices: a sharper one takes long on flat surfaces.
@@ -283,17 +310,23 @@ struct Range {
     too_few: usize,
     enough: usize,
     n_vertices: usize,
+    error: f64,
+    estimates: DistanceEstimates,
     /// Sizes of results with their distance over the error.
     shares: Vec<(usize, f64)>,
-    /// True if the last sizes were predicted; the next ones then are not.
-    were_predicted: bool,
+    /// True if the last size was predicted; within the interval the next then is not.
+    was_predicted: bool,
+    asked: Vec<usize>,
+    /// Least ratio of the next size to those known.
+    step: f64,
     was_reopened: bool,
 }
 
 impl Range {
-    fn new(n_vertices: usize) -> Self {
-        let (shares, were_predicted, was_reopened) = (Vec::new(), false, false);
-        Self { too_few: 0, enough: n_vertices, n_vertices, shares, were_predicted, was_reopened }
+    fn new(n_vertices: usize, error: f64) -> Self {
+        let (estimates, shares, asked) = (DistanceEstimates::default(), Vec::new(), Vec::new());
+        let (enough, too_few, was_predicted, was_reopened) = (n_vertices, 0, false, false);
+        Self { too_few, enough, n_vertices, error, estimates, shares, asked, was_predicted, step: NEAR, was_reopened }
     }
 
     /// Rejects the smallest accepted size, after which `enough` is the next.
@@ -303,7 +336,9 @@ impl Range {
     }
 
     fn is_narrow(&self) -> bool {
-        self.enough as f64 <= (self.too_few as f64 * CLOSE).max(self.too_few as f64 + 1.0)
+        let is_good = |&(size, share): &(usize, f64)| size == self.enough && share > GOOD && share <= 1.0;
+        self.shares.iter().any(is_good)
+            || self.enough as f64 <= (self.too_few as f64 * CLOSE).max(self.too_few as f64 + 1.0)
     }
 
     /// Reopens sizes below the rejected ones, once, if the smallest accepted result is well within the error.
@@ -311,37 +346,42 @@ impl Range {
         let spares = |&(size, share): &(usize, f64)| size == self.enough && share < SPARE;
         let reopens = !self.was_reopened && self.shares.iter().any(spares);
         if reopens {
-            (self.was_reopened, self.were_predicted) = (true, false);
-            self.too_few = (self.enough as f64 / NEAR.powi(SIZES as i32 + 1)) as usize;
+            (self.was_reopened, self.was_predicted) = (true, false);
+            self.too_few = (self.enough as f64 / REOPENED) as usize;
         }
         reopens
     }
 
-    /// Returns sizes in the interval, falling by equal factors: around the prediction, or across the interval.
-    fn sizes(&mut self) -> Vec<usize> {
-        let high = self.enough as f64;
-        let low = if self.too_few > 0 { self.too_few as f64 } else { (high / SPAN).max(1.0) };
-        let predicted = self.predict_size().filter(|_| !self.were_predicted && high > low * NEAR * NEAR);
-        self.were_predicted = predicted.is_some();
-        let sizes = match predicted {
-            Some(predicted) => {
-                let middle = predicted.clamp(low * NEAR, high / NEAR);
-                vec![middle * NEAR, middle, middle / NEAR]
-            }
-            None => {
-                let n_steps = if self.too_few > 0 { SIZES + 1 } else { SIZES };
-                (1..=SIZES).map(|k| high * (low / high).powf(k as f64 / n_steps as f64)).collect()
-            }
-        };
-        let mut sizes: Vec<usize> = sizes.into_iter().map(|size| size.round() as usize).collect();
-        sizes.retain(|&size| size > self.too_few && size < self.enough);
-        sizes.dedup();
-        sizes
+    /// Returns a size within the interval: the predicted one, or in turn with it the middle; `None` if it is narrow.
+    fn next_size(&mut self) -> Option<usize> {
+        if self.is_narrow() && !self.reopens() {
+            return None;
+        }
+        let (low, high) = (self.too_few as f64, self.enough as f64);
+        let has_both = self.too_few > 0 && self.enough < self.n_vertices;
+        let predicted = self.predict_size().filter(|_| !(has_both && self.was_predicted));
+        self.was_predicted = predicted.is_some();
+        let middle = || if self.too_few > 0 { (low * high).sqrt() } else { high / FIRST_STEP };
+        // Where all results are on one side, the error lies farther away than was thought.
+        let step = if has_both { NEAR } else { self.step };
+        self.step = (step * step).min(FAR);
+        let size = predicted.unwrap_or_else(middle).max(low * step).min(high / step).round() as usize;
+        let within = size.clamp(self.too_few + 1, self.enough.saturating_sub(1).max(1));
+        let is_new = within > self.too_few && within < self.enough && !self.asked.contains(&within);
+        self.asked.push(within);
+        is_new.then_some(within)
     }
 
+    /// Predicts at which size the distance is the error.
     fn predict_size(&self) -> Option<f64> {
-        let near = self.shares.iter().filter(|(_, share)| *share > 0.0 && *share <= 1.0);
-        let &(size, share) = near.min_by_key(|(size, _)| *size)?;
+        let nearest = |known: &&(usize, f64)| ((known.1.ln()).abs() * 1e6) as u64;
+        let Some(&(size, share)) = self.shares.iter().filter(|(_, share)| *share > 0.0).min_by_key(nearest) else {
+            return self.estimates.size_at(self.error / USUAL_SHARE);
+        };
+        if let Some(estimate) = self.estimates.distance_at(size as f64) {
+            // What is known of one size holds for others.
+            return self.estimates.size_at(estimate / share);
+        }
         // Through the nearest size on the other side, else the next on this.
         let others = self.shares.iter().filter(|&&(other, share)| share > 0.0 && other != size);
         let other = others.min_by_key(|(other, _)| (*other > size, other.abs_diff(size)));
@@ -349,6 +389,37 @@ impl Range {
             (share / other_share).ln() / (other as f64 / size as f64).ln()
         });
         Some(size as f64 * share.powf(1.0 / power.clamp(POWERS[0], POWERS[1])))
+    }
+}
+
+/// Estimates of the distance at falling sizes, as lines between logarithms.
+#[derive(Default)]
+struct DistanceEstimates(Vec<[f64; 2]>);
+
+impl DistanceEstimates {
+    fn new(estimates: &[(usize, f64)]) -> Self {
+        let known = estimates.iter().filter(|(n, distance)| *n > 0 && *distance > 0.0 && distance.is_finite());
+        let mut points: Vec<[f64; 2]> = known.map(|&(n, distance)| [(n as f64).ln(), distance.ln()]).collect();
+        points.dedup_by(|next, last| next[1] <= last[1] || next[0] >= last[0]);
+        Self(points)
+    }
+
+    fn distance_at(&self, size: f64) -> Option<f64> {
+        self.interpolate(0, size.ln()).map(f64::exp)
+    }
+
+    fn size_at(&self, distance: f64) -> Option<f64> {
+        self.interpolate(1, distance.ln()).map(f64::exp)
+    }
+
+    /// Returns the other coordinate where one has a value: on the segment around it, or the one nearest to it.
+    fn interpolate(&self, axis: usize, value: f64) -> Option<f64> {
+        let before = |point: &[f64; 2]| if axis == 0 { point[0] > value } else { point[1] < value };
+        let next = self.0.iter().position(|point| !before(point)).unwrap_or(self.0.len());
+        let first = next.clamp(1, self.0.len().saturating_sub(1).max(1)) - 1;
+        let [from, to] = [self.0.get(first)?, self.0.get(first + 1)?];
+        let along = (value - from[axis]) / (to[axis] - from[axis]);
+        Some(from[1 - axis] + along * (to[1 - axis] - from[1 - axis]))
     }
 }
 
@@ -412,9 +483,48 @@ mod tests {
         let original = PlacedOriginal::from_input(&input);
         let prover = |left| Prover { left: Cell::new(left), ..Prover::new(&original, 0.2) };
         let (enough, few) = (prover(10_000_000), prover(1000));
-        assert!(enough.prove(&coarse).is_some() && enough.left.get() < 10_000_000 && enough.left.get() > 9_000_000);
-        assert!(few.prove(&coarse).is_none() && few.left.get() == 0 && few.prove(&coarse).is_none());
+        assert!(
+            enough.prove(&coarse, 0.0).is_some() && enough.left.get() < 10_000_000 && enough.left.get() > 9_000_000
+        );
+        assert!(few.prove(&coarse, 0.0).is_none() && few.left.get() == 0 && few.prove(&coarse, 0.0).is_none());
         assert!(!enough.is_any_open.get() && few.is_any_open.get());
+    }
+
+    #[test]
+    fn estimates_are_lines_between_logarithms() {
+        let estimates =
+            DistanceEstimates::new(&[(2000, 0.05), (1000, 0.1), (900, 0.1), (500, 0.2), (100, 1.0), (50, 1.0)]);
+        for (size, distance) in [(1000.0, 0.1), (250.0, 0.4), (4000.0, 0.025), (10.0, 10.0)] {
+            let found = [estimates.distance_at(size), estimates.size_at(distance)].map(Option::unwrap);
+            assert!((found[0] / distance - 1.0).abs() < 1e-9 && (found[1] / size - 1.0).abs() < 1e-9, "{found:?}");
+        }
+        for few in [&[][..], &[(100, 0.1)], &[(100, 0.0), (50, f64::NAN), (40, 0.1)]] {
+            assert_eq!(DistanceEstimates::new(few).size_at(0.1), None);
+        }
+    }
+
+    #[test]
+    fn a_hunt_comes_to_the_smallest_size_that_is_near_in_few_steps() {
+        // Distances fall like 1 / n, and estimates are wrong by a factor.
+        for (factor, n_enough) in [(0.0, 700), (1.0, 700), (0.3, 700), (4.0, 700), (1.0, 60), (1.0, 9990)] {
+            let mut range = Range::new(10_000, 1.0);
+            let estimate = |n: usize| (n, factor * f64::from(n_enough) / n as f64);
+            range.estimates = DistanceEstimates::new(&[5000, 1000, 200, 64].map(estimate));
+            let mut n_steps = 0;
+            while let Some(size) = range.next_size() {
+                assert!(size > range.too_few && size < range.enough);
+                let share = f64::from(n_enough) / size as f64;
+                range.shares.push((size, share));
+                if share > 1.0 {
+                    range.too_few = size
+                } else {
+                    range.enough = size
+                }
+                n_steps += 1;
+            }
+            let found = range.enough as f64 / f64::from(n_enough);
+            assert!((1.0..1.0 / GOOD + 0.01).contains(&found) && n_steps < 8, "{factor} {found} {n_steps}");
+        }
     }
 
     #[test]

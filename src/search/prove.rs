@@ -52,7 +52,7 @@ pub fn prove_progression(
         // A level that stops short of its size is the smallest.
         let is_smallest = level.mesh.positions().len() > n_vertices;
         let tolerance = DistanceTolerance { enough: distance, ..DistanceTolerance::default() };
-        let (proved, _) = measured.certified_distance(&original.view_of(&level), &tolerance, most);
+        let (proved, _) = measured.certified_distance(&original.view_of(&level), (&tolerance, 0.0), most);
         // Without a proof, no smaller level has one that counts.
         let Some(proved) = proved.filter(|proved| proved.upper.is_finite()) else { break };
         distance = distance.max(proved.upper + rounding);

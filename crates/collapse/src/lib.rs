@@ -7,8 +7,8 @@ mod indices;
 
 pub use collapse::{
     BOUNDARY_WEIGHT, CollapseError, CollapseOptions, CollapseOutcome, CollapseRecord, CollapseResult, CollapseSize,
-    Heartbeat, LEAST_BENDING, MergePlace, PULL, PassListener, PassMerge, StartRing, VOLUME_SHARE, collapse,
-    collapse_to_sizes,
+    CollapseTurn, Heartbeat, LEAST_BENDING, MergePlace, PULL, PassListener, PassMerge, StartRing, VOLUME_SHARE,
+    collapse, collapse_in_turn,
 };
 pub use indices::{
     IndexBuffers, IndexOptions, IndexResult, measure_extent, prune_components, select_points, simplify_indices,

@@ -47,10 +47,10 @@ mod vector;
 mod visit;
 mod wedges;
 
-use std::ops::ControlFlow;
-
 pub use merges::{MergePlace, PassMerge, StartRing};
-pub use options::{CollapseError, CollapseOptions, CollapseOutcome, CollapseSize, Heartbeat, PassListener};
+pub use options::{
+    CollapseError, CollapseOptions, CollapseOutcome, CollapseSize, CollapseTurn, Heartbeat, PassListener,
+};
 pub use placement::VOLUME_SHARE;
 pub use quadric::{BOUNDARY_WEIGHT, LEAST_BENDING, PULL};
 pub use record::CollapseRecord;
@@ -59,7 +59,7 @@ use attributes::WedgeAttributes;
 use build::is_face;
 use fit::FitInput;
 pub(crate) use frame::bounding_box;
-use passes::{Collapsed, SizeGoal, run_passes};
+use passes::{Collapsed, SizeGoal, measure_size, run_passes};
 use prepare::Prepared;
 use rings::Vertex;
 pub(crate) use roots::find_root;
@@ -67,6 +67,12 @@ use sides::SideArrays;
 use team::Team;
 use visit::Unit;
 pub(crate) use wedges::{SidesInput, WedgeFace};
+
+/// Ratio of the sizes at which the mesh is kept on the way to a size.
+const KEPT_STEP: usize = 2;
+/// Least size of the mesh, over that of a kept one.
+// A larger part of the mesh would cost more memory than it saves time.
+const LARGEST_KEPT: usize = 5;
 
 /// A simplified mesh.
 #[derive(Clone, Debug)]
@@ -89,6 +95,8 @@ pub struct CollapseResult {
     ///
     /// A price is an area times a squared distance from its planes, as the mean over all importances, in the input's units.
     pub pass_prices: Vec<(usize, f64)>,
+    /// For each such pass the number of vertices left, and the largest of the errors then.
+    pub pass_errors: Vec<(usize, f64)>,
     /// Whether the size was reached.
     pub outcome: CollapseOutcome,
 }
@@ -127,27 +135,36 @@ pub fn collapse(
 
 /// Simplifies a mesh to several sizes in one run: each result is where the next one goes on.
 ///
-/// The first result is that of [`collapse()`], whatever follows. A size that is not below the one before is met at once.
-/// `receive` gets each result before the run goes on, and may end it.
+/// `receive` gets each result and chooses the next size, if any. The first result is that of [`collapse()`], and a size
+/// that is not below the one before is met at once. With `keeps_way` each result begins where the way to the first size was
+/// at least twice as large, or once more.
 ///
 /// # Errors
 /// As [`collapse()`].
-pub fn collapse_to_sizes(
+pub fn collapse_in_turn(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
-    sizes: &[CollapseSize],
+    first: CollapseTurn,
     options: &CollapseOptions,
-    mut receive: impl FnMut(CollapseResult) -> ControlFlow<()>,
+    mut receive: impl FnMut(CollapseResult) -> Option<CollapseTurn>,
 ) -> Result<(), CollapseError> {
-    let mut run = Some(Run::new(positions, faces, options)?);
-    for (i, &size) in sizes.iter().enumerate() {
-        let Some(mut running) = run.take() else { break };
-        running.go_to(size, None);
-        // The last result takes the run itself.
-        run = (i + 1 < sizes.len()).then(|| running.clone());
-        if receive(running.finish(positions, faces)).is_break() {
-            break;
+    // Meshes to go on from, the smallest last: on the way to the first size, or the last result.
+    let mut kept: Vec<Run> = Vec::new();
+    let mut next = Some(first);
+    while let Some(CollapseTurn { size, is_last, keeps_way }) = next {
+        let begun = match keeps_way {
+            true => kept.iter().rev().find(|run| run.is_far_above(size)).cloned(),
+            false => kept.pop(),
+        };
+        let mut run = begun.map_or_else(|| Run::new(positions, faces, options), Ok)?;
+        if keeps_way && kept.is_empty() {
+            run.keep_way(size, &mut kept);
         }
+        run.go_to(size, None);
+        if !keeps_way && !is_last {
+            kept.push(run.clone());
+        }
+        next = receive(run.finish(positions, faces));
     }
     Ok(())
 }
@@ -208,14 +225,39 @@ impl<'a> Run<'a> {
     }
 
     fn go_to(&mut self, size: CollapseSize, sides: Option<&mut SideArrays>) {
-        let (unit, size) = match size {
-            CollapseSize::Faces(size) => (Unit::Face, size),
-            CollapseSize::Vertices(size) => (Unit::Vertex, size),
-        };
+        let (unit, size) = size.to_unit_and_number();
+        self.go_to_number(unit, [size; 2], sides);
+    }
+
+    // Merges toward a size, and ends after the pass that comes down to `pause`.
+    fn go_to_number(&mut self, unit: Unit, [size, pause]: [usize; 2], sides: Option<&mut SideArrays>) {
         let CollapseOptions { moves, records_merges, listener, max_error, .. } = *self.options;
         let max_error = self.prepared.frame.to_unit_length(max_error);
-        let goal = SizeGoal { unit, size, max_error, moves, records_merges, listener };
+        let goal = SizeGoal { unit, size, pause, max_error, moves, records_merges, listener };
         run_passes(&mut self.collapsed, goal, sides, self.team);
+    }
+
+    // Goes on toward a size and keeps the mesh after some passes.
+    fn keep_way(&mut self, size: CollapseSize, kept: &mut Vec<Self>) {
+        let (unit, size) = size.to_unit_and_number();
+        loop {
+            let n = measure_size(&self.collapsed.rings, unit);
+            let first = if kept.is_empty() { LARGEST_KEPT } else { KEPT_STEP };
+            if n / first <= size {
+                return;
+            }
+            self.go_to_number(unit, [size, n / first], None);
+            if measure_size(&self.collapsed.rings, unit) > n / first {
+                return;
+            }
+            kept.push(self.clone());
+        }
+    }
+
+    // Whether at least half of the vertices go on the way to a size, so that it hardly matters where the way led to.
+    fn is_far_above(&self, size: CollapseSize) -> bool {
+        let (unit, size) = size.to_unit_and_number();
+        measure_size(&self.collapsed.rings, unit) / 2 >= size
     }
 
     // With the vertices fitted to the input, if that is asked for.
@@ -251,7 +293,7 @@ impl<'a> Run<'a> {
     }
 
     fn error(&self) -> f32 {
-        self.prepared.frame.to_input_length(self.collapsed.rings.errors.iter().copied().fold(0.0, f32::max))
+        self.prepared.frame.to_input_length(self.collapsed.largest_error())
     }
 
     // The faces of the input whose corners are still apart, each corner by what it came from.
@@ -271,14 +313,17 @@ impl<'a> Run<'a> {
         self.name_origins();
         let (mut out, error) = (self.place_vertices(positions), self.error());
         let Run { mut prepared, collapsed, .. } = self;
-        let Collapsed { rings, numbers, mut origins, is_reached, pass_prices, merges, .. } = collapsed;
+        let Collapsed { rings, numbers, mut origins, is_reached, pass_prices, pass_errors, merges, .. } = collapsed;
         let mut record = prepared.take_record(numbers, merges, positions.len());
         let mut faces = rings.to_faces();
         let mut errors: Vec<f32> = rings.errors.iter().map(|&error| prepared.frame.to_input_length(error)).collect();
         prepared.join_copies(&mut faces, (&mut out, &mut origins, &mut errors), &mut record);
         let outcome = if is_reached { CollapseOutcome::Reached } else { CollapseOutcome::Stopped };
         let to_input = |(n, price): (usize, f32)| (n, f64::from(price) * prepared.frame.unit_of_prices());
+        let to_input_error =
+            |(&(n, _), error): (&(usize, f32), f32)| (n, f64::from(prepared.frame.to_input_length(error)));
+        let pass_errors = pass_prices.iter().zip(pass_errors).map(to_input_error).collect();
         let pass_prices = pass_prices.into_iter().map(to_input).collect();
-        CollapseResult { positions: out, faces, origins, record, error, errors, pass_prices, outcome }
+        CollapseResult { positions: out, faces, origins, record, error, errors, pass_prices, pass_errors, outcome }
     }
 }

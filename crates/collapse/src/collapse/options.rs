@@ -3,6 +3,8 @@
 use std::fmt;
 use std::ops::ControlFlow;
 
+use super::visit::Unit;
+
 /// The size of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CollapseSize {
@@ -10,6 +12,26 @@ pub enum CollapseSize {
     Faces(usize),
     /// Number of vertices, copies of cut vertices included.
     Vertices(usize),
+}
+
+impl CollapseSize {
+    pub(crate) fn to_unit_and_number(self) -> (Unit, usize) {
+        match self {
+            Self::Faces(n) => (Unit::Face, n),
+            Self::Vertices(n) => (Unit::Vertex, n),
+        }
+    }
+}
+
+/// A size of several that are made in turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CollapseTurn {
+    /// The size, smaller or larger than the one before.
+    pub size: CollapseSize,
+    /// True if no other follows: what only others would need is freed.
+    pub is_last: bool,
+    /// True to keep the mesh after passes on the way to the first size, from which all others begin.
+    pub keeps_way: bool,
 }
 
 /// Settings of [`collapse`](crate::collapse()).

@@ -69,6 +69,8 @@ const MOST_PASSES: usize = 200;
 pub(crate) struct SizeGoal<'a> {
     pub unit: Unit,
     pub size: usize,
+    /// Size after whose pass the run ends on its way; the goal itself for none.
+    pub pause: usize,
     /// Largest error of a vertex, in the unit frame.
     pub max_error: f32,
     /// True if vertices may move.
@@ -98,6 +100,8 @@ pub(crate) struct Collapsed {
     pub farthest: f32,
     /// For each pass that merged, the number of vertices left and the price up to which it merged.
     pub pass_prices: Vec<(usize, f32)>,
+    /// For each such pass, the largest error of a vertex after it, in the unit frame.
+    pub pass_errors: Vec<f32>,
     /// For each pass its merges, if they are recorded.
     pub merges: Vec<Vec<PassMerge>>,
     pub is_reached: bool,
@@ -107,8 +111,13 @@ impl Collapsed {
     /// Wraps the mesh before the first pass.
     pub(crate) fn new(rings: Rings) -> Self {
         let origins = (0..rings.vertices.len() as u32).collect();
-        let (numbers, pass_prices, merges) = (Vec::new(), Vec::new(), Vec::new());
-        Self { rings, numbers, origins, farthest: f32::INFINITY, pass_prices, merges, is_reached: false }
+        let (numbers, merges, pass_prices, pass_errors) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { rings, numbers, origins, farthest: f32::INFINITY, pass_prices, pass_errors, merges, is_reached: false }
+    }
+
+    /// Returns the largest error of a vertex, in the unit frame.
+    pub(crate) fn largest_error(&self) -> f32 {
+        self.rings.errors.iter().copied().fold(0.0, f32::max)
     }
 }
 
@@ -123,14 +132,18 @@ struct PassArrays {
 
 /// Merges until the goal is reached, or no merge is left; `sides` follow.
 pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: Option<&mut SideArrays>, team: Team) {
-    let Collapsed { rings, numbers, origins, farthest, pass_prices, merges, is_reached } = collapsed;
+    let Collapsed { rings, numbers, origins, farthest, pass_prices, pass_errors, merges, is_reached } = collapsed;
     let start = measure_size(rings, goal.unit);
     let mut size = start;
     let mut arrays = PassArrays::default();
     let most_passes = numbers.len() + MOST_PASSES;
     let mut rise = PriceRise { last: f32::MAX, retried: f32::MAX };
     let (mut n_vain, mut n_slow) = (0, 0);
-    while size > goal.size && n_vain < VAIN_PASSES && numbers.len() < most_passes && goal.goes_on(start, size) {
+    while size > goal.size.max(goal.pause)
+        && n_vain < VAIN_PASSES
+        && numbers.len() < most_passes
+        && goal.goes_on(start, size)
+    {
         if let Some(sides) = &mut sides {
             sides.prepare_pass(rings, &mut arrays.losses);
         }
@@ -159,8 +172,7 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
         if rise.is_retry_due(selection, rings) || is_slow || is_jump {
             rings.states.iter_mut().for_each(|state| *state &= !(state::REFUSED | state::RESTS));
         }
-        let n_faces = rings.n_faces - tally.n_faces;
-        let room = std::mem::take(&mut arrays.room);
+        let (room, n_faces) = (std::mem::take(&mut arrays.room), rings.n_faces - tally.n_faces);
         let (next, of_next) = rebuild(rings, &arrays.best, room, n_faces, team);
         let mut states = rings.states.iter();
         origins.retain(|_| states.next().is_some_and(|state| state & state::GONE == 0));
@@ -178,6 +190,7 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
         numbers.push(of_next);
         if tally.n_merges > 0 {
             pass_prices.push((rings.vertices.len(), price));
+            pass_errors.push(rings.errors.iter().copied().fold(0.0, f32::max));
         }
     }
     *is_reached = size <= goal.size;
@@ -231,7 +244,8 @@ fn has_resting(rings: &Rings, one_in: usize) -> bool {
     rings.states.iter().filter(|&state| state & state::RESTS != 0).count() * one_in > rings.states.len()
 }
 
-fn measure_size(rings: &Rings, unit: Unit) -> usize {
+/// Counts the faces or the vertices of a mesh.
+pub(crate) fn measure_size(rings: &Rings, unit: Unit) -> usize {
     match unit {
         Unit::Face => rings.n_faces,
         Unit::Vertex => rings.states.iter().filter(|&state| state & state::GONE == 0).count(),

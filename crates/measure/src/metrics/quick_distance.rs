@@ -20,7 +20,12 @@ const N_FARTHEST: usize = 16;
 const NEIGHBOURHOOD: usize = 4;
 /// Relative gap of the bounds at which the search for the largest distance ends.
 const GAP: f64 = 0.02;
-const MAX_TESTS: u64 = 40_000;
+/// Largest number of triangle tests of that search, per direction.
+pub(super) const MAX_TESTS: u64 = 40_000;
+/// Samples of a surface that is measured to many others.
+const FIXED_SAMPLES: usize = 2000;
+/// The same where only a distance beyond another is asked for.
+const TESTS_BEYOND: u64 = 10_000;
 /// Largest number of triangles and boxes visited per direction, or `USUAL_VISITS` per point if that is more.
 const MAX_VISITS: f64 = 1e7;
 const USUAL_VISITS: f64 = 100.0;
@@ -72,12 +77,53 @@ pub(super) fn quick_distance_by_trees(
         || one_way_distance([original, simplified], [original_tree, simplified_tree], n_samples, seed),
         || one_way_distance([simplified, original], [simplified_tree, original_tree], n_samples, seed),
     );
-    Some(QuickDistance {
-        mean: 0.5 * (forward.mean + backward.mean),
-        max: forward.max.max(backward.max),
-        diagonal: original_tree.diagonal(),
-        n_samples: forward.n_samples.min(backward.n_samples),
-    })
+    let mean = 0.5 * (forward.mean + backward.mean);
+    let n_measured = forward.n_samples.min(backward.n_samples);
+    let max = forward.max().max(backward.max());
+    let max = forward.raise_max([original, simplified], [original_tree, simplified_tree], max, MAX_TESTS);
+    let max = backward.raise_max([simplified, original], [simplified_tree, original_tree], max, MAX_TESTS);
+    Some(QuickDistance { mean, max, diagonal: original_tree.diagonal(), n_samples: n_measured })
+}
+
+/// The points of a surface that are measured on their way to another: vertices in curve order, and samples.
+pub(super) struct FixedPoints {
+    vertices: Vec<ProbePoint>,
+    samples: Vec<CurveSample>,
+}
+
+impl FixedPoints {
+    pub fn new(mesh: &TriMesh, order: &[u32]) -> Self {
+        Self { vertices: probe_points(mesh, order, false), samples: curve_samples(mesh, order, FIXED_SAMPLES, 0) }
+    }
+}
+
+/// Returns the largest distance between two meshes, or 0 if none is beyond `least`.
+///
+/// Leads from the points of the original, and from vertices, midpoints and samples of the simplified mesh.
+pub(super) fn largest_beyond_by_trees(
+    [original, simplified]: [&TriMesh; 2],
+    [original_tree, simplified_tree]: [&FaceTree; 2],
+    points: &FixedPoints,
+    (n_samples, least): (usize, f64),
+) -> f64 {
+    let far = least * least;
+    let order = original_tree.order();
+    let sample = |sample: &CurveSample| (sample.place, sample.point);
+    let vertex = |probe: &ProbePoint| (probe.place as usize, probe.point(original, order));
+    let mut found = measure_beyond(&points.vertices, vertex, simplified_tree, far);
+    found.extend(measure_beyond(&points.samples, sample, simplified_tree, far));
+    let forward = OneWayDistance { mean: 0.0, n_samples, found };
+    let (meshes, trees) = ([simplified, original], [simplified_tree, original_tree]);
+    let samples = curve_samples(simplified, simplified_tree.order(), n_samples, 0);
+    let mut found = measure_beyond(&samples, sample, original_tree, far);
+    found.extend(probe_beyond(meshes, trees, far));
+    let backward = OneWayDistance { mean: 0.0, n_samples, found };
+    let max = forward.max().max(backward.max());
+    if max == 0.0 {
+        return 0.0;
+    }
+    let max = forward.raise_max([original, simplified], [original_tree, simplified_tree], max, TESTS_BEYOND);
+    backward.raise_max(meshes, trees, max, TESTS_BEYOND)
 }
 
 /// Returns the point of either surface farthest from the other; `None` if a mesh has no faces.
@@ -131,8 +177,22 @@ pub(super) fn face_tree(mesh: &TriMesh) -> FaceTree<'_> {
 
 pub(super) struct OneWayDistance {
     pub mean: f64,
-    pub max: f64,
     n_samples: usize,
+    /// Distances of samples, vertices and midpoints.
+    found: Vec<FaceDistance>,
+}
+
+impl OneWayDistance {
+    pub fn max(&self) -> f64 {
+        largest_distance2(&self.found).sqrt()
+    }
+
+    /// Returns `max`, or a larger distance inside the faces around the farthest points, accurate within `GAP`.
+    // The maximum is rarely at a sample.
+    pub fn raise_max(self, meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], max: f64, most_tests: u64) -> f64 {
+        let faces = faces_near_farthest(self.found, own.order());
+        largest_distance_from_faces(meshes, &faces, other, [max, GAP], most_tests)
+    }
 }
 
 pub(super) fn one_way_distance(
@@ -154,22 +214,38 @@ pub(super) fn one_way_distance(
     let mean = found.iter().map(|found| found.distance2.sqrt()).sum::<f64>() / samples.len() as f64;
     // Points well below the farthest sample cannot raise the maximum much: skip them.
     let far = PROBE_SHARE * PROBE_SHARE * largest_distance2(&found);
-    let mut probe_points = probe_points(meshes, own.order());
-    let n_affordable = affordable_count(probe_points.len(), most(probe_points.len()), |i| {
-        looks(probe_points[i].point(mesh, own.order()), far)
-    });
-    if n_affordable < probe_points.len() {
-        probe_points = (0..n_affordable).map(|i| probe_points[i * probe_points.len() / n_affordable]).collect();
-    }
-    let sweep = |probe_points: &[ProbePoint]| {
-        Isa::best().run(FarProbes { mesh, order: own.order(), probe_points, tree: other, far })
+    found.extend(probe_beyond(meshes, [own, other], far));
+    OneWayDistance { mean, n_samples: samples.len(), found }
+}
+
+/// Measures the vertices and midpoints of a mesh that are beyond the squared distance `far` from the other.
+fn probe_beyond(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], far: f64) -> Vec<FaceDistance> {
+    // Midpoints of the finer mesh's edges would cost more than they find.
+    let with_middles = meshes[0].faces().len() <= meshes[1].faces().len();
+    let probe_points = probe_points(meshes[0], own.order(), with_middles);
+    let point = |probe: &ProbePoint| (probe.place as usize, probe.point(meshes[0], own.order()));
+    measure_beyond(&probe_points, point, other, far)
+}
+
+/// Measures those of `items` that are beyond the squared distance `far`, or as many as the budget allows.
+fn measure_beyond<T: Sync>(
+    items: &[T],
+    place_and_point: impl Fn(&T) -> (usize, DVec3) + Sync,
+    tree: &FaceTree,
+    far: f64,
+) -> Vec<FaceDistance> {
+    let looks =
+        |i: usize| tree.find_near_with_cost(place_and_point(&items[i]).1, None, far).map_or(0, |found| found.2.total());
+    let n = affordable_count(items.len(), MAX_VISITS.max(USUAL_VISITS * items.len() as f64), looks);
+    let measure_chunk = |chunk: &[usize]| {
+        let (places, points): (Vec<usize>, Vec<DVec3>) =
+            chunk.iter().map(|&i| place_and_point(&items[i * items.len() / n])).unzip();
+        let found = places.into_iter().zip(tree.find_near_in_row(&points, far).0);
+        let found = found.map(|(place, (_, distance2))| FaceDistance { place, distance2 });
+        found.filter(|found| found.distance2 > far).collect::<Vec<_>>()
     };
-    found.par_extend(probe_points.par_chunks(CHUNK).flat_map_iter(sweep));
-    let largest = largest_distance2(&found).sqrt();
-    let faces = faces_near_farthest(found, own.order());
-    // Branch and bound inside the faces around the farthest points: the maximum is rarely at a sample.
-    let max = largest_distance_from_faces(meshes, &faces, other, [largest, GAP], MAX_TESTS);
-    OneWayDistance { mean, max, n_samples: samples.len() }
+    let numbers: Vec<usize> = (0..n).collect();
+    numbers.par_chunks(CHUNK).flat_map_iter(measure_chunk).collect()
 }
 
 fn largest_distance2(found: &[FaceDistance]) -> f64 {
@@ -194,7 +270,7 @@ fn faces_near_farthest(mut found: Vec<FaceDistance>, order: &[u32]) -> Vec<u32> 
 ///
 /// `place` is the face's index in curve order; `at` is the corner, or 3 plus the side.
 #[derive(Clone, Copy)]
-struct ProbePoint {
+pub(super) struct ProbePoint {
     place: u32,
     at: u32,
 }
@@ -209,10 +285,8 @@ impl ProbePoint {
     }
 }
 
-/// Returns all vertices of `mesh` in curve order, and its edge midpoints unless it has more faces than `other`.
-fn probe_points([mesh, other]: [&TriMesh; 2], order: &[u32]) -> Vec<ProbePoint> {
-    // Midpoints of the finer mesh's edges would cost more than they find.
-    let with_middles = mesh.faces().len() <= other.faces().len();
+/// Returns all vertices of a mesh in curve order, and its edge midpoints on request.
+pub(super) fn probe_points(mesh: &TriMesh, order: &[u32], with_middles: bool) -> Vec<ProbePoint> {
     let mut is_seen = vec![false; mesh.positions().len()];
     let mut probe_points = Vec::with_capacity(is_seen.len());
     for (place, &face) in (0..).zip(order) {
@@ -316,32 +390,6 @@ impl Work for SampleDistances<'_> {
             row.push(FaceDistance { place: sample.place, distance2 });
         }
         row
-    }
-}
-
-struct FarProbes<'a> {
-    mesh: &'a TriMesh,
-    order: &'a [u32],
-    probe_points: &'a [ProbePoint],
-    tree: &'a FaceTree<'a>,
-    far: f64,
-}
-
-impl Work for FarProbes<'_> {
-    type Output = Vec<FaceDistance>;
-
-    #[inline(always)]
-    fn run(self) -> Vec<FaceDistance> {
-        let (mut farther, mut last) = (Vec::new(), None);
-        for probe in self.probe_points {
-            let (p, place) = (probe.point(self.mesh, self.order), probe.place as usize);
-            let (face, distance2) = self.tree.find_near(p, last, self.far).unwrap_or_default();
-            last = Some(face);
-            if distance2 > self.far {
-                farther.push(FaceDistance { place, distance2 });
-            }
-        }
-        farther
     }
 }
 

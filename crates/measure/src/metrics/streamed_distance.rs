@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::quick_distance::{
-    OneWayDistance, QuickDistance, curve_samples, face_tree, one_way_distance, surface_area, vertex_point,
+    MAX_TESTS, QuickDistance, curve_samples, face_tree, one_way_distance, surface_area, vertex_point,
 };
 use crate::mesh::TriMesh;
 use crate::spatial::{Bounds, FaceTree};
@@ -46,7 +46,8 @@ pub struct StreamedDistance<'a> {
 /// The distances from and to one block of the original.
 pub struct BlockDistances {
     bounds: Bounds,
-    forward: Option<(f64, OneWayDistance)>,
+    /// Area, mean and largest distance.
+    forward: Option<[f64; 3]>,
     /// Points of the simplified mesh that are closer to this block than to earlier ones, and their squared distances.
     nearer: Vec<(usize, f64)>,
 }
@@ -87,9 +88,12 @@ impl<'a> StreamedDistance<'a> {
     /// Measures the distances from and to a block with faces.
     pub fn measure(&self, piece: &TriMesh) -> BlockDistances {
         let (own, bounds) = (face_tree(piece), Bounds::from_points(piece.positions()));
-        let forward = one_way_distance([piece, self.simplified], [&own, &self.tree], self.samples_per_block, self.seed);
+        let (meshes, trees) = ([piece, self.simplified], [&own, &self.tree]);
+        let forward = one_way_distance(meshes, trees, self.samples_per_block, self.seed);
+        let (mean, max) = (forward.mean, forward.max());
+        let max = forward.raise_max(meshes, trees, max, MAX_TESTS);
         let nearer = self.find_nearer(&own, |i| distance2(&bounds, self.points[i]) <= self.near2);
-        BlockDistances { bounds, forward: Some((surface_area(piece), forward)), nearer }
+        BlockDistances { bounds, forward: Some([surface_area(piece), mean, max]), nearer }
     }
 
     /// Returns whether a block must be measured again; call this after adding all blocks once.
@@ -107,10 +111,10 @@ impl<'a> StreamedDistance<'a> {
     /// Adds the distances of a block.
     pub fn add(&mut self, block: BlockDistances) {
         self.bounds = self.bounds.union(&block.bounds);
-        if let Some((area, forward)) = block.forward {
+        if let Some([area, mean, max]) = block.forward {
             self.area += area;
-            self.sum += area * forward.mean;
-            self.max = self.max.max(forward.max);
+            self.sum += area * mean;
+            self.max = self.max.max(max);
         }
         for (i, distance2) in block.nearer {
             self.nearest2[i] = self.nearest2[i].min(distance2);

@@ -62,7 +62,7 @@ pub struct FaceTree<'a> {
     levels: Vec<Vec<PackedNode>>,
     whole: Bounds,
     /// Power of two that scales coordinates to -1..1.
-    scale: f64,
+    pub(super) scale: f64,
     factors: [f32; 2],
 }
 
@@ -265,8 +265,9 @@ impl<'a> FaceTree<'a> {
         nodes
     }
 
+    /// Returns the corners of a triangle, scaled to -1..1.
     #[inline(always)]
-    fn corners(&self, face: u32) -> [[f32; 3]; 3] {
+    pub(super) fn corners(&self, face: u32) -> [[f32; 3]; 3] {
         let [s, t] = self.factors;
         let [a, b, c] = self.faces[face as usize];
         let scaled = |v: u32| {

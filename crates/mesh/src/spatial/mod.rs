@@ -6,6 +6,7 @@ mod exposure;
 mod face_tree;
 mod farthest_points;
 mod knn;
+mod near_row;
 mod nearest_along_line;
 mod nearest_on_triangles;
 mod needle_tree;

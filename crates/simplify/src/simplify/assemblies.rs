@@ -3,7 +3,9 @@
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, with_flat_normals};
 
-use super::closed::{ClosedRequest, ClosedResult, FinishedLevels, Levels, Task, simplify_levels};
+use super::closed::{
+    ChangedResults, ClosedRequest, ClosedResult, DroppedFaces, LevelQueue, LevelState, Task, simplify_levels,
+};
 use super::input::Input;
 use super::limits::Limit;
 use super::options::{PaperOptions, Report, ScoreSource, Simplified, SimplifyError};
@@ -11,37 +13,35 @@ use super::paper;
 use super::progress::Progress;
 use super::sub_mesh::SubMesh;
 
-/// Simplifies to several sizes with one collapse, dropping components that a viewer would hardly miss.
+/// Simplifies to the sizes of a queue with one collapse, dropping components that a viewer would hardly miss.
+///
+/// Ends before a size that is larger than the last, unless the collapse has kept its way.
 pub(super) fn simplify_closed<'p>(
     task: &Task,
-    levels: Levels<'_, 'p>,
+    state: &mut LevelState<'p>,
+    queue: &mut dyn LevelQueue,
     progress: Progress<'p>,
-) -> Result<Vec<ClosedResult>, SimplifyError> {
-    let limits = levels.limits;
-    let FinishedLevels { mut results, dropped, size_with_shape, saved } = simplify_whole(task, levels, progress)?;
-    let Some(dropped) = dropped else { return Ok(results) };
+) -> Result<(), SimplifyError> {
+    let Some(dropped) = simplify_whole(task, state, queue, progress)? else { return Ok(()) };
     // At a size where a component is dropped, the rest is simplified again, from a saved collapse if there is one. It
     // then loses no further component.
     let rest = SubMesh::without_components(&task.input, [dropped.n_components, 0], |face| dropped.faces[face])?;
-    let remaining = Levels { limits: &limits[results.len()..], n_without_dropping: 1, size_with_shape, saved };
-    for mut closed in simplify_closed(&Task { input: rest.input(), ..*task }, remaining, progress)? {
-        rest.lift(&mut closed.simplified, &mut closed.derivative);
-        results.push(closed);
-    }
-    Ok(results)
+    let lift = |closed: &mut ClosedResult| rest.lift(&mut closed.simplified, &mut closed.derivative);
+    state.n_without_dropping = 1;
+    simplify_closed(&Task { input: rest.input(), ..*task }, state, &mut ChangedResults::new(queue, lift), progress)
 }
 
 /// Simplifies without dropping components; stops before the level at which one should be dropped.
 fn simplify_whole<'p>(
     task: &Task,
-    levels: Levels<'_, 'p>,
+    state: &mut LevelState<'p>,
+    queue: &mut dyn LevelQueue,
     progress: Progress<'p>,
-) -> Result<FinishedLevels<'p>, SimplifyError> {
+) -> Result<Option<DroppedFaces>, SimplifyError> {
     let plain = PlainInput::new(&task.input);
     let request = ClosedRequest::new(Task { input: plain.input(), ..*task });
-    let mut levels = simplify_levels(&request, levels, progress)?;
-    levels.results.iter_mut().for_each(|closed| plain.restore(closed));
-    Ok(levels)
+    let restore = |closed: &mut ClosedResult| plain.restore(closed);
+    simplify_levels(&request, state, &mut ChangedResults::new(queue, restore), progress)
 }
 
 /// Input without stored normals that equal the face normals.

@@ -2,7 +2,7 @@
 
 use crate::mesh::TriMesh;
 
-use super::closed::{ClosedRequest, ClosedResult, Levels, Task, simplify_levels};
+use super::closed::{ClosedRequest, ClosedResult, Task, simplify_to_limit};
 use super::input::Input;
 use super::limits::Limit;
 use super::network_scores::used_scores;
@@ -45,7 +45,6 @@ pub fn simplify_block_mesh(
         ..options.clone()
     };
     let request = ClosedRequest { price, ..ClosedRequest::new(Task::new(input, &used)) };
-    let levels = simplify_levels(&request, Levels::new(&[limit]), Progress::SILENT)?;
-    let ClosedResult { simplified, pass_prices, .. } = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;
+    let ClosedResult { simplified, pass_prices, .. } = simplify_to_limit(&request, limit, Progress::SILENT)?;
     Ok(SimplifiedBlock { mesh: simplified.mesh, pass_prices })
 }

@@ -2,16 +2,25 @@
 
 use super::assemblies::{simplify_by_paper, simplify_closed, unchanged_result};
 use super::cards::Cards;
-use super::closed::{ClosedResult, Derivative, Levels, Task, is_sound};
+use super::closed::{
+    ChangedResults, ClosedResult, Derivative, LevelQueue, LevelState, LimitList, NextLevel, Task, is_sound,
+};
+use crate::mesh::TriMesh;
+
 use super::components::prune;
 use super::input::Input;
 use super::limits::{Limit, resolve_levels, resolve_limit};
 use super::map::identity_map;
 use super::network_scores::used_scores;
 use super::options::{Assembly, Listener, Options, PaperOptions, ScoreSource, Simplified, SimplifyError};
-use super::progress::{PAPER_STAGES, Progress, closed_stages, run_with_listener};
+use super::progress::{LOOK, PAPER_STAGES, Progress, closed_stages, run_with_listener};
 use super::size::Size;
 use super::sub_mesh::SubMesh;
+use super::turns::{ChooseSize, NextSize, Turn};
+
+/// Sizes that a search looks at, and the share of the mesh at the first.
+const USUAL_TURNS: usize = 6;
+const USUAL_SHARE: f64 = 0.02;
 
 type TracedResult = (Simplified, Option<Derivative>);
 
@@ -41,66 +50,167 @@ pub(super) fn run_levels(
     // Stages take shares of time that depend on the size of the first level.
     let [n_vertices, n_faces] = [task.input.mesh.positions().len(), task.input.mesh.faces().len()];
     let share = sizes.first().map_or(1.0, |size| size.share_of(n_vertices, n_faces));
-    let stages = closed_stages(sizes.len(), share);
-    run_with_listener(listener, &stages, |progress| run_closed(task, sizes, progress))
+    run_with_listener(listener, &closed_stages(sizes.len(), share), |progress| {
+        let mut levels = Vec::new();
+        run_closed(task, progress, |task, lift| {
+            let limits = resolve_levels(task.input.mesh, sizes)?;
+            let mut list = LimitList::new(&limits);
+            run_queue(task, &mut list, progress)?;
+            list.results.iter_mut().for_each(lift);
+            levels = list.results.into_iter().map(|closed| (closed.simplified, closed.derivative)).collect();
+            Ok(())
+        })?;
+        Ok(levels)
+    })
 }
 
-fn run_closed(task: &Task, sizes: &[Size], progress: Progress) -> Result<Vec<TracedResult>, SimplifyError> {
-    let options = task.options;
-    task.input.check()?;
-    let scores = used_scores(&task.input, options);
-    let task = &task.with_scores(&scores);
-    let input = &task.input;
-    progress.enter("surface", input.mesh.faces().len())?;
-    // Unused vertices are removed first and restored in the results.
-    let used = SubMesh::without_unused_vertices(progress.pulse, input)?;
-    let input = used.input();
-    let mut limits = resolve_levels(input.mesh, sizes)?;
-    // A target at or above the input size returns the input.
-    let n_met = limits.iter().take_while(|limit| limit.is_met_by(input.mesh)).count();
-    let n_unchanged = if n_met > 0 && is_sound(input.mesh, &options.frame) { n_met } else { 0 };
-    // Repairs of an unsound mesh split vertices; none is then merged away to make up for them.
-    limits[n_unchanged..n_met.max(n_unchanged)].fill(Limit::NONE);
-    // Components that the options drop in any case are removed before anything is prepared.
-    let pruned = prune(progress.pulse, &input, options)?;
-    let input = pruned.input();
-    let unchanged = || {
-        let map = options.map.then(|| identity_map(input.mesh));
-        (Simplified { map, ..unchanged_result(progress.pulse, &input, options.scores) }, None)
-    };
-    let unchanged: Vec<TracedResult> = (0..n_unchanged).map(|_| unchanged()).collect();
-    let simplified_levels = simplify_with_cards(&Task { input, ..*task }, &limits[n_unchanged..], progress)?;
-    let mut levels: Vec<TracedResult> = unchanged.into_iter().chain(simplified_levels).collect();
-    for (simplified, derivative) in &mut levels {
-        pruned.lift(simplified, derivative);
-        used.lift(simplified, derivative);
+/// Simplifies to sizes that are chosen by the results before; see [`simplify_in_turn`](super::simplify_in_turn).
+pub(super) fn run_in_turn(
+    task: &Task,
+    first: NextSize,
+    listener: &mut Listener,
+    choose: &mut ChooseSize,
+) -> Result<(), SimplifyError> {
+    run_with_listener(listener, &closed_stages(USUAL_TURNS, USUAL_SHARE), |progress| {
+        run_closed(task, progress, |task, lift| {
+            let n_faces = task.input.mesh.faces().len();
+            let mut queue = ChosenSizes { next: Some(first), lift, choose, progress, n_faces };
+            run_queue(task, &mut queue, progress)
+        })
+    })
+}
+
+/// Sizes of a caller that looks at each result before it chooses the next.
+struct ChosenSizes<'a, 'c> {
+    next: Option<NextSize>,
+    lift: &'a dyn Fn(&mut ClosedResult),
+    choose: &'a mut ChooseSize<'c>,
+    progress: Progress<'a>,
+    n_faces: usize,
+}
+
+impl LevelQueue for ChosenSizes<'_, '_> {
+    fn next(&self) -> Option<NextLevel> {
+        let NextSize { n_vertices, is_estimate } = self.next?;
+        Some(NextLevel { limit: Limit::from_vertices(n_vertices.max(1)), is_last: false, is_estimate })
     }
-    Ok(levels)
+
+    fn take(&mut self, mut result: ClosedResult) -> Result<(), SimplifyError> {
+        (self.lift)(&mut result);
+        self.progress.enter(LOOK, self.n_faces)?;
+        self.next = (self.choose)(Turn::Result(Box::new(result.simplified)));
+        Ok(())
+    }
+
+    fn take_estimates(&mut self, estimates: &[(usize, f64)]) {
+        self.next = (self.choose)(Turn::Estimates(estimates));
+    }
+
+    fn may_grow(&self) -> bool {
+        true
+    }
+
+    fn least(&self) -> usize {
+        1
+    }
 }
 
-/// Simplifies to several sizes; the cards of a mesh become fewer first, for each size by itself.
-fn simplify_with_cards(task: &Task, limits: &[Limit], progress: Progress) -> Result<Vec<TracedResult>, SimplifyError> {
-    let untie = |closed: ClosedResult| (closed.simplified, closed.derivative);
+/// Prepares what all levels share, and calls `work` with a task whose vertices are all used and with what completes results.
+fn run_closed(
+    task: &Task,
+    progress: Progress,
+    work: impl FnOnce(&Task, &dyn Fn(&mut ClosedResult)) -> Result<(), SimplifyError>,
+) -> Result<(), SimplifyError> {
+    task.input.check()?;
+    let scores = used_scores(&task.input, task.options);
+    let task = &task.with_scores(&scores);
+    progress.enter("surface", task.input.mesh.faces().len())?;
+    // Unused vertices are removed first and restored in the results.
+    let used = SubMesh::without_unused_vertices(progress.pulse, &task.input)?;
+    let lift = |closed: &mut ClosedResult| used.lift(&mut closed.simplified, &mut closed.derivative);
+    work(&Task { input: used.input(), ..*task }, &lift)
+}
+
+/// Makes the sizes of a queue; those at or above the size of the input return it, if it is sound.
+fn run_queue(task: &Task, queue: &mut dyn LevelQueue, progress: Progress) -> Result<(), SimplifyError> {
+    let Task { ref input, options, .. } = *task;
+    let is_met =
+        |queue: &dyn LevelQueue| queue.next().is_some_and(|next| !next.is_estimate && next.limit.is_met_by(input.mesh));
+    let returns_input = is_met(queue) && is_sound(input.mesh, &options.frame);
+    // Components that the options drop in any case are removed before anything is prepared.
+    let pruned = prune(progress.pulse, input, options)?;
+    let lift = |closed: &mut ClosedResult| pruned.lift(&mut closed.simplified, &mut closed.derivative);
+    let mut queue = WholeMesh { mesh: input.mesh, queue: ChangedResults::new(queue, lift) };
+    let task = &Task { input: pruned.input(), ..*task };
+    while returns_input && is_met(&queue) {
+        let mesh = task.input.mesh;
+        let map = options.map.then(|| identity_map(mesh));
+        let unchanged = unchanged_result(progress.pulse, &task.input, options.scores);
+        queue.take(ClosedResult::unchanged(Simplified { map, ..unchanged }))?;
+    }
+    while queue.next().is_some() {
+        simplify_with_cards(task, &mut queue, progress)?;
+    }
+    Ok(())
+}
+
+/// Sizes of which those at or above the size of the mesh merge nothing.
+// Repairs of an unsound mesh split vertices; none is then merged away to make up for them.
+struct WholeMesh<'a, F> {
+    mesh: &'a TriMesh,
+    queue: ChangedResults<'a, F>,
+}
+
+impl<F: FnMut(&mut ClosedResult)> LevelQueue for WholeMesh<'_, F> {
+    fn next(&self) -> Option<NextLevel> {
+        let next = self.queue.next()?;
+        let limit = if next.limit.is_met_by(self.mesh) { Limit::NONE } else { next.limit };
+        Some(NextLevel { limit, ..next })
+    }
+
+    fn take(&mut self, result: ClosedResult) -> Result<(), SimplifyError> {
+        self.queue.take(result)
+    }
+
+    fn take_estimates(&mut self, estimates: &[(usize, f64)]) {
+        self.queue.take_estimates(estimates);
+    }
+
+    fn may_grow(&self) -> bool {
+        self.queue.may_grow()
+    }
+
+    fn least(&self) -> usize {
+        self.queue.least()
+    }
+}
+
+/// Makes the sizes of a queue; the cards of a mesh become fewer first, for each size by itself.
+fn simplify_with_cards(task: &Task, queue: &mut dyn LevelQueue, progress: Progress) -> Result<(), SimplifyError> {
     let Task { ref input, options, .. } = *task;
     // Cards move, and go, only where a size is all that is asked for.
     let may_thin = options.prune && options.prune_within.is_infinite() && options.hold_shape.is_none();
     let is_free = may_thin && !(options.lock_boundaries || options.subset || options.map || task.differentiable);
     let cards = if is_free { Cards::find(input) } else { Cards::default() };
     if cards.is_empty() {
-        let results = simplify_closed(task, Levels::new(limits), progress)?;
-        return Ok(results.into_iter().map(untie).collect());
+        return simplify_closed(task, &mut LevelState::default(), queue, progress);
     }
-    let mut levels = Vec::with_capacity(limits.len());
-    for &limit in limits {
+    while let Some(NextLevel { limit, is_estimate, .. }) = queue.next() {
+        if is_estimate {
+            queue.take_estimates(&[]);
+            continue;
+        }
         let thinned = cards.thin(input, limit)?;
         let thin_task = Task { input: thinned.input(), ..*task };
-        let results = simplify_closed(&thin_task, Levels::new(&[limit]), progress)?;
-        for (mut simplified, mut derivative) in results.into_iter().map(untie) {
-            thinned.lift(&mut simplified, &mut derivative);
-            levels.push((simplified, derivative));
+        let limits = [limit];
+        let mut list = LimitList::new(&limits);
+        simplify_closed(&thin_task, &mut LevelState::default(), &mut list, progress)?;
+        for mut closed in list.results {
+            thinned.lift(&mut closed.simplified, &mut closed.derivative);
+            queue.take(closed)?;
         }
     }
-    Ok(levels)
+    Ok(())
 }
 
 fn run_paper(

@@ -1,10 +1,11 @@
 //! Levels of detail: several results from one collapse.
 
 use super::closed::Task;
-use super::driver::run_levels;
+use super::driver::{run_in_turn, run_levels};
 use super::input::Input;
 use super::options::{ClosedOptions, Listener, Simplified, SimplifyError};
 use super::size::Size;
+use super::turns::{ChooseSize, NextSize};
 
 /// Simplifies to several targets with one collapse, each no larger than the one before.
 ///
@@ -34,6 +35,23 @@ pub fn simplify_levels_of_detail<'a>(
     Ok(levels.into_iter().map(|(simplified, _)| simplified).collect())
 }
 
+/// Simplifies to one size after the other, each chosen by the result before, larger or smaller.
+///
+/// Sizes of bare meshes begin where one collapse to a small size was on its way.
+///
+/// # Errors
+/// As [`simplify`](super::simplify).
+#[doc(hidden)]
+pub fn simplify_in_turn(
+    input: &Input,
+    options: &ClosedOptions,
+    first: NextSize,
+    progress: &mut Listener,
+    choose: &mut ChooseSize,
+) -> Result<(), SimplifyError> {
+    run_in_turn(&Task::new(*input, options), first, progress, choose)
+}
+
 /// Simplifies to the size even where too few vertices are free to keep the shape.
 #[doc(hidden)]
 pub fn simplify_forcing_size(
@@ -53,7 +71,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     use crate::mesh::{shapes, topology};
-    use crate::simplify::{Options, simplify};
+    use crate::simplify::{Options, Turn, simplify};
 
     #[test]
     fn the_first_level_is_what_it_would_be_alone_and_all_are_closed() {
@@ -66,6 +84,45 @@ mod tests {
         assert_eq!(levels[0], alone);
         assert!(levels.iter().all(|level| topology(&level.mesh).is_closed_manifold()));
         assert_eq!((levels[2].mesh.faces().len(), levels[3].mesh.positions().len()), (200, 40));
+    }
+
+    #[test]
+    fn sizes_in_turn_go_down_and_up_by_either_collapse() {
+        let mesh = shapes::wavy_sphere(5, 8.0);
+        let by_kernel = ClosedOptions::default();
+        // Shapes that are held are not for the kernel.
+        let by_merges = ClosedOptions { hold_shape: Some(1.0), ..by_kernel.clone() };
+        for options in [by_kernel, by_merges] {
+            let asked = [64, 900, 300, 700, 3000, 3000, 100, 20_000, 80];
+            let (mut sizes, mut n_estimates) = (Vec::new(), None);
+            let size = |i: usize| NextSize { n_vertices: asked[i], is_estimate: i == 0 };
+            let mut choose = |turn: Turn| {
+                match turn {
+                    Turn::Estimates(estimates) => {
+                        assert!(estimates.is_sorted_by(|a, b| a.0 > b.0 && a.1 <= b.1), "{estimates:?}");
+                        n_estimates = Some(estimates.len());
+                    }
+                    Turn::Result(result) => {
+                        assert!(topology(&result.mesh).is_closed_manifold());
+                        sizes.push(result.mesh.positions().len());
+                    }
+                }
+                (sizes.len() + 1 < asked.len()).then(|| size(sizes.len() + 1))
+            };
+            let mut next = Some(size(0));
+            let input = Input::bare(&mesh);
+            // A run ends before sizes that it has no way to.
+            while let Some(first) = next.take() {
+                let mut choose = |turn: Turn| {
+                    next = choose(turn);
+                    next
+                };
+                simplify_in_turn(&input, &options, first, &mut |_| ControlFlow::Continue(()), &mut choose).unwrap();
+            }
+            let n = mesh.positions().len();
+            assert_eq!(sizes, [900, 300, 700, 3000, 3000, 100, n, 80]);
+            assert_eq!(n_estimates.unwrap() > 3, options.hold_shape.is_none());
+        }
     }
 
     #[test]

@@ -28,6 +28,7 @@ mod sample_vertices;
 mod scattered_samples;
 mod size;
 mod sub_mesh;
+mod turns;
 mod versions;
 mod with_importance;
 
@@ -43,9 +44,9 @@ pub use components::prune;
 pub use draw::Draw;
 pub use groups::{GroupRatio, SimplifiedGroups, simplify_groups};
 pub use input::{Input, importance_of_channel, importance_of_groups};
-#[doc(hidden)]
-pub use levels::simplify_forcing_size;
 pub use levels::simplify_levels_of_detail;
+#[doc(hidden)]
+pub use levels::{simplify_forcing_size, simplify_in_turn};
 pub use mesh_points::{MeshedPoints, PointsOptions, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{asked_scores, edge_graph, network_scores, vertex_areas};
 pub use options::{
@@ -57,6 +58,8 @@ pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
 pub use size::{Size, count_of_share, percent};
+#[doc(hidden)]
+pub use turns::{ChooseSize, NextSize, Turn};
 pub use versions::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
 pub use with_importance::{WeightedResult, simplify_with_importance};
 

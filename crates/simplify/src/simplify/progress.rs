@@ -34,6 +34,9 @@ const CLOSED_STAGES: [(Stage, [f32; 3]); 6] = [
     (stage("finish", 0.0, 5.0), [0.03, 0.017, 0.045]),
 ];
 
+/// Name of the stage in which the caller looks at a result before it chooses the next size; no time of the run itself.
+pub(super) const LOOK: &str = "proof";
+
 const MEASURED_RATIOS: [f32; 3] = [0.02, 0.1, 0.5];
 
 /// Index of the first stage that every further level repeats, in `FURTHER_LEVEL_TIME` of the first level's time.

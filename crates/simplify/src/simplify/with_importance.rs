@@ -2,7 +2,7 @@
 
 use crate::mesh::TriMesh;
 
-use super::closed::{ClosedRequest, Levels, Task, simplify_levels};
+use super::closed::{ClosedRequest, Task, simplify_to_limit};
 use super::input::Input;
 use super::limits::Limit;
 use super::options::{ClosedOptions, SimplifyError};
@@ -49,8 +49,7 @@ pub fn simplify_with_importance(
     let options = ClosedOptions { prune: false, ..ClosedOptions::default() };
     let input = Input { importance: factors, ..Input::bare(mesh) };
     let request = ClosedRequest::new(Task::new(input, &options));
-    let levels = simplify_levels(&request, Levels::new(&[limit]), Progress::SILENT)?;
-    let closed = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;
+    let closed = simplify_to_limit(&request, limit, Progress::SILENT)?;
     Ok(WeightedResult { mesh: closed.simplified.mesh, vertex_of: closed.vertex_of })
 }
 

@@ -6,7 +6,9 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 
 use crate::collapse::CollapseSize::{self, Faces, Vertices};
-use crate::collapse::{CollapseError, CollapseOptions, CollapseOutcome, CollapseResult, collapse, collapse_to_sizes};
+use crate::collapse::{
+    CollapseError, CollapseOptions, CollapseOutcome, CollapseResult, CollapseTurn, collapse, collapse_in_turn,
+};
 
 fn run(mesh: &TestMesh, size: CollapseSize, options: &CollapseOptions) -> (TestMesh, CollapseResult) {
     let result = collapse(&mesh.positions, &mesh.faces, size, options).expect("the mesh is valid");
@@ -247,23 +249,29 @@ fn sizes_in_turn_begin_with_the_one_alone_and_all_are_manifold() {
     let mesh = bumpy_torus(48, 32);
     let options = with_fit(2);
     let (alone, _) = run(&mesh, Faces(1000), &options);
-    let sizes = [Faces(1000), Vertices(300), Faces(200)];
-    let collect = |sizes: &[CollapseSize], n_wanted: usize| {
+    let collect = |sizes: &[CollapseSize], keeps_way: bool| {
         let mut results = Vec::new();
+        let turn = |i: usize| CollapseTurn { size: sizes[i], is_last: i + 1 == sizes.len(), keeps_way };
         let receive = |result| {
             results.push(result);
-            if results.len() < n_wanted { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            (results.len() < sizes.len()).then(|| turn(results.len()))
         };
-        collapse_to_sizes(&mesh.positions, &mesh.faces, sizes, &options, receive).expect("the mesh is valid");
+        collapse_in_turn(&mesh.positions, &mesh.faces, turn(0), &options, receive).expect("the mesh is valid");
         results
     };
-    let results = collect(&sizes, 9);
+    let results = collect(&[Faces(1000), Vertices(300), Faces(200), Vertices(500)], false);
     assert_eq!((&results[0].positions, &results[0].faces), (&alone.positions, &alone.faces));
-    assert_eq!([results[1].positions.len(), results[2].faces.len()], [300, 200]);
-    for result in &results {
+    assert_eq!([results[1].positions.len(), results[2].faces.len(), results[3].faces.len()], [300, 200, 200]);
+    let there_and_back = collect(&[Vertices(20), Vertices(300), Vertices(1000), Vertices(100)], true);
+    assert_eq!([0, 1, 2, 3].map(|i| there_and_back[i].positions.len()), [20, 300, 1000, 100]);
+    let errors = &there_and_back[0].pass_errors;
+    assert!(
+        errors.is_sorted_by(|a, b| a.0 > b.0 && a.1 <= b.1)
+            && errors.last() == Some(&(20, f64::from(there_and_back[0].error)))
+    );
+    for result in results.iter().chain(&there_and_back) {
         assert!(is_manifold(&TestMesh { positions: result.positions.clone(), faces: result.faces.clone() }));
         let became = result.record.vertices_after(result.record.n_passes());
         assert!(became.iter().all(|&v| (v as usize) < result.positions.len()));
     }
-    assert_eq!([collect(&sizes, 2).len(), collect(&[], 9).len()], [2, 0]);
 }

@@ -54,16 +54,16 @@ pub fn certified_distance(
     tolerance: &DistanceTolerance,
 ) -> Option<CertifiedDistance> {
     let [own, other] = [original, simplified].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
-    certified_distance_by_trees([original, simplified], [&own, &other], tolerance, u64::MAX).0
+    certified_distance_by_trees([original, simplified], [&own, &other], (tolerance, 0.0), u64::MAX).0
 }
 
-/// Bounds the distance by at most `most` visits per direction, with the trees of both meshes.
+/// Bounds the distance by at most `most` visits per direction, with the trees of both meshes and a known lower bound.
 ///
 /// Also returns the number of visits.
 pub(super) fn certified_distance_by_trees(
     [original, simplified]: [&TriMesh; 2],
     [own, other]: [&FaceTree; 2],
-    tolerance: &DistanceTolerance,
+    (tolerance, lower): (&DistanceTolerance, f64),
     most: u64,
 ) -> (Option<CertifiedDistance>, u64) {
     if original.faces().is_empty() || simplified.faces().is_empty() {
@@ -71,20 +71,20 @@ pub(super) fn certified_distance_by_trees(
     }
     let diagonal = original.diagonal();
     let tolerance = DistanceTolerance { enough: tolerance.enough.max(SMALLEST * diagonal), ..*tolerance };
-    let mut bounds = DistanceBounds { lower: 0.0, upper: 0.0, tolerance };
+    let mut bounds = DistanceBounds { lower, upper: 0.0, tolerance };
     let n_faces = original.faces().len() + simplified.faces().len();
     let most = most.min(MAX_VISITS[0] * n_faces as u64 + MAX_VISITS[1]);
     let targets = [TargetSurface::new(original, own, most), TargetSurface::new(simplified, other, most)];
     // The vertices of both meshes raise the lower bound before the searches.
-    let directions = [simplified, original].into_iter().zip(&targets).map(|(from, target)| {
+    let directions = [(simplified, other), (original, own)].into_iter().zip(&targets).map(|(from, target)| {
         let direction = DirectedSearch::new(from, target, &bounds);
-        bounds.raise_lower(direction.farthest_vertex());
+        bounds.raise_lower(direction.farthest_vertex);
         direction
     });
     let directions: Vec<DirectedSearch> = directions.collect();
     if bounds.is_too_far() {
         bounds.upper = f64::INFINITY;
-    } else if directions.iter().all(DirectedSearch::has_all_corners) {
+    } else if directions.iter().all(|direction| direction.has_all_corners) {
         directions.iter().for_each(|direction| direction.search(&mut bounds));
     } else {
         bounds.upper = farthest_apart(original, simplified);
@@ -144,25 +144,30 @@ fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
 struct DirectedSearch<'a> {
     from: &'a TriMesh,
     target: &'a TargetSurface<'a>,
+    /// Corner at each vertex of a face.
     corners: Vec<PolygonCorner>,
+    farthest_vertex: f64,
+    /// Whether each such vertex has been measured.
+    has_all_corners: bool,
 }
 
 impl<'a> DirectedSearch<'a> {
-    fn new(from: &'a TriMesh, target: &'a TargetSurface<'a>, bounds: &DistanceBounds) -> Self {
-        Self { from, corners: target.vertex_corners(from, bounds), target }
-    }
-
-    fn has_all_corners(&self) -> bool {
-        self.corners.len() == self.from.positions().len()
+    fn new((from, own): (&'a TriMesh, &FaceTree), target: &'a TargetSurface<'a>, bounds: &DistanceBounds) -> Self {
+        // Along the curve of the tree, where neighbours are near the same faces.
+        let mut is_listed = vec![false; from.positions().len()];
+        let along_curve = own.order().iter().flat_map(|&face| from.faces()[face as usize]);
+        let vertices: Vec<u32> =
+            along_curve.filter(|&v| !std::mem::replace(&mut is_listed[v as usize], true)).collect();
+        let measured = target.vertex_corners(from, &vertices, bounds);
+        let farthest_vertex = measured.iter().map(|corner| corner.distance).fold(0.0, f64::max);
+        let has_all_corners = measured.len() == vertices.len();
+        let mut corners = vec![PolygonCorner::default(); is_listed.len()];
+        vertices.iter().zip(measured).for_each(|(&v, corner)| corners[v as usize] = corner);
+        Self { from, target, corners, farthest_vertex, has_all_corners }
     }
 
     fn face_corners(&self, face: &[u32; 3]) -> [PolygonCorner; 3] {
         face.map(|v| self.corners[v as usize])
-    }
-
-    fn farthest_vertex(&self) -> f64 {
-        let corners = self.from.faces().iter().flatten().filter_map(|&v| self.corners.get(v as usize));
-        corners.map(|corner| corner.distance).fold(0.0, f64::max)
     }
 
     fn search(&self, bounds: &mut DistanceBounds) {
@@ -243,10 +248,11 @@ mod tests {
         let bounded = |most| {
             let target = TargetSurface::new(&b, &tree, most);
             let mut bounds = DistanceBounds { lower: 0.0, upper: 0.0, tolerance: DistanceTolerance::default() };
-            let direction = DirectedSearch::new(&a, &target, &bounds);
-            bounds.raise_lower(direction.farthest_vertex());
-            direction.has_all_corners().then(|| direction.search(&mut bounds));
-            (direction.has_all_corners(), bounds.lower, bounds.upper)
+            let own = FaceTree::new(a.positions(), a.faces());
+            let direction = DirectedSearch::new((&a, &own), &target, &bounds);
+            bounds.raise_lower(direction.farthest_vertex);
+            direction.has_all_corners.then(|| direction.search(&mut bounds));
+            (direction.has_all_corners, bounds.lower, bounds.upper)
         };
         let (is_known, lower, _) = bounded(10);
         assert!(!is_known && lower > 0.0 && lower <= exact.upper);
@@ -277,7 +283,7 @@ mod tests {
         // A few vertices end the search, but not those without faces.
         let trees = [&a, &b].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
         let looks = |tolerance: &DistanceTolerance| {
-            certified_distance_by_trees([&a, &b], [&trees[0], &trees[1]], tolerance, u64::MAX).1
+            certified_distance_by_trees([&a, &b], [&trees[0], &trees[1]], (tolerance, 0.0), u64::MAX).1
         };
         assert!(looks(&beyond) < looks(&within) / 3, "{} {}", looks(&beyond), looks(&within));
         let mut positions = b.positions().to_vec();

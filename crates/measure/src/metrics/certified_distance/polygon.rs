@@ -6,7 +6,7 @@ use glam::DVec3;
 const MIN_THICKNESS: f64 = 1e-6;
 
 /// A corner, an upper bound of its distance to the target, and the face that gives it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct PolygonCorner {
     pub point: DVec3,
     pub distance: f64,

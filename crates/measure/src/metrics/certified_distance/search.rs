@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 use rayon::prelude::*;
 
 use super::distance_bounds::DistanceBounds;
-use super::polygon::{PolygonCorner, bisecting_plane, largest_corner_distance, middle, split_polygon};
+use super::polygon::{PolygonCorner, bisecting_plane, largest_corner_distance, middle, radius_from, split_polygon};
 use super::target_surface::TargetSurface;
 
 const MAX_BATCH: usize = 256;
@@ -83,18 +83,23 @@ impl TargetSurface<'_> {
             FacePart::Face(face) => corners_of(face).to_vec(),
             FacePart::Piece(corners) => corners,
         };
-        let middle = self.corner(middle(&corners), Some(corners[0].face));
+        let middle = self.corner_enough(middle(&corners), corners[0].face, bounds);
         let mut found = CutResult { lower: middle.distance, ..CutResult::default() };
-        let upper = self.distance_from_face(&corners, middle.face).min(waiting.upper);
+        let radius = radius_from(&corners, &middle);
+        // Faces much smaller than the polygon are far from most of it, and their sides would cut slivers off.
+        let is_large = radius > self.longest_side(middle.face);
+        let near = if is_large { f64::INFINITY } else { self.distance_from_face(&corners, middle.face) };
+        let upper = near.min(middle.distance + radius).min(waiting.upper);
         if bounds.is_tight_enough(upper) {
             found.upper = upper;
             return found;
         }
         let n_cuts = waiting.n_cuts + 1;
-        for corners in self.parts(corners, middle.face, n_cuts.is_multiple_of(BISECT_EVERY), bounds) {
+        let is_to_halve = is_large || n_cuts.is_multiple_of(BISECT_EVERY);
+        for corners in self.parts(corners, middle.face, is_to_halve, bounds) {
             // A corner's distance is exact, or at most the lower bound.
             found.lower = found.lower.max(largest_corner_distance(&corners));
-            let upper = self.upper_bound(&corners, |upper| bounds.is_tight_enough(upper)).min(waiting.upper);
+            let upper = self.upper_bound(&corners, |upper| bounds.is_tight_enough(upper)).min(upper);
             if bounds.is_tight_enough(upper) {
                 found.upper = found.upper.max(upper);
             } else {
@@ -115,7 +120,7 @@ impl TargetSurface<'_> {
         let mut parts = Vec::new();
         let mut within = corners;
         if !is_to_halve {
-            let corner_at = |p| self.corner_from_face(face, p, bounds.lower);
+            let corner_at = |p| self.corner_from_face(face, p, bounds);
             for wall in self.side_planes(face) {
                 if let Some([inside, outside]) = split_polygon(&within, &wall, corner_at) {
                     parts.push(outside);
@@ -125,7 +130,7 @@ impl TargetSurface<'_> {
         }
         if parts.is_empty() {
             let bisector = || self.bisector(&within, face).filter(|_| !is_to_halve);
-            let split_polygon = |plane| split_polygon(&within, &plane, |p| self.corner(p, Some(face)));
+            let split_polygon = |plane| split_polygon(&within, &plane, |p| self.corner_enough(p, face, bounds));
             let across = || split_polygon(bisecting_plane(&within));
             return match bisector().and_then(split_polygon).or_else(across) {
                 Some(parts) => parts.into(),

@@ -9,6 +9,7 @@ use super::distance_bounds::DistanceBounds;
 use super::polygon::{CutPlane, PolygonCorner, radius_from};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::area_normal_f64;
+use crate::linalg::{Isa, Work};
 use crate::mesh::TriMesh;
 use crate::spatial::{FaceTree, SearchCost};
 
@@ -17,7 +18,8 @@ const NO_DIRECTION: f64 = 1e-12;
 const MAX_BATCH: usize = 2048;
 const MIN_VISITS_PER_ROUND: u64 = 1_000_000;
 const MIN_BATCH: usize = 16;
-const CHAIN: usize = 32;
+/// Vertices that one search after another goes through.
+const ROW: usize = 128;
 /// Share of the lower bound within which a vertex' closest face need not be known: small faces around it are near, too.
 const NEAR_SHARE: f64 = 0.5;
 
@@ -59,48 +61,59 @@ impl<'a> TargetSurface<'a> {
     }
 
     /// Measures a point's distance to the surface, or to any face at a squared distance of at most `enough`.
-    fn corner_near(&self, point: DVec3, guess: Option<u32>, enough: f64) -> PolygonCorner {
-        let found = self.tree.find_near_with_cost(point, guess, enough);
+    pub(super) fn corner_near(&self, point: DVec3, guess: Option<u32>, enough: f64) -> PolygonCorner {
+        let found = Isa::best().run(NearSearch { tree: self.tree, point, guess, enough });
         let (face, distance2, looks) = found.unwrap_or((0, f64::INFINITY, SearchCost::default()));
-        let n_visits = if self.with_boxes { looks.total() } else { looks.triangles };
-        self.n_visits.fetch_add(n_visits.into(), Ordering::Relaxed);
-        self.n_searches.fetch_add(1, Ordering::Relaxed);
+        self.count(1, looks);
         PolygonCorner { point, distance: distance2.sqrt(), face }
     }
 
-    /// Measures a point's distance to `face` if that is at most `enough`, else its exact distance to the surface.
-    pub(super) fn corner_from_face(&self, face: u32, point: DVec3, enough: f64) -> PolygonCorner {
+    /// Measures a point's distance to `face` if that is at most the lower bound, else as `corner_enough` does.
+    pub(super) fn corner_from_face(&self, face: u32, point: DVec3, bounds: &DistanceBounds) -> PolygonCorner {
         let corner = PolygonCorner { point, distance: self.distance_to(face, point), face };
-        if corner.distance <= enough { corner } else { self.corner(point, Some(face)) }
+        if corner.distance <= bounds.lower { corner } else { self.corner_enough(point, face, bounds) }
     }
 
-    /// Measures the vertices of a mesh until one is too far: each exactly, or at most at half of the lower bound.
-    pub(super) fn vertex_corners(&self, from: &TriMesh, bounds: &DistanceBounds) -> Vec<PolygonCorner> {
-        let mut corners: Vec<PolygonCorner> = Vec::with_capacity(from.positions().len());
-        let mut is_used = vec![false; from.positions().len()];
-        from.faces().iter().flatten().for_each(|&v| is_used[v as usize] = true);
+    /// Measures a point's distance exactly, or to any face within a share of the lower bound.
+    pub(super) fn corner_enough(&self, point: DVec3, guess: u32, bounds: &DistanceBounds) -> PolygonCorner {
+        self.corner_near(point, Some(guess), near_enough(bounds.lower))
+    }
+
+    /// Measures vertices of a mesh until one is too far: each exactly, or at most at half of the lower bound.
+    pub(super) fn vertex_corners(
+        &self,
+        from: &TriMesh,
+        vertices: &[u32],
+        bounds: &DistanceBounds,
+    ) -> Vec<PolygonCorner> {
+        let mut corners: Vec<PolygonCorner> = Vec::with_capacity(vertices.len());
         let (mut is_too_far, mut lower) = (bounds.is_too_far(), bounds.lower);
-        while corners.len() < is_used.len() && !self.is_exhausted() && !is_too_far {
+        while corners.len() < vertices.len() && !self.is_exhausted() && !is_too_far {
             let first = corners.len();
             let n = if first == 0 { 2 * MIN_BATCH } else { self.batch_size(MAX_BATCH, 1) };
-            let positions = &from.positions()[first..is_used.len().min(first + n)];
-            let near = NEAR_SHARE * lower;
-            let enough = if near > 0.0 { near * near } else { f64::NEG_INFINITY };
-            corners.par_extend(positions.par_chunks(CHAIN).flat_map_iter(|row| self.chained_corners(row, enough)));
-            let used = corners[first..].iter().zip(&is_used[first..]).filter(|(_, is_used)| **is_used);
-            lower = used.map(|(corner, _)| corner.distance).fold(lower, f64::max);
+            let row = &vertices[first..vertices.len().min(first + n)];
+            let enough = near_enough(lower);
+            corners.par_extend(row.par_chunks(ROW).flat_map_iter(|row| self.row_corners(from, row, enough)));
+            lower = corners[first..].iter().map(|corner| corner.distance).fold(lower, f64::max);
             is_too_far = lower > bounds.tolerance.too_much;
         }
         corners
     }
 
-    fn chained_corners(&self, points: &[[f32; 3]], enough: f64) -> impl Iterator<Item = PolygonCorner> {
-        let mut last = None;
-        points.iter().map(move |p| {
-            let corner = self.corner_near(DVec3::from(p.map(f64::from)), last, enough);
-            last = Some(corner.face);
-            corner
-        })
+    fn row_corners(&self, from: &TriMesh, vertices: &[u32], enough: f64) -> impl Iterator<Item = PolygonCorner> {
+        let point = |&v: &u32| DVec3::from(from.positions()[v as usize].map(f64::from));
+        let points: Vec<DVec3> = vertices.iter().map(point).collect();
+        let (found, cost) = self.tree.find_near_in_row(&points, enough);
+        self.count(points.len(), cost);
+        let corner =
+            |(point, (face, distance2)): (DVec3, (u32, f64))| PolygonCorner { point, distance: distance2.sqrt(), face };
+        points.into_iter().zip(found).map(corner)
+    }
+
+    fn count(&self, n_searches: usize, cost: SearchCost) {
+        let n_visits = if self.with_boxes { cost.total() } else { cost.triangles };
+        self.n_visits.fetch_add(n_visits.into(), Ordering::Relaxed);
+        self.n_searches.fetch_add(n_searches as u64, Ordering::Relaxed);
     }
 
     /// Returns an upper bound of the distance over a polygon; stops tightening it when `is_tight` accepts it.
@@ -131,6 +144,11 @@ impl<'a> TargetSurface<'a> {
         let [a, b, c] = self.triangle(face);
         let weights = nearest_weights_f64(point, [a, b, c]);
         (a * weights[0] + b * weights[1] + c * weights[2]).distance(point)
+    }
+
+    pub(super) fn longest_side(&self, face: u32) -> f64 {
+        let [a, b, c] = self.triangle(face);
+        a.distance(b).max(b.distance(c)).max(c.distance(a))
     }
 
     pub(super) fn side_planes(&self, face: u32) -> [CutPlane; 3] {
@@ -164,5 +182,27 @@ impl<'a> TargetSurface<'a> {
 
     fn normal(&self, face: u32) -> DVec3 {
         area_normal_f64(self.triangle(face)).normalize_or_zero()
+    }
+}
+
+/// Returns the squared distance at which a face is near enough, whichever is nearest.
+fn near_enough(lower: f64) -> f64 {
+    let near = NEAR_SHARE * lower;
+    if near > 0.0 { near * near } else { f64::NEG_INFINITY }
+}
+
+struct NearSearch<'a> {
+    tree: &'a FaceTree<'a>,
+    point: DVec3,
+    guess: Option<u32>,
+    enough: f64,
+}
+
+impl Work for NearSearch<'_> {
+    type Output = Option<(u32, f64, SearchCost)>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        self.tree.find_near_with_cost(self.point, self.guess, self.enough)
     }
 }

@@ -46,6 +46,12 @@ impl CollapseBase<'_> {
         at_unit_size.iter().map(|&(n, price)| (n, f64::from(price) / unit)).collect()
     }
 
+    /// Converts distances at unit size to the mesh's unit.
+    pub fn pass_distances(&self, at_unit_size: &[(usize, f64)]) -> Vec<(usize, f64)> {
+        let unit = f64::from(self.original.surface.length(1.0));
+        at_unit_size.iter().map(|&(n, distance)| (n, distance / unit)).collect()
+    }
+
     pub fn limit(&self, price: Option<f64>, limit: Limit) -> Limit {
         let with_price = |price| Limit { price: (price * self.unit_of_prices()) as f32, ..Limit::from_vertices(0) };
         price.map_or(limit, with_price)

@@ -23,8 +23,8 @@ const POINTS: usize = 4096;
 pub struct DeviationCheck<'a>(Collapse<'a>);
 
 impl<'a> DeviationCheck<'a> {
-    pub fn new(collapse: &Collapse<'a>, limits: &[Limit]) -> Option<Self> {
-        let least = limits.iter().map(|limit| limit.size()).min()?;
+    /// Keeps a copy of the collapse, if one to `least` vertices may have to be repeated.
+    pub fn new(collapse: &Collapse<'a>, least: usize) -> Option<Self> {
         (CHECKED_ONE_IN * collapse.n_held() >= least).then(|| Self(collapse.clone().without_progress()))
     }
 

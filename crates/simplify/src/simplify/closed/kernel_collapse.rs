@@ -4,10 +4,8 @@
 //! and at most one merge below the size. Where it cannot reach a size, the request goes to the collapse of this assembly,
 //! which also knows what gives way first.
 
-use std::ops::ControlFlow;
-
 use neural_mesh_collapse::{
-    CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, Heartbeat, collapse_to_sizes,
+    CollapseOptions, CollapseOutcome, CollapseResult, CollapseSize, CollapseTurn, Heartbeat, collapse_in_turn,
 };
 
 use crate::mesh::pulse::Pulse;
@@ -15,6 +13,7 @@ use crate::simplify::limits::Limit;
 use crate::simplify::options::{Effort, Optimize, Purpose};
 
 use super::collapse::CollapseEvent;
+use super::level_queue::NextLevel;
 use super::original::Original;
 use super::output::Output;
 use super::pins::Pins;
@@ -52,15 +51,22 @@ pub struct KernelCollapse {
     pub pass_prices: Vec<(usize, f32)>,
 }
 
+/// How the kernel comes to its sizes.
+pub struct KernelTurns {
+    pub first: NextLevel,
+    /// True if a size may be larger than the one before.
+    pub keeps_way: bool,
+    pub records_merges: bool,
+}
+
 /// Collapses a surface to limits in turn; ends before a size that is out of reach, at once if the surface is one-sided.
 ///
-/// `receive` gets each result before the collapse goes on, and may end it.
+/// `receive` gets each result before the collapse goes on, and chooses the next size.
 pub fn collapse_by_kernel(
     original: &Original,
-    limits: &[Limit],
-    records_merges: bool,
+    KernelTurns { first, keeps_way, records_merges }: KernelTurns,
     pulse: Pulse,
-    mut receive: impl FnMut(KernelCollapse) -> ControlFlow<()>,
+    mut receive: impl FnMut(CollapseResult) -> Option<NextLevel>,
 ) {
     let Original { surface, pins, .. } = original;
     let positions: Vec<[f32; 3]> = pulse.counting_if(false).map(&surface.positions, |p| p.to_array());
@@ -68,18 +74,21 @@ pub fn collapse_by_kernel(
     let locked: Vec<bool> =
         if pins.is_binding() { (0..n_vertices as u32).map(|v| pins.is_locked(v)).collect() } else { Vec::new() };
     let beat = |n_merges: usize| pulse.beat(n_merges);
-    let sizes: Vec<CollapseSize> = limits.iter().copied().map(to_collapse_size).collect();
     let mut options = CollapseOptions::default();
     (options.moves, options.locked, options.n_threads) = (!pins.is_subset(), &locked, 0);
     options.records_merges = records_merges;
     // Only one-sided surfaces would have to be cut: all others come as manifolds.
     (options.heartbeat, options.cuts) = (Heartbeat::new(&beat), false);
-    let receive = |result: CollapseResult| match result.outcome {
-        CollapseOutcome::Reached => receive(KernelCollapse::new(result, n_vertices, pins, pulse)),
-        CollapseOutcome::Stopped => ControlFlow::Break(()),
+    let to_turn =
+        |next: NextLevel| CollapseTurn { size: to_collapse_size(next.limit), is_last: next.is_last, keeps_way };
+    let mut is_estimate = first.is_estimate;
+    let receive = |result: CollapseResult| {
+        let next = (is_estimate || result.outcome == CollapseOutcome::Reached).then(|| receive(result)).flatten()?;
+        is_estimate = next.is_estimate;
+        Some(to_turn(next))
     };
     // What the kernel refuses has no results.
-    _ = collapse_to_sizes(&positions, &surface.faces, &sizes, &options, receive);
+    _ = collapse_in_turn(&positions, &surface.faces, to_turn(first), &options, receive);
 }
 
 fn to_collapse_size(limit: Limit) -> CollapseSize {
@@ -90,7 +99,9 @@ fn to_collapse_size(limit: Limit) -> CollapseSize {
 }
 
 impl KernelCollapse {
-    fn new(result: CollapseResult, n_vertices: usize, pins: &Pins, pulse: Pulse) -> Self {
+    pub fn new(result: CollapseResult, original: &Original) -> Self {
+        let Original { surface, pins, .. } = original;
+        let (n_vertices, pulse) = (surface.n_vertices(), surface.pulse);
         let n_passes = result.record.n_passes();
         let vertex_of = result.record.vertices_after(n_passes);
         let merges = (0..n_passes).map(|pass| result.record.merges(pass)).filter(|merges| !merges.is_empty());
@@ -127,11 +138,14 @@ mod tests {
         let options = fast();
         let original = prepare_bare(&ClosedRequest::new(Task::new(input.into(), &options)), Pulse::NONE);
         let mut levels = Vec::new();
-        let receive = |level| {
-            levels.push(level);
-            ControlFlow::Continue(())
+        let next = |i: usize| {
+            limits.get(i).map(|&limit| NextLevel { limit, is_last: i + 1 == limits.len(), is_estimate: false })
         };
-        collapse_by_kernel(&original, limits, false, Pulse::NONE, receive);
+        let turns = KernelTurns { first: next(0).unwrap(), keeps_way: false, records_merges: false };
+        collapse_by_kernel(&original, turns, Pulse::NONE, |result| {
+            levels.push(KernelCollapse::new(result, &original));
+            next(levels.len())
+        });
         levels
     }
 

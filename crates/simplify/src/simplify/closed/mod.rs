@@ -1,7 +1,5 @@
 //! The closed assembly: prepare, collapse, refine. Closed inputs give closed results.
 
-use std::ops::ControlFlow;
-
 mod attributes;
 mod ceilings;
 mod coarsening;
@@ -13,7 +11,9 @@ mod diamond;
 mod dropping;
 mod faces_around;
 mod importance;
+mod kept_way;
 mod kernel_collapse;
+mod level_queue;
 mod original;
 mod output;
 mod pins;
@@ -28,6 +28,8 @@ mod stage_settings;
 mod trace;
 mod visible_drops;
 
+use neural_mesh_collapse::CollapseResult;
+
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Frame, TriMesh, topology};
 
@@ -39,7 +41,8 @@ use coarsening::coarsen;
 use collapse::{Collapse, Constraints, Poses, merges_to, size_with_shape, sum_attribute_quadrics};
 use collapse_base::CollapseBase;
 use deviation_check::DeviationCheck;
-use kernel_collapse::{KernelCollapse, collapse_by_kernel, is_kernel_enough};
+use kept_way::KeptWay;
+use kernel_collapse::{KernelCollapse, KernelTurns, collapse_by_kernel, is_kernel_enough};
 use original::Original;
 use output::Output;
 use prepare::{prepare, prepare_bare};
@@ -51,6 +54,7 @@ pub(super) use collapse::{CollapseEnd, RecordedMerge};
 pub(super) use derivative::Derivative;
 pub(super) use dropping::{DroppedFaces, VertexCost, vertex_components};
 pub use importance::importance_of_scores;
+pub(super) use level_queue::{ChangedResults, LevelQueue, LimitList, NextLevel};
 pub(super) use progression::{LevelChoice, ProgressionSurface, RecordedCollapse, prices_by_size, record_collapse};
 pub(super) use request::{ClosedRequest, Task};
 pub(super) use result::ClosedResult;
@@ -61,97 +65,123 @@ use saved_collapse::SavedCollapse;
 // 30, 2.6 % without flips.
 const COARSE_RATIO: usize = 15;
 
-/// Sizes at which one collapse makes results, in falling order.
-pub(super) struct Levels<'a, 'p> {
-    pub limits: &'a [Limit],
-    /// Number of sizes, from the first, at which no further component is dropped.
+/// What holds between the levels of one request.
+#[derive(Default)]
+pub(super) struct LevelState<'a> {
+    /// Number of sizes, from the next, at which no further component is dropped.
     pub n_without_dropping: usize,
     /// Size at which every component keeps its shape, if a level before went below it.
-    pub size_with_shape: Option<(usize, usize)>,
-    pub saved: Option<SavedCollapse<'p>>,
-}
-
-impl<'a> Levels<'a, '_> {
-    pub fn new(limits: &'a [Limit]) -> Self {
-        Self { limits, n_without_dropping: 0, size_with_shape: None, saved: None }
-    }
-}
-
-#[derive(Default)]
-pub(super) struct FinishedLevels<'a> {
-    pub results: Vec<ClosedResult>,
-    pub dropped: Option<DroppedFaces>,
     pub size_with_shape: Option<(usize, usize)>,
     pub saved: Option<SavedCollapse<'a>>,
 }
 
-/// Simplifies to each limit in turn with one collapse; only the first level has a derivative.
+/// Simplifies to the sizes of a queue with one collapse; only the first level has a derivative.
+///
+/// Ends before a size at which components should be dropped, and returns them, and before one that is larger than the last.
 pub(super) fn simplify_levels<'a>(
     request: &ClosedRequest,
-    Levels { limits, n_without_dropping, mut size_with_shape, saved }: Levels<'_, 'a>,
+    state: &mut LevelState<'a>,
+    queue: &mut dyn LevelQueue,
     progress: Progress<'a>,
-) -> Result<FinishedLevels<'a>, SimplifyError> {
-    let n_for_kernel = limits.iter().take_while(|limit| is_kernel_enough(request, **limit)).count();
-    if saved.is_none() && n_for_kernel > 0 {
-        let mut levels = simplify_by_kernel(request, &limits[..n_for_kernel], n_without_dropping, progress)?;
-        let n = levels.results.len();
-        if n == limits.len() || levels.dropped.is_some() {
-            return Ok(levels);
-        }
-        if n > 0 {
-            // Smaller sizes are for the collapse of this assembly.
-            let n_without_dropping = n_without_dropping.saturating_sub(n);
-            let rest = Levels { limits: &limits[n..], n_without_dropping, size_with_shape, saved: None };
-            let rest = simplify_levels(request, rest, progress)?;
-            levels.results.extend(rest.results);
-            return Ok(FinishedLevels { results: levels.results, ..rest });
+) -> Result<Option<DroppedFaces>, SimplifyError> {
+    let is_kernel_enough = |next: &NextLevel| is_kernel_enough(request, next.limit);
+    if state.saved.is_none() && queue.next().is_some_and(|next| is_kernel_enough(&next)) {
+        let dropped = simplify_by_kernel(request, state, queue, progress)?;
+        if dropped.is_some() {
+            return Ok(dropped);
         }
     }
-    let mut levels = FinishedLevels { size_with_shape, ..FinishedLevels::default() };
-    let Some(&first) = limits.first() else { return Ok(levels) };
-    let (base, collapse) = start_or_continue(request, first, saved, progress)?;
-    let deviation_check = deviation_check(request, &collapse, limits);
+    // Smaller sizes are for the collapse of this assembly, which makes no estimates.
+    while queue.next().is_some_and(|next| next.is_estimate) {
+        queue.take_estimates(&[]);
+    }
+    if queue.next().is_none() { Ok(None) } else { simplify_by_merges(request, state, queue, progress) }
+}
+
+/// Simplifies by the collapse of this assembly; ends as [`simplify_levels`].
+fn simplify_by_merges<'a>(
+    request: &ClosedRequest,
+    state: &mut LevelState<'a>,
+    queue: &mut dyn LevelQueue,
+    progress: Progress<'a>,
+) -> Result<Option<DroppedFaces>, SimplifyError> {
+    let Some(NextLevel { limit: first, .. }) = queue.next() else { return Ok(None) };
+    let (base, collapse) = start_or_continue(request, first, state.saved.take(), progress)?;
+    let deviation_check = deviation_check(request, &collapse, queue.least());
     // The copy continues after components are dropped.
     let may_drop = request.task.drops_within().is_some();
     let mut collapse = Some(if may_drop && !request.task.differentiable { collapse.with_copy() } else { collapse });
-    for &limit in limits {
+    let (mut way, mut last) = (KeptWay::new(queue.may_grow()), None);
+    while let Some(NextLevel { limit, is_last, .. }) = queue.next() {
+        if last.is_some_and(|last| limit.size() > last) {
+            collapse = way.go_back(limit);
+        }
         // The last level takes the collapse itself, not a copy, to save memory.
-        let Some(running) = collapse.take() else { break };
+        let Some(mut running) = collapse.take() else { break };
         // The first level has entered this stage in `start`.
-        if !levels.results.is_empty() {
+        if last.is_some() {
             progress.enter("collapse", running.merges_to(limit))?;
         }
-        let may_drop_now = levels.results.len() >= n_without_dropping;
-        let mut ended = run_and_choose(&base, running, deviation_check.as_ref(), request, limit, may_drop_now);
-        if ended.dropped.is_none() && ended.end != CollapseEnd::Reached && request.task.options.hold_shape.is_none() {
-            // Shapes of components and curves give way before the size does.
-            size_with_shape = size_with_shape.or(Some(ended.collapse.size()));
-            ended = coarsen_and_choose(&base, request, ended, limit);
-        }
+        way.go_part(&mut running, limit);
+        let ended = end_level(&base, request, running, deviation_check.as_ref(), limit, state);
         let EndedCollapse { collapse: mut running, end, output, dropped } = ended;
         if let Some(dropped) = dropped {
-            levels.saved = running.take_copy().and_then(|copy| SavedCollapse::from_copy(&dropped, &base, copy, limit));
-            return Ok(FinishedLevels { dropped: Some(dropped), size_with_shape, ..levels });
+            state.saved = running.take_copy().and_then(|copy| SavedCollapse::from_copy(&dropped, &base, copy, limit));
+            return Ok(Some(dropped));
         }
         // Only the first level has a history: later ones find it taken.
         let trace = start_trace(running.history.take());
         let pass_prices = base.pass_prices(running.pass_prices());
         let size_by_prices = running.size_with_shape(base.original.surface.area());
-        collapse = keep_for_next(running, levels.results.len() + 1 == limits.len());
+        collapse = keep_for_next(running, is_last);
         let mut result = refine(&base, request, output, end, trace, progress)?.with_prices(pass_prices);
-        result.simplified.report.size_with_shape = size_with_shape.or(size_by_prices);
-        levels.results.push(result);
+        result.simplified.report.size_with_shape = state.size_with_shape.or(size_by_prices);
+        state.n_without_dropping = state.n_without_dropping.saturating_sub(1);
+        last = Some(limit.size());
+        queue.take(result)?;
     }
-    Ok(levels)
+    Ok(None)
+}
+
+/// Comes down to a size, as near as the shape allows and then nearer, or finds components to go before it.
+fn end_level<'a>(
+    base: &CollapseBase,
+    request: &ClosedRequest,
+    running: Collapse<'a>,
+    deviation_check: Option<&DeviationCheck<'a>>,
+    limit: Limit,
+    state: &mut LevelState,
+) -> EndedCollapse<'a> {
+    let may_drop_now = state.n_without_dropping == 0;
+    let ended = run_and_choose(base, running, deviation_check, request, limit, may_drop_now);
+    if ended.dropped.is_some() || ended.end == CollapseEnd::Reached || request.task.options.hold_shape.is_some() {
+        return ended;
+    }
+    // Shapes of components and curves give way before the size does.
+    state.size_with_shape = state.size_with_shape.or(Some(ended.collapse.size()));
+    coarsen_and_choose(base, request, ended, limit)
+}
+
+/// Simplifies to one size, dropping nothing.
+pub(super) fn simplify_to_limit(
+    request: &ClosedRequest,
+    limit: Limit,
+    progress: Progress,
+) -> Result<ClosedResult, SimplifyError> {
+    let limits = [limit];
+    let mut queue = LimitList::new(&limits);
+    simplify_levels(request, &mut LevelState::default(), &mut queue, progress)?;
+    queue.results.pop().ok_or(SimplifyError::Empty)
 }
 
 /// Simplifies by the kernel; ends before a size out of its reach, or at which components should be dropped.
 fn simplify_by_kernel<'a>(
     request: &ClosedRequest,
-    limits: &[Limit],
-    n_without_dropping: usize,
+    state: &mut LevelState<'a>,
+    queue: &mut dyn LevelQueue,
     progress: Progress<'a>,
-) -> Result<FinishedLevels<'a>, SimplifyError> {
+) -> Result<Option<DroppedFaces>, SimplifyError> {
+    let Some(first) = queue.next() else { return Ok(None) };
     let mesh = request.task.input.mesh;
     let (n_vertices, n_faces) = (mesh.positions().len(), mesh.faces().len());
     progress.enter("surface", n_faces)?;
@@ -162,51 +192,55 @@ fn simplify_by_kernel<'a>(
     let enter_collapse = |limit: Limit, n_vertices: usize, n_faces: usize| {
         progress.enter("collapse", merges_to(limit, n_vertices, n_faces))
     };
-    enter_collapse(limits[0], n_vertices, n_faces)?;
-    let (mut levels, mut ended) = (FinishedLevels::default(), Ok(()));
-    let records = request.task.differentiable;
-    collapse_by_kernel(&base.original, limits, records, progress.pulse, |collapsed| {
-        let n_before = levels.results.len();
-        let (n_vertices, n_faces) = (collapsed.output.positions.len(), collapsed.output.faces().len());
-        let may_drop = n_before >= n_without_dropping;
-        ended = finish_level(&base, request, (collapsed, limits[n_before]), may_drop, &mut levels, progress);
-        if levels.dropped.is_none()
-            && let (Ok(()), Some(&next)) = (&ended, limits.get(n_before + 1))
-        {
-            ended = enter_collapse(next, n_vertices, n_faces);
-        }
-        if ended.is_err() || levels.dropped.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    enter_collapse(first.limit, n_vertices, n_faces)?;
+    let mut ended = Ok(None);
+    // Only the first level has a derivative.
+    let mut is_recorded = request.task.differentiable;
+    let turns = KernelTurns { first, keeps_way: queue.may_grow(), records_merges: is_recorded };
+    collapse_by_kernel(&base.original, turns, progress.pulse, |collapsed| {
+        let next = queue.next()?;
+        let size = [collapsed.positions.len(), collapsed.faces.len()];
+        ended = if next.is_estimate {
+            queue.take_estimates(&base.pass_distances(&collapsed.pass_errors));
+            Ok(None)
+        } else {
+            finish_level(&base, request, (collapsed, next.limit, is_recorded), state, queue, progress)
+        };
+        is_recorded = false;
+        let next = queue.next().filter(|next| matches!(ended, Ok(None)) && is_kernel_enough(request, next.limit))?;
+        ended = enter_collapse(next.limit, size[0], size[1]).map(|()| None);
+        ended.is_ok().then_some(next)
     });
-    ended.map(|()| levels)
+    ended
 }
 
-/// Refines a level of the kernel, or finds components that should go before it.
+/// Refines a level of the kernel and hands it over, or finds components that should go before it.
 fn finish_level(
     base: &CollapseBase,
     request: &ClosedRequest,
-    (KernelCollapse { output, history, pass_prices }, limit): (KernelCollapse, Limit),
-    may_drop: bool,
-    levels: &mut FinishedLevels,
+    (collapsed, limit, is_recorded): (CollapseResult, Limit, bool),
+    state: &mut LevelState,
+    queue: &mut dyn LevelQueue,
     progress: Progress,
-) -> Result<(), SimplifyError> {
+) -> Result<Option<DroppedFaces>, SimplifyError> {
     let original = &base.original;
-    if let Some(within) = request.task.drops_within().filter(|_| may_drop) {
+    let KernelCollapse { output, history, pass_prices } = KernelCollapse::new(collapsed, original);
+    if let Some(within) = request.task.drops_within().filter(|_| state.n_without_dropping == 0) {
         let cost = VertexCost { pass_prices: &pass_prices, limit, must_fit: false };
-        levels.dropped = dropping::choose_dropped(original, &output, &cost, within, &request.visual_properties());
-        if levels.dropped.is_some() {
-            return Ok(());
+        let dropped = dropping::choose_dropped(original, &output, &cost, within, &request.visual_properties());
+        if dropped.is_some() {
+            return Ok(dropped);
         }
     }
     let size = [output.positions.len(), output.faces().len()];
     let n_input = original.mesh.positions().len();
     let size_with_shape = size_with_shape(&pass_prices, n_input, size, original.surface.area());
-    // Only the first level has a derivative.
-    let is_recorded = request.task.differentiable && levels.results.is_empty();
     let trace = start_trace(is_recorded.then_some(history));
     let mut result = refine(base, request, output, CollapseEnd::Reached, trace, progress)?;
     result.simplified.report.size_with_shape = size_with_shape;
-    levels.results.push(result.with_prices(base.pass_prices(&pass_prices)));
-    Ok(())
+    state.n_without_dropping = state.n_without_dropping.saturating_sub(1);
+    queue.take(result.with_prices(base.pass_prices(&pass_prices)))?;
+    Ok(None)
 }
 
 struct EndedCollapse<'a> {
@@ -250,14 +284,10 @@ fn coarsen_and_choose<'a>(
     EndedCollapse { end: coarse.end, collapse, output, dropped }
 }
 
-fn deviation_check<'a>(
-    request: &ClosedRequest,
-    collapse: &Collapse<'a>,
-    limits: &[Limit],
-) -> Option<DeviationCheck<'a>> {
+fn deviation_check<'a>(request: &ClosedRequest, collapse: &Collapse<'a>, least: usize) -> Option<DeviationCheck<'a>> {
     // Ceilings already bound the distance, and a price or an insisted size overrules the check.
     let is_needed = request.price.is_none() && !request.task.forces_size && !collapse.has_ceilings();
-    is_needed.then(|| DeviationCheck::new(collapse, limits)).flatten()
+    is_needed.then(|| DeviationCheck::new(collapse, least)).flatten()
 }
 
 fn choose_dropped(

@@ -50,6 +50,11 @@ impl ClosedResult {
         Ok(Self { simplified, vertex_of, derivative: None, pass_prices: Vec::new(), kept })
     }
 
+    /// Wraps the input where nothing is done; it has no vertices of its own.
+    pub fn unchanged(simplified: Simplified) -> Self {
+        Self { simplified, vertex_of: Vec::new(), derivative: None, pass_prices: Vec::new(), kept: Vec::new() }
+    }
+
     pub fn with_prices(self, pass_prices: Vec<(usize, f64)>) -> Self {
         Self { pass_prices, ..self }
     }

@@ -123,7 +123,7 @@ fn gather(scale: &Normalisation, input: &[[f64; 3]], sources: &[u32]) -> Vec<DVe
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ClosedResult, Levels, simplify_levels};
+    use super::super::{ClosedResult, simplify_to_limit};
     use super::*;
     use crate::linalg::test_values::random;
     use crate::mesh::{TriMesh, shapes};
@@ -151,8 +151,7 @@ mod tests {
         let options = ClosedOptions { purpose, prune: false, ..ClosedOptions::default() };
         let input = Input { importance, ..Input::bare(mesh) };
         let request = ClosedRequest::new(Task { differentiable: true, ..Task::new(input, &options) });
-        let levels = simplify_levels(&request, Levels::new(&[limit]), Progress::SILENT).unwrap().results;
-        let mut closed = levels.into_iter().next().unwrap();
+        let mut closed = simplify_to_limit(&request, limit, Progress::SILENT).unwrap();
         let derivative = closed.derivative.take().unwrap();
         (closed, derivative)
     }
