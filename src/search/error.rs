@@ -213,10 +213,13 @@ impl<'a> Hunt<'a> {
         let Some(NextSize { n_vertices: size, .. }) = self.next else { return };
         self.n_tries += 1;
         let share = self.prover.share_of_samples(&simplified);
-        self.range.shares.push((simplified.mesh.positions().len(), share.max(LEAST_SHARE)));
         let is_near = share <= 1.0;
         let proved = (is_near && self.proves_at_once).then(|| self.prover.prove(&simplified, share)).flatten();
-        if is_near && (proved.is_some() || !self.proves_at_once) {
+        let is_missed = is_near && self.proves_at_once && proved.is_none();
+        if !is_missed {
+            self.range.shares.push((simplified.mesh.positions().len(), share.max(LEAST_SHARE)));
+        }
+        if is_near && !is_missed {
             self.range.enough = size;
             self.near.push(NearResult { size, share, simplified, proved });
         } else {
@@ -316,6 +319,7 @@ struct Range {
     shares: Vec<(usize, f64)>,
     /// True if the last size was predicted; within the interval the next then is not.
     was_predicted: bool,
+    /// Sizes asked for before.
     asked: Vec<usize>,
     /// Least ratio of the next size to those known.
     step: f64,
@@ -366,7 +370,8 @@ impl Range {
         let step = if has_both { NEAR } else { self.step };
         self.step = (step * step).min(FAR);
         let size = predicted.unwrap_or_else(middle).max(low * step).min(high / step).round() as usize;
-        let within = size.clamp(self.too_few + 1, self.enough.saturating_sub(1).max(1));
+        // An interval of two numbers has none within.
+        let within = size.max(self.too_few + 1).min(self.enough.saturating_sub(1));
         let is_new = within > self.too_few && within < self.enough && !self.asked.contains(&within);
         self.asked.push(within);
         is_new.then_some(within)
@@ -524,6 +529,18 @@ mod tests {
             }
             let found = range.enough as f64 / f64::from(n_enough);
             assert!((1.0..1.0 / GOOD + 0.01).contains(&found) && n_steps < 8, "{factor} {found} {n_steps}");
+        }
+    }
+
+    #[test]
+    fn an_interval_without_sizes_ends_the_hunt() {
+        for (too_few, enough) in [(0, 1), (0, 2), (1, 2), (2, 3), (3, 4), (5, 7), (90, 92)] {
+            for share in [0.0, 0.5, 0.97] {
+                let mut range = Range { too_few, shares: vec![(enough, share)], ..Range::new(enough, 1.0) };
+                for _ in 0..9 {
+                    assert!(range.next_size().is_none_or(|size| size > range.too_few && size < enough));
+                }
+            }
         }
     }
 
