@@ -40,6 +40,8 @@ const SAMPLES: usize = 1000;
 const SAMPLES_PER_FACE: usize = 4;
 /// Share of the error below which distances are not measured.
 const LEAST_SHARE: f64 = 0.3;
+/// Largest share that can be proved: proofs are within 1 % of the distance.
+const PROVABLE: f64 = 0.99;
 /// Share of the allowed distance from which on a result is good enough to end the search.
 const GOOD: f64 = 0.95;
 /// Share of the allowed distance below which the smallest accepted result reopens the search, once.
@@ -213,7 +215,7 @@ impl<'a> Hunt<'a> {
         let Some(NextSize { n_vertices: size, .. }) = self.next else { return };
         self.n_tries += 1;
         let share = self.prover.share_of_samples(&simplified);
-        let is_near = share <= 1.0;
+        let is_near = share <= PROVABLE;
         let proved = (is_near && self.proves_at_once).then(|| self.prover.prove(&simplified, share)).flatten();
         let is_missed = is_near && self.proves_at_once && proved.is_none();
         if !is_missed {

@@ -7,7 +7,7 @@ pub struct DistanceTolerance {
     pub gap: f64,
     /// Upper bound, in the mesh's unit, that need not be tightened further.
     pub enough: f64,
-    /// Lower bound, in the mesh's unit, above which the search ends; the upper bound is then infinite, else at most this.
+    /// Lower bound, in the mesh's unit, above which the search ends; the upper bound is then infinite.
     pub too_much: f64,
 }
 
@@ -26,8 +26,7 @@ pub(super) struct DistanceBounds {
 
 impl DistanceBounds {
     pub(super) fn is_tight_enough(&self, upper: f64) -> bool {
-        // An upper bound above `too_much` says nothing while the lower bound is below.
-        upper <= self.tolerance.enough.max(self.lower * (1.0 + self.tolerance.gap)).min(self.tolerance.too_much)
+        upper <= self.tolerance.enough.max(self.lower * (1.0 + self.tolerance.gap))
     }
 
     pub(super) fn raise_lower(&mut self, distance: f64) {
