@@ -36,7 +36,7 @@ const CLOSE: f64 = 1.08;
 const REOPENED: f64 = 1.4;
 /// Least number of samples of each surface that decide, with all vertices, whether a result is worth a proof.
 const SAMPLES: usize = 1000;
-/// The same per face of the result.
+/// Least number of such samples per face of the result.
 const SAMPLES_PER_FACE: usize = 4;
 /// Share of the error below which distances are not measured.
 const LEAST_SHARE: f64 = 0.3;

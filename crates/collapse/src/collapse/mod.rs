@@ -59,7 +59,7 @@ use attributes::WedgeAttributes;
 use build::is_face;
 use fit::FitInput;
 pub(crate) use frame::bounding_box;
-use passes::{Collapsed, SizeGoal, measure_size, run_passes};
+use passes::{Collapsed, SizeGoal, largest_error, measure_size, run_passes};
 use prepare::Prepared;
 use rings::Vertex;
 pub(crate) use roots::find_root;
@@ -293,7 +293,7 @@ impl<'a> Run<'a> {
     }
 
     fn error(&self) -> f32 {
-        self.prepared.frame.to_input_length(self.collapsed.largest_error())
+        self.prepared.frame.to_input_length(largest_error(&self.collapsed.rings))
     }
 
     // The faces of the input whose corners are still apart, each corner by what it came from.

@@ -114,11 +114,6 @@ impl Collapsed {
         let (numbers, merges, pass_prices, pass_errors) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         Self { rings, numbers, origins, farthest: f32::INFINITY, pass_prices, pass_errors, merges, is_reached: false }
     }
-
-    /// Returns the largest error of a vertex, in the unit frame.
-    pub(crate) fn largest_error(&self) -> f32 {
-        self.rings.errors.iter().copied().fold(0.0, f32::max)
-    }
 }
 
 /// What is kept from pass to pass.
@@ -190,7 +185,7 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
         numbers.push(of_next);
         if tally.n_merges > 0 {
             pass_prices.push((rings.vertices.len(), price));
-            pass_errors.push(rings.errors.iter().copied().fold(0.0, f32::max));
+            pass_errors.push(largest_error(rings));
         }
     }
     *is_reached = size <= goal.size;
@@ -242,6 +237,11 @@ fn mean_importance(quadrics: &[VertexQuadric]) -> f32 {
 // Whether more than one vertex in `one_in` asks for no merge.
 fn has_resting(rings: &Rings, one_in: usize) -> bool {
     rings.states.iter().filter(|&state| state & state::RESTS != 0).count() * one_in > rings.states.len()
+}
+
+/// Returns the largest error of a vertex, in the unit frame.
+pub(crate) fn largest_error(rings: &Rings) -> f32 {
+    rings.errors.iter().copied().fold(0.0, f32::max)
 }
 
 /// Counts the faces or the vertices of a mesh.

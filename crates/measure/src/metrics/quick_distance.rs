@@ -24,7 +24,7 @@ const GAP: f64 = 0.02;
 pub(super) const MAX_TESTS: u64 = 40_000;
 /// Samples of a surface that is measured to many others.
 const FIXED_SAMPLES: usize = 2000;
-/// The same where only a distance beyond another is asked for.
+/// Largest number of such tests where only a distance beyond another is asked for.
 const TESTS_BEYOND: u64 = 10_000;
 /// Largest number of triangles and boxes visited per direction, or `USUAL_VISITS` per point if that is more.
 const MAX_VISITS: f64 = 1e7;

@@ -5,8 +5,6 @@ use super::cards::Cards;
 use super::closed::{
     ChangedResults, ClosedResult, Derivative, LevelQueue, LevelState, LimitList, NextLevel, Task, is_sound,
 };
-use crate::mesh::TriMesh;
-
 use super::components::prune;
 use super::input::Input;
 use super::limits::{Limit, resolve_levels, resolve_limit};
@@ -140,7 +138,7 @@ fn run_queue(task: &Task, queue: &mut dyn LevelQueue, progress: Progress) -> Res
     // Components that the options drop in any case are removed before anything is prepared.
     let pruned = prune(progress.pulse, input, options)?;
     let lift = |closed: &mut ClosedResult| pruned.lift(&mut closed.simplified, &mut closed.derivative);
-    let mut queue = WholeMesh { mesh: input.mesh, queue: ChangedResults::new(queue, lift) };
+    let mut queue = ChangedResults::new(queue, lift).keeping_whole(input.mesh);
     let task = &Task { input: pruned.input(), ..*task };
     while returns_input && is_met(&queue) {
         let mesh = task.input.mesh;
@@ -152,37 +150,6 @@ fn run_queue(task: &Task, queue: &mut dyn LevelQueue, progress: Progress) -> Res
         simplify_with_cards(task, &mut queue, progress)?;
     }
     Ok(())
-}
-
-/// Sizes of which those at or above the size of the mesh merge nothing.
-// Repairs of an unsound mesh split vertices; none is then merged away to make up for them.
-struct WholeMesh<'a, F> {
-    mesh: &'a TriMesh,
-    queue: ChangedResults<'a, F>,
-}
-
-impl<F: FnMut(&mut ClosedResult)> LevelQueue for WholeMesh<'_, F> {
-    fn next(&self) -> Option<NextLevel> {
-        let next = self.queue.next()?;
-        let limit = if next.limit.is_met_by(self.mesh) { Limit::NONE } else { next.limit };
-        Some(NextLevel { limit, ..next })
-    }
-
-    fn take(&mut self, result: ClosedResult) -> Result<(), SimplifyError> {
-        self.queue.take(result)
-    }
-
-    fn take_estimates(&mut self, estimates: &[(usize, f64)]) {
-        self.queue.take_estimates(estimates);
-    }
-
-    fn may_grow(&self) -> bool {
-        self.queue.may_grow()
-    }
-
-    fn least(&self) -> usize {
-        self.queue.least()
-    }
 }
 
 /// Makes the sizes of a queue; the cards of a mesh become fewer first, for each size by itself.

@@ -11,7 +11,7 @@ pub struct NextSize {
     pub is_estimate: bool,
 }
 
-/// What [`simplify_in_turn`](super::simplify_in_turn) has made.
+/// A result or estimates of [`simplify_in_turn`](super::simplify_in_turn).
 #[doc(hidden)]
 pub enum Turn<'a> {
     Result(Box<Simplified>),

@@ -147,7 +147,7 @@ struct DirectedSearch<'a> {
     /// Corner at each vertex of a face.
     corners: Vec<PolygonCorner>,
     farthest_vertex: f64,
-    /// Whether each such vertex has been measured.
+    /// True if each such vertex was measured.
     has_all_corners: bool,
 }
 

@@ -51,7 +51,7 @@ pub struct KernelCollapse {
     pub pass_prices: Vec<(usize, f32)>,
 }
 
-/// How the kernel comes to its sizes.
+/// First size of the kernel, and options for all sizes.
 pub struct KernelTurns {
     pub first: NextLevel,
     /// True if a size may be larger than the one before.

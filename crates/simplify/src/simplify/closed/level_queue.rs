@@ -1,5 +1,6 @@
 //! Sizes that are asked for in turn, and what takes their results.
 
+use crate::mesh::TriMesh;
 use crate::simplify::limits::Limit;
 use crate::simplify::options::SimplifyError;
 
@@ -72,17 +73,26 @@ impl LevelQueue for LimitList<'_> {
 pub struct ChangedResults<'a, F> {
     queue: &'a mut dyn LevelQueue,
     change: F,
+    whole: Option<&'a TriMesh>,
 }
 
 impl<'a, F: FnMut(&mut ClosedResult)> ChangedResults<'a, F> {
     pub fn new(queue: &'a mut dyn LevelQueue, change: F) -> Self {
-        Self { queue, change }
+        Self { queue, change, whole: None }
+    }
+
+    /// Merges nothing at sizes at or above that of a mesh.
+    // Repairs of an unsound mesh split vertices; none is then merged away to make up for them.
+    pub fn keeping_whole(self, mesh: &'a TriMesh) -> Self {
+        Self { whole: Some(mesh), ..self }
     }
 }
 
 impl<F: FnMut(&mut ClosedResult)> LevelQueue for ChangedResults<'_, F> {
     fn next(&self) -> Option<NextLevel> {
-        self.queue.next()
+        let next = self.queue.next()?;
+        let is_met = self.whole.is_some_and(|mesh| next.limit.is_met_by(mesh));
+        Some(NextLevel { limit: if is_met { Limit::NONE } else { next.limit }, ..next })
     }
 
     fn take(&mut self, mut result: ClosedResult) -> Result<(), SimplifyError> {

@@ -65,7 +65,7 @@ use saved_collapse::SavedCollapse;
 // 30, 2.6 % without flips.
 const COARSE_RATIO: usize = 15;
 
-/// What holds between the levels of one request.
+/// State that the levels of one request share.
 #[derive(Default)]
 pub(super) struct LevelState<'a> {
     /// Number of sizes, from the next, at which no further component is dropped.
@@ -95,7 +95,7 @@ pub(super) fn simplify_levels<'a>(
     while queue.next().is_some_and(|next| next.is_estimate) {
         queue.take_estimates(&[]);
     }
-    if queue.next().is_none() { Ok(None) } else { simplify_by_merges(request, state, queue, progress) }
+    simplify_by_merges(request, state, queue, progress)
 }
 
 /// Simplifies by the collapse of this assembly; ends as [`simplify_levels`].
