@@ -13,7 +13,7 @@ use crate::collapse::rings::{Rings, state};
 use crate::collapse::rounds::{PassMesh, Selection, merge_in_rounds};
 use crate::collapse::sides::SideArrays;
 use crate::collapse::team::{STRETCH, Team};
-use crate::collapse::threshold::PriceRanks;
+use crate::collapse::threshold::{ANY, PriceRanks};
 use crate::collapse::visit::Unit;
 
 /// Vertices visited per merge that is left, for small and for large results.
@@ -21,6 +21,9 @@ const VISITS: [f32; 2] = [1.0, 1.4];
 
 /// The part of all merges that is left to the last pass.
 const LAST_PART: f32 = 0.01;
+
+/// Most merges of the last pass per vertex that is left; with more, a strong reduction ends in merges of any price.
+const LAST_SHARE: f32 = 0.1;
 
 /// Merges below which a pass is the last.
 const LAST_MERGES: usize = 32;
@@ -30,8 +33,9 @@ const LAST_VISITS: f32 = 3.5;
 
 /// The guard's limit, squared, over the mean squared distance from planes at the threshold.
 ///
-/// At 16 the mean distance is 2 % smaller, the largest 2 % larger.
-const GUARD: f32 = 4.0;
+/// 117 meshes at .05 and .01: at 10 mean distances are 1 and 2 % larger, the largest as large; at 24 mean distances are
+/// .5 and 1 % smaller, the largest 0 and 2 % larger.
+const GUARD: f32 = 16.0;
 
 /// Largest price of a pass over that up to which as many vertices are as merges are left.
 ///
@@ -41,20 +45,17 @@ const LARGEST_PRICE: f32 = 4.0;
 /// Limits of the guard, squared, from which on a sample of the fit is of another part of the surface.
 const FARTHEST: f32 = 8.0;
 
-/// Growth of the guard's limit after a pass that merged less than one in a hundred of those it visited.
+/// Growth of the guard's limit each time that no merge is left to try.
 const GIVING_WAY: f32 = 4.0;
 
-/// Largest rise of the threshold from pass to pass if many vertices rest after refusals.
-const LARGEST_RISE: f32 = 16.0;
+/// A pass is slow if it merges less than one in this number of those that it wants to visit.
+const SLOW: usize = 100;
 
-/// A rise is too large if more than one vertex in this number rests.
-const JUMP_RESTING: usize = 8;
-
-/// Rise of the threshold after which refused merges are tried again.
+/// Rise of the guard's limit after which merges that it refused are tried again.
 ///
 /// Without it, dear merges take the place of refused cheap ones: results of 24 meshes at .05 and .1 are 7 and 4 % farther,
 /// one of ten parts 1.7 times.
-const RETRY_RISE: f32 = 1.5;
+const RETRY_RISE: f32 = 1.2;
 
 /// Refused merges are tried again if more than one vertex in this number rests.
 const RETRY_RESTING: usize = 64;
@@ -132,10 +133,9 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
     let mut size = start;
     let mut arrays = PassArrays::default();
     let most_passes = numbers.len() + MOST_PASSES;
-    let mut rise = PriceRise { last: f32::MAX, retried: f32::MAX };
-    let (mut n_vain, mut n_slow) = (0, 0);
+    let mut refusals = Refusals::default();
     while size > goal.size.max(goal.pause)
-        && n_vain < VAIN_PASSES
+        && refusals.n_vain < VAIN_PASSES
         && numbers.len() < most_passes
         && goal.goes_on(start, size)
     {
@@ -143,11 +143,9 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
             sides.prepare_pass(rings, &mut arrays.losses);
         }
         price_all(rings, &mut arrays, goal.moves, team);
-        let (mut selection, n_wanted) = select(&arrays, size - goal.size, start, goal, team);
+        let (mut selection, n_wanted) = select(&arrays, size - goal.size, start, goal, refusals.n_slow, team);
         *farthest = FARTHEST * selection.guard * selection.guard / GUARD;
-        let is_jump = rise.cap_jump(&mut selection, rings);
-        // A guard that refuses nearly everything gives way.
-        selection.guard *= GIVING_WAY.powi(n_slow);
+        selection.guard = refusals.raise_guard(selection.guard);
 
         let terms = PriceTerms { moves: goal.moves, losses: &arrays.losses, quadrics: &arrays.quadrics };
         let best = &mut arrays.best;
@@ -158,15 +156,8 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
         }
         team.heartbeat.beat(tally.n_merges);
         size -= tally.count_spent(goal.unit).min(size);
-        n_vain = if tally.n_merges == 0 { n_vain + 1 } else { 0 };
         let price = f32::from_bits(selection.threshold) / mean_importance(&arrays.quadrics);
-        // Where hardly anything moves, those who were refused get another chance.
-        let is_slow = tally.n_merges * 100 < n_wanted;
-        n_slow += i32::from(is_slow);
-        n_vain += usize::from(is_slow && selection.guard >= goal.max_error) * VAIN_PASSES;
-        if rise.is_retry_due(selection, rings) || is_slow || is_jump {
-            rings.states.iter_mut().for_each(|state| *state &= !(state::REFUSED | state::RESTS));
-        }
+        refusals.follow(selection, tally.n_merges, n_wanted, rings);
         let (room, n_faces) = (std::mem::take(&mut arrays.room), rings.n_faces - tally.n_faces);
         let (next, of_next) = rebuild(rings, &arrays.best, room, n_faces, team);
         let mut states = rings.states.iter();
@@ -191,36 +182,39 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
     *is_reached = size <= goal.size;
 }
 
-/// Rise of the threshold from pass to pass.
-struct PriceRise {
-    /// Threshold of the last pass.
-    last: f32,
-    /// Threshold at the last retry of refused merges because of a rise.
+/// What passes were refused, and what follows from it for the next ones.
+#[derive(Default)]
+struct Refusals {
+    /// Largest limit of the guard so far, which never falls: what it refused once is not worth a try at a lower one.
+    guard: f32,
+    /// Limit of the guard at the last retry of what it refused.
     retried: f32,
+    /// Slow passes in a row: the next one visits twice as many each time, as the cheapest are refused.
+    n_slow: i32,
+    /// Passes in a row without a merge.
+    n_vain: usize,
 }
 
-impl PriceRise {
-    // Where most of the cheap edges were refused, these get another chance before dear ones are merged.
-    fn cap_jump(&mut self, selection: &mut Selection, rings: &Rings) -> bool {
-        let capped = self.last * LARGEST_RISE;
-        let is_jump = f32::from_bits(selection.threshold) > capped && has_resting(rings, JUMP_RESTING);
-        if is_jump {
-            selection.guard *= (capped / f32::from_bits(selection.threshold)).sqrt();
-            selection.threshold = capped.to_bits();
-        }
-        self.last = f32::from_bits(selection.threshold);
-        is_jump
+impl Refusals {
+    // Returns the limit of the guard in the next pass.
+    fn raise_guard(&mut self, guard: f32) -> f32 {
+        self.guard = self.guard.max(guard);
+        self.guard
     }
 
-    // The guard rises with the threshold, and may meanwhile allow what it refused.
-    fn is_retry_due(&mut self, selection: Selection, rings: &Rings) -> bool {
-        let threshold = f32::from_bits(selection.threshold);
-        self.retried = self.retried.min(threshold);
-        let is_due = threshold > RETRY_RISE * self.retried && has_resting(rings, RETRY_RESTING);
-        if is_due {
-            self.retried = threshold;
+    // Counts a pass, and lets refused merges be tried again where that may help.
+    fn follow(&mut self, selection: Selection, n_merges: usize, n_wanted: usize, rings: &mut Rings) {
+        self.n_slow = if n_merges * SLOW < n_wanted { self.n_slow + 1 } else { 0 };
+        self.n_vain = if n_merges == 0 { self.n_vain + 1 } else { 0 };
+        if n_merges == 0 && selection.threshold == ANY {
+            // Where the guard is not what refuses, nothing else gives way.
+            self.n_vain += usize::from(self.guard >= selection.max_error) * VAIN_PASSES;
+            self.guard *= GIVING_WAY;
+            rings.clear_refusals(true);
+        } else if self.guard > RETRY_RISE * self.retried && rings.count_resting() * RETRY_RESTING > rings.states.len() {
+            self.retried = self.guard;
+            rings.clear_refusals(false);
         }
-        is_due
     }
 }
 
@@ -232,11 +226,6 @@ fn mean_importance(quadrics: &[VertexQuadric]) -> f32 {
     };
     let [weighed, whole] = quadrics.iter().fold([0.0; 2], add);
     if whole > 0.0 { weighed / whole } else { 1.0 }
-}
-
-// Whether more than one vertex in `one_in` asks for no merge.
-fn has_resting(rings: &Rings, one_in: usize) -> bool {
-    rings.states.iter().filter(|&state| state & state::RESTS != 0).count() * one_in > rings.states.len()
 }
 
 /// Returns the largest error of a vertex, in the unit frame.
@@ -271,25 +260,38 @@ fn price_all(rings: &Rings, arrays: &mut PassArrays, moves: bool, team: Team) {
 }
 
 // The merges of this pass, and how many vertices it wants to visit.
-fn select(arrays: &PassArrays, n_left: usize, start: usize, goal: SizeGoal, team: Team) -> (Selection, usize) {
+fn select(
+    arrays: &PassArrays,
+    n_left: usize,
+    start: usize,
+    goal: SizeGoal,
+    n_slow: i32,
+    team: Team,
+) -> (Selection, usize) {
+    let SizeGoal { unit, max_error, .. } = goal;
+    let n_vertices = arrays.best.len();
     // Most merges remove two faces.
-    let n_merges = if goal.unit == Unit::Face { n_left.div_ceil(2) } else { n_left };
-    let is_last = n_left as f32 <= LAST_PART * (start - goal.size) as f32 || n_merges <= LAST_MERGES;
+    let n_merges = if unit == Unit::Face { n_left.div_ceil(2) } else { n_left };
+    let is_near_end = n_left as f32 <= LAST_PART * (start - goal.size) as f32;
+    let is_last = is_near_end && n_merges as f32 <= LAST_SHARE * n_vertices as f32 || n_merges <= LAST_MERGES;
     let ratio = goal.size as f32 / start as f32;
     // From a fifth on, more visits cost less time than they cost distance.
     let large = ((ratio - 0.2) / 0.3).clamp(0.0, 1.0);
     let visits = if is_last { LAST_VISITS } else { VISITS[0] + large * (VISITS[1] - VISITS[0]) };
-    let n_wanted = ((n_merges as f32 * visits) as usize).max(LAST_MERGES).min(arrays.best.len());
+    let visits = visits * 2f32.powi(n_slow);
+    let n_wanted = ((n_merges as f32 * visits) as usize).max(LAST_MERGES).min(n_vertices);
     let ranks = PriceRanks::new(&arrays.best, team);
     let mut threshold = ranks.find_threshold(n_wanted);
-    if n_wanted > n_merges && !is_last {
-        let enough = f32::from_bits(ranks.find_threshold(n_merges));
-        threshold = threshold.min((LARGEST_PRICE * enough).min(f32::MAX).to_bits());
+    let mut largest_price = f32::from_bits(threshold);
+    if n_wanted > n_merges {
+        largest_price = largest_price.min(LARGEST_PRICE * f32::from_bits(ranks.find_threshold(n_merges)));
+    }
+    if !is_last {
+        threshold = threshold.min(largest_price.to_bits());
     }
     let areas: f32 = arrays.quadrics.iter().map(|q| q.0[6]).sum();
-    let mean_area = areas / arrays.quadrics.len() as f32;
+    let mean_area = areas / n_vertices as f32;
     // Half of the price per area: a merge's planes are those of two vertices.
-    let guard = (GUARD * 0.5 * f32::from_bits(threshold) / mean_area).sqrt();
-    let SizeGoal { unit, max_error, .. } = goal;
+    let guard = (GUARD * 0.5 * largest_price / mean_area).sqrt();
     (Selection { threshold, guard, max_error, budget: n_left, unit, is_sorted: is_last }, n_wanted)
 }

@@ -3,7 +3,7 @@
 use crate::collapse::team::{STRETCH, Team};
 
 /// A price above that of every edge that can be merged; the bits of the largest float.
-const ANY: u32 = 0x7f7f_ffff;
+pub(crate) const ANY: u32 = 0x7f7f_ffff;
 
 const BINS: usize = 2048;
 
