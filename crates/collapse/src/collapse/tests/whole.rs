@@ -74,6 +74,26 @@ fn vertices_can_be_asked_for_exactly() {
 }
 
 #[test]
+fn what_can_never_merge_does_not_keep_the_rest_from_merging() {
+    // Tetrahedra are the cheapest of all, and as small as a closed surface can be.
+    let mut mesh = bumpy_torus(60, 30);
+    for i in 0..300u32 {
+        let at = [f64::from(i), 0.5, 2.0].map(|x| x as f32 * 0.01);
+        let first = mesh.positions.len() as u32;
+        for corner in [[0.0f32; 3], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e-3]] {
+            mesh.positions.push([0, 1, 2].map(|k| at[k] + corner[k]));
+        }
+        mesh.faces.extend([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|face| face.map(|v| v + first)));
+    }
+    for n_of_torus in [1000, 200] {
+        let n = n_of_torus + 4 * 300;
+        let (small, result) = run(&mesh, Faces(n), &CollapseOptions::default());
+        assert_eq!((small.faces.len(), result.outcome), (n, CollapseOutcome::Reached));
+        assert!(is_manifold(&small) && count_boundary_edges(&small) == 0);
+    }
+}
+
+#[test]
 fn any_degree_collapses() {
     for mesh in [double_cone(3000), cone(3000)] {
         let n = mesh.faces.len() / 10;
