@@ -1,6 +1,7 @@
 //! Merges with all that their places depend on, for derivatives.
 
-use crate::collapse::rings::{RingsView, state};
+use crate::collapse::quadric::list_folds;
+use crate::collapse::rings::{RingsView, Vertex, state};
 use crate::collapse::stretch::VertexStretch;
 use crate::collapse::vector::{Point, scale};
 
@@ -24,6 +25,8 @@ pub struct PassMerge {
 pub struct StartRing {
     /// The neighbours.
     pub neighbors: Vec<u32>,
+    /// Those of them along folds, the rims of thin sheets, whose lines are in the quadric as those of a boundary are.
+    pub folds: Vec<u32>,
     /// True on a boundary.
     pub is_open: bool,
 }
@@ -61,7 +64,7 @@ impl PassMerge {
         border: Option<(&[u32], usize)>,
     ) -> Self {
         let is_open = |v: u32| stretch.states[(v - stretch.first) as usize] & state::BOUNDARY != 0;
-        let ring = |v: u32| StartRing { neighbors: rings.ring(v).to_vec(), is_open: is_open(v) };
+        let ring = |v: u32| StartRing { neighbors: rings.ring(v).to_vec(), folds: Vec::new(), is_open: is_open(v) };
         let place = match border {
             _ if x == [0.0; 3] => MergePlace::Kept,
             _ if x == d => MergePlace::Removed,
@@ -75,10 +78,17 @@ impl PassMerge {
         Self { kept, removed, rings: edge.map(ring), place }
     }
 
+    /// Finds the folds at both ends by the vertices before the pass.
+    pub(crate) fn find_folds(&mut self, before: &[Vertex]) {
+        for (ring, end) in self.rings.iter_mut().zip([self.kept, self.removed]) {
+            ring.folds = list_folds(before, end, &ring.neighbors, ring.is_open);
+        }
+    }
+
     /// Gives all vertices other names.
     pub(crate) fn rename(&mut self, name: &[u32]) {
         let ends = [&mut self.kept, &mut self.removed];
-        let neighbors = self.rings.iter_mut().flat_map(|ring| &mut ring.neighbors);
+        let neighbors = self.rings.iter_mut().flat_map(|ring| ring.neighbors.iter_mut().chain(&mut ring.folds));
         let border = match &mut self.place {
             MergePlace::TowardVolume { border, .. } => &mut border[..],
             _ => &mut [],

@@ -147,12 +147,13 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
         *farthest = FARTHEST * selection.guard * selection.guard / GUARD;
         selection.guard = refusals.raise_guard(selection.guard);
 
+        let before = goal.records_merges.then(|| rings.vertices.clone());
         let terms = PriceTerms { moves: goal.moves, losses: &arrays.losses, quadrics: &arrays.quadrics };
         let best = &mut arrays.best;
         let mesh = PassMesh { rings: &mut *rings, terms, best, selection, records_merges: goal.records_merges, team };
         let mut tally = merge_in_rounds(mesh, numbers.len());
-        if goal.records_merges {
-            merges.push(tally.take_merges(origins));
+        if let Some(before) = before {
+            merges.push(tally.take_merges(origins, &before));
         }
         team.heartbeat.beat(tally.n_merges);
         size -= tally.count_spent(goal.unit).min(size);

@@ -3,7 +3,7 @@
 use crate::collapse::lanes::{
     EightIndices, EightLanes, Kernel, Vectors, VertexQuadric, cross, dot, mark, splat_vector, subtract,
 };
-use crate::collapse::rings::{Rings, state};
+use crate::collapse::rings::{Rings, Vertex, state};
 use crate::collapse::vector;
 
 /// Share of the area that is added to the diagonal: pulls to the vertex where planes leave a direction free.
@@ -17,6 +17,15 @@ pub const BOUNDARY_WEIGHT: f32 = 1.0;
 
 /// The same along lines inside the surface.
 const LINE_WEIGHT: f32 = 0.3;
+
+/// Cosine between normals below which the edge of two faces is a fold, the rim of a thin sheet: 134 degrees.
+///
+/// The planes of both sides let the rim slide out of the sheet. On 117 meshes lines along folds make the largest distance
+/// 7 to 15 % smaller and the mean 0 to 4 %; at -.5 the mean is 1 % larger, at -.9 the largest distance 2 %.
+const FOLD_COSINE: f32 = -0.7;
+
+/// Squared length of the sum of normals, over the squared sum of their lengths, below which a large ring may have folds.
+const FOLDED: f32 = 0.5;
 
 /// The part of a face's area that one of its vertices has, over the length of the cross product.
 const SHARE: f32 = 1.0 / 6.0;
@@ -52,12 +61,15 @@ impl Kernel for SumQuadrics<'_> {
         for (i, out) in self.out.iter_mut().enumerate() {
             let u = self.first + i;
             let state = rings.states[u];
-            let mut q = if rings.range(u).len() <= 8 && state & state::BOUNDARY == 0 {
+            let (mut q, may_fold) = if rings.range(u).len() <= 8 && state & state::BOUNDARY == 0 {
                 sum_short_ring::<L>(rings, u)
             } else {
                 sum_any_ring::<L>(rings, u)
             };
             let importance = weigh_bending(&q);
+            if may_fold {
+                add_folds(rings, u, &mut q);
+            }
             if state & state::BOUNDARY != 0 || state & state::FORK == state::LINE {
                 add_lines(rings, u, &mut q);
             }
@@ -86,9 +98,9 @@ fn weigh_bending(q: &[f32; 8]) -> f32 {
     bending.min(1.0).sqrt().sqrt()
 }
 
-// A closed ring of at most eight: positions are loaded once.
+// A closed ring of at most eight: positions are loaded once. Returns whether there may be folds, too.
 #[inline(always)]
-fn sum_short_ring<L: EightLanes>(rings: &Rings, u: usize) -> [f32; 8] {
+fn sum_short_ring<L: EightLanes>(rings: &Rings, u: usize) -> ([f32; 8], bool) {
     let range = rings.range(u);
     let n = range.len();
     let raw: &EightIndices = rings.neighbors[range.start..].first_chunk().expect("rings are padded");
@@ -96,16 +108,19 @@ fn sum_short_ring<L: EightLanes>(rings: &Rings, u: usize) -> [f32; 8] {
     let a = subtract(L::load_points(&rings.vertices, &at), splat_vector(rings.vertices[u].position));
     let successors = &SUCCESSORS[n];
     let b = [a[0].permute(successors), a[1].permute(successors), a[2].permute(successors)];
-    L::sum_rows(weigh_planes(cross(a, b), L::mask_first(n)))
+    let (c, mask) = (cross(a, b), L::mask_first(n));
+    let next = [c[0].permute(successors), c[1].permute(successors), c[2].permute(successors)];
+    let are_opposed = L::splat(0.0).greater(dot(c, next)).and(mask).to_bits();
+    (L::sum_rows(weigh_planes(c, mask)), are_opposed & 255 != 0)
 }
 
 #[inline(always)]
-fn sum_any_ring<L: EightLanes>(rings: &Rings, u: usize) -> [f32; 8] {
+fn sum_any_ring<L: EightLanes>(rings: &Rings, u: usize) -> ([f32; 8], bool) {
     let range = rings.range(u);
     let n = range.len();
     let center = splat_vector(rings.vertices[u].position);
     let n_faces = if rings.states[u] & state::BOUNDARY == 0 { n } else { n.saturating_sub(1) };
-    let mut sum = [0.0; 8];
+    let (mut sum, mut normal) = ([0.0; 8], [0.0; 3]);
     let mut j = 0;
     while j < n_faces {
         // Neighbours and their successors; the first neighbour follows the last.
@@ -116,13 +131,16 @@ fn sum_any_ring<L: EightLanes>(rings: &Rings, u: usize) -> [f32; 8] {
         let next = L::keep_first(raw_next, (n - j - 1).min(8), rings.neighbors[range.start]);
         let a = subtract(L::load_points(&rings.vertices, &at), center);
         let b = subtract(L::load_points(&rings.vertices, &next), center);
-        let part = L::sum_rows(weigh_planes(cross(a, b), L::mask_first(n_faces - j)));
-        for (sum, part) in sum.iter_mut().zip(part) {
+        let (c, mask) = (cross(a, b), L::mask_first(n_faces - j));
+        let [x, y, z, _] = L::sum_four_rows([mask.and(c[0]), mask.and(c[1]), mask.and(c[2]), L::splat(0.0)]);
+        normal = [normal[0] + x, normal[1] + y, normal[2] + z];
+        for (sum, part) in sum.iter_mut().zip(L::sum_rows(weigh_planes(c, mask))) {
             *sum += part;
         }
         j += 8;
     }
-    sum
+    let length = sum[6] * (1.0 / SHARE);
+    (sum, vector::dot(normal, normal) < FOLDED * (length * length))
 }
 
 // n nᵀ times a third of the area, and that third, of faces by their cross products; faces without area count nothing.
@@ -149,13 +167,41 @@ fn add_lines(rings: &Rings, u: usize, q: &mut [f32; 8]) {
         (rings.lines[u], LINE_WEIGHT)
     };
     for end in ends {
-        let e = vector::subtract(rings.vertices[end as usize].position, rings.vertices[u].position);
-        let squared = vector::dot(e, e);
-        let outer = [e[0] * e[0], e[0] * e[1], e[0] * e[2], e[1] * e[1], e[1] * e[2], e[2] * e[2]];
-        for (i, x) in outer.into_iter().enumerate() {
-            let diagonal = if i == 0 || i == 3 || i == 5 { squared } else { 0.0 };
-            q[i] += weight * (diagonal - x);
-        }
+        add_line(&rings.vertices, [u as u32, end], weight, q);
+    }
+}
+
+/// Adds the squared distances from the folds at `u`, in which the planes of both sides leave it free.
+#[inline(never)]
+fn add_folds(rings: &Rings, u: usize, q: &mut [f32; 8]) {
+    for end in list_folds(&rings.vertices, u as u32, rings.ring(u), rings.is_boundary(u)) {
+        add_line(&rings.vertices, [u as u32, end], BOUNDARY_WEIGHT, q);
+    }
+}
+
+/// Lists the neighbours along folds of a vertex, by the ring that it has.
+pub(crate) fn list_folds(vertices: &[Vertex], u: u32, ring: &[u32], is_open: bool) -> Vec<u32> {
+    let seen = |i: usize| vector::subtract(vertices[ring[i] as usize].position, vertices[u as usize].position);
+    let n = ring.len();
+    let n_faces = if is_open { n.saturating_sub(1) } else { n };
+    let normal = |i: usize| vector::cross(seen(i), seen((i + 1) % n));
+    let is_fold = |&i: &usize| {
+        let (before, after) = (normal((i + n - 1) % n), normal(i));
+        let along = vector::dot(before, after);
+        let squared = vector::dot(before, before) * vector::dot(after, after);
+        along < 0.0 && along * along > FOLD_COSINE * FOLD_COSINE * squared
+    };
+    let edges = if is_open { 1..n_faces } else { 0..n_faces };
+    edges.filter(is_fold).map(|i| ring[i]).collect()
+}
+
+fn add_line(vertices: &[Vertex], [u, end]: [u32; 2], weight: f32, q: &mut [f32; 8]) {
+    let e = vector::subtract(vertices[end as usize].position, vertices[u as usize].position);
+    let squared = vector::dot(e, e);
+    let outer = [e[0] * e[0], e[0] * e[1], e[0] * e[2], e[1] * e[1], e[1] * e[2], e[2] * e[2]];
+    for (i, x) in outer.into_iter().enumerate() {
+        let diagonal = if i == 0 || i == 3 || i == 5 { squared } else { 0.0 };
+        q[i] += weight * (diagonal - x);
     }
 }
 
@@ -182,14 +228,14 @@ pub(crate) fn sum_naively(rings: &Rings, u: usize) -> [f64; 7] {
     );
     let importance = (1.0 - squares / (trace * trace) + f64::from(LEAST_BENDING)).powf(0.25);
     let ring = rings.ring(u);
-    if rings.is_boundary(u) {
-        for end in [ring[0], ring[ring.len() - 1]] {
-            let e: Vec<f64> = (0..3).map(|k| position(end)[k] - p[k]).collect();
-            let squared: f64 = e.iter().map(|x| x * x).sum();
-            for (i, (j, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-                let diagonal = if j == k { squared } else { 0.0 };
-                q[i] += f64::from(BOUNDARY_WEIGHT) * (diagonal - e[j] * e[k]);
-            }
+    let boundary = rings.is_boundary(u).then(|| [ring[0], ring[ring.len() - 1]]);
+    let folds = list_folds(&rings.vertices, u as u32, ring, rings.is_boundary(u));
+    for end in boundary.into_iter().flatten().chain(folds) {
+        let e: Vec<f64> = (0..3).map(|k| position(end)[k] - p[k]).collect();
+        let squared: f64 = e.iter().map(|x| x * x).sum();
+        for (i, (j, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+            let diagonal = if j == k { squared } else { 0.0 };
+            q[i] += f64::from(BOUNDARY_WEIGHT) * (diagonal - e[j] * e[k]);
         }
     }
     for i in [0, 3, 5] {
@@ -206,7 +252,13 @@ mod tests {
 
     #[test]
     fn sums_are_those_of_the_naive_twin_and_equal_on_all_lanes() {
-        for mesh in [meshes::bumpy_torus(24, 12), meshes::terrain(9), meshes::cone(40)] {
+        for mesh in [
+            meshes::bumpy_torus(24, 12),
+            meshes::terrain(9),
+            meshes::cone(40),
+            meshes::double_cone(7),
+            meshes::sheet(9),
+        ] {
             let rings = mesh.to_rings();
             let n = rings.vertices.len();
             let (mut out, mut plain) = (vec![VertexQuadric::default(); n], vec![VertexQuadric::default(); n]);

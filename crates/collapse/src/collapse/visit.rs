@@ -4,7 +4,7 @@ use crate::collapse::boundary::merge_at_boundary;
 use crate::collapse::lanes::{EightLanes, Kernel};
 use crate::collapse::merge::{Border, EdgeToMerge, merge_inside};
 use crate::collapse::merges::PassMerge;
-use crate::collapse::rings::{UNGUARDED, state};
+use crate::collapse::rings::{UNGUARDED, Vertex, state};
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
 use crate::collapse::vector::subtract;
 
@@ -51,10 +51,13 @@ impl Tally {
         if unit == Unit::Face { self.n_faces } else { self.n_merges }
     }
 
-    /// Takes the merges, with vertices named by their origins.
-    pub(crate) fn take_merges(&mut self, origins: &[u32]) -> Vec<PassMerge> {
+    /// Takes the merges, with vertices named by their origins and with folds by the vertices `before` the pass.
+    pub(crate) fn take_merges(&mut self, origins: &[u32], before: &[Vertex]) -> Vec<PassMerge> {
         let mut merges = std::mem::take(&mut self.merges);
-        merges.iter_mut().for_each(|merge| merge.rename(origins));
+        for merge in &mut merges {
+            merge.find_folds(before);
+            merge.rename(origins);
+        }
         merges
     }
 

@@ -128,3 +128,30 @@ pub(crate) fn box_of_squares(n: u32) -> TestMesh {
     }
     mesh.weld()
 }
+
+/// Both sides of a flat L of `n` times `n` squares without thickness, joined along the outline; closed.
+pub(crate) fn sheet(n: u32) -> TestMesh {
+    let is_inside = |i: u32, j: u32| i < n && j < n && (i < n / 2 || j < n / 2);
+    let cells = |i: u32, j: u32| {
+        [(i.wrapping_sub(1), j.wrapping_sub(1)), (i, j.wrapping_sub(1)), (i.wrapping_sub(1), j), (i, j)]
+    };
+    let mut mesh = TestMesh::default();
+    let mut numbers = std::collections::HashMap::new();
+    for is_top in [true, false] {
+        let mut number = |i: u32, j: u32| {
+            let is_rim = cells(i, j).into_iter().any(|(i, j)| !is_inside(i, j));
+            let next = mesh.positions.len() as u32;
+            *numbers.entry((i, j, is_top || is_rim)).or_insert_with(|| {
+                mesh.positions.push([i as f32 / n as f32, j as f32 / n as f32, 0.0]);
+                next
+            })
+        };
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).filter(|&(i, j)| is_inside(i, j)) {
+            let [p, q, r, s] = [number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)];
+            // No face has all corners on the outline: both sides would have it.
+            let faces = if i.abs_diff(j) + 1 == n { [[p, q, s], [q, r, s]] } else { [[p, q, r], [p, r, s]] };
+            mesh.faces.extend(faces.map(|[a, b, c]| if is_top { [a, b, c] } else { [a, c, b] }));
+        }
+    }
+    mesh
+}

@@ -1,7 +1,7 @@
 //! Whole meshes before and after.
 
 use super::measure::{count_boundary_edges, count_turned, distance, is_manifold, volume};
-use super::meshes::{TestMesh, box_of_squares, bumpy_torus, cone, double_cone, terrain};
+use super::meshes::{TestMesh, box_of_squares, bumpy_torus, cone, double_cone, sheet, terrain};
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
@@ -70,6 +70,18 @@ fn vertices_can_be_asked_for_exactly() {
             assert_eq!(small.positions.len(), n);
             assert!(is_manifold(&small));
         }
+    }
+}
+
+#[test]
+fn the_rim_of_a_sheet_without_thickness_keeps_its_course() {
+    let mesh = sheet(24);
+    for n in [mesh.faces.len() / 5, 100, 40] {
+        let (small, result) = run(&mesh, Faces(n), &CollapseOptions::default());
+        assert_eq!(result.outcome, CollapseOutcome::Reached);
+        assert!(is_manifold(&small) && count_boundary_edges(&small) == 0);
+        let (mean, largest) = distance(&small, &mesh);
+        assert!(mean < 1e-3 && largest < 0.02, "{n}: {mean} {largest}");
     }
 }
 

@@ -33,7 +33,8 @@ pub fn is_kernel_enough(request: &ClosedRequest, limit: Limit) -> bool {
     // Blocks of large meshes hold their shape; a price is one of this assembly.
     let is_size = request.price.is_none() && options.hold_shape.is_none();
     // The kernel has one importance, that of bending, and is no nearer than this assembly's collapse with many fit steps.
-    let efforts = [Effort::Fast, Effort::Standard, Effort::Best].map(|effort| StageSettings::new(Optimize::Balanced, effort));
+    let efforts =
+        [Effort::Fast, Effort::Standard, Effort::Best].map(|effort| StageSettings::new(Optimize::Balanced, effort));
     let is_usual = efforts.contains(&request.settings)
         && matches!(request.importance, Importance::Bending)
         && options.purpose == Purpose::Shape;

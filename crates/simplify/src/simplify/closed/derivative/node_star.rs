@@ -39,7 +39,7 @@ impl NodeStar {
     pub fn of_pass(vertex: u32, ring: &StartRing, node_of: &[usize]) -> Self {
         let mut nodes: Vec<Option<usize>> = ring.neighbors.iter().map(|&w| Some(node_of[w as usize])).collect();
         nodes.extend(ring.is_open.then_some(None));
-        let mut lines = Vec::new();
+        let mut lines: Vec<usize> = ring.folds.iter().map(|&w| node_of[w as usize]).collect();
         let faces = split_ring(&nodes, &mut lines);
         Self { centre: node_of[vertex as usize], faces, lines, weighing: Weighing::Bending }
     }
