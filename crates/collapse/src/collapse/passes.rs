@@ -51,15 +51,6 @@ const GIVING_WAY: f32 = 4.0;
 /// A pass is slow if it merges less than one in this number of those that it wants to visit.
 const SLOW: usize = 100;
 
-/// Rise of the guard's limit after which merges that it refused are tried again.
-///
-/// Without it, dear merges take the place of refused cheap ones: results of 24 meshes at .05 and .1 are 7 and 4 % farther,
-/// one of ten parts 1.7 times.
-const RETRY_RISE: f32 = 1.2;
-
-/// Refused merges are tried again if more than one vertex in this number rests.
-const RETRY_RESTING: usize = 64;
-
 /// Passes without a merge until no more is hoped for.
 const VAIN_PASSES: usize = 8;
 
@@ -183,13 +174,11 @@ pub(crate) fn run_passes(collapsed: &mut Collapsed, goal: SizeGoal, mut sides: O
     *is_reached = size <= goal.size;
 }
 
-/// What passes were refused, and what follows from it for the next ones.
+/// What refusals change for the next passes. A refused vertex waits until its ring changes.
 #[derive(Default)]
 struct Refusals {
-    /// Largest limit of the guard so far, which never falls: what it refused once is not worth a try at a lower one.
+    /// Largest limit of the guard so far, which never falls.
     guard: f32,
-    /// Limit of the guard at the last retry of what it refused.
-    retried: f32,
     /// Slow passes in a row: the next one visits twice as many each time, as the cheapest are refused.
     n_slow: i32,
     /// Passes in a row without a merge.
@@ -203,7 +192,7 @@ impl Refusals {
         self.guard
     }
 
-    // Counts a pass, and lets refused merges be tried again where that may help.
+    // Counts a pass; where no merge is left to try, the guard gives way, and all are tried again.
     fn follow(&mut self, selection: Selection, n_merges: usize, n_wanted: usize, rings: &mut Rings) {
         self.n_slow = if n_merges * SLOW < n_wanted { self.n_slow + 1 } else { 0 };
         self.n_vain = if n_merges == 0 { self.n_vain + 1 } else { 0 };
@@ -211,10 +200,7 @@ impl Refusals {
             // Where the guard is not what refuses, nothing else gives way.
             self.n_vain += usize::from(self.guard >= selection.max_error) * VAIN_PASSES;
             self.guard *= GIVING_WAY;
-            rings.clear_refusals(true);
-        } else if self.guard > RETRY_RISE * self.retried && rings.count_resting() * RETRY_RESTING > rings.states.len() {
-            self.retried = self.guard;
-            rings.clear_refusals(false);
+            rings.states.iter_mut().for_each(|state| *state &= !(state::REFUSED | state::RESTS));
         }
     }
 }

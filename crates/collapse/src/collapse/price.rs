@@ -152,8 +152,9 @@ impl PriceEdges<'_> {
     fn price_special(&self, u: u32, v: u32, free: f32) -> f32 {
         let (rings, terms) = (self.rings, self.terms);
         let [su, sv] = [u, v].map(|w| rings.states[w as usize]);
-        let refused = |w: u32| rings.refused_neighbor(w as usize);
-        if refused(u) == Some(v) || refused(v) == Some(u) {
+        let is_refused =
+            |w: u32, state: u8, other: u32| state & state::REFUSED != 0 && rings.refused[w as usize] == other;
+        if is_refused(u, su, v) || is_refused(v, sv, u) {
             return f32::INFINITY;
         }
         let view = rings.view();

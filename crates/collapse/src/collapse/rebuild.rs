@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::collapse::lanes::{EightIndices, EightLanes, Kernel, dispatch};
-use crate::collapse::rings::{NONE, PADDING, Rings, UNGUARDED, Vertex, state};
+use crate::collapse::rings::{NONE, PADDING, Rings, Vertex, state};
 use crate::collapse::team::{STRETCH, Team, split};
 
 /// How many vertices and neighbours a piece keeps, and how many come before it.
@@ -137,8 +137,7 @@ fn write_vertices(rings: &Rings, numbers: &[u32], range: Range<usize>, piece: &m
             if state & state::MERGED != 0 || degree as usize != rings.range(v).len() {
                 new_state &= !(state::REFUSED | state::RESTS);
             } else {
-                let refused = rings.refused[v];
-                piece.refused[new] = numbers[(refused & !UNGUARDED) as usize] | refused & UNGUARDED;
+                piece.refused[new] = numbers[rings.refused[v] as usize];
             }
         }
         piece.states[new] = new_state;

@@ -8,9 +8,6 @@ use std::ops::Range;
 /// No vertex.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Bit of [`Rings::refused`]: the guard had no part in the refusals, so none that allows more would help.
-pub(crate) const UNGUARDED: u32 = 1 << 31;
-
 /// Readable entries behind the last ring, since kernels load eight at a time.
 pub(crate) const PADDING: usize = 16;
 
@@ -63,7 +60,7 @@ pub(crate) struct Rings {
     /// Lengths of the rings after the merges of this pass.
     pub degrees: Vec<u32>,
     pub states: Vec<u8>,
-    /// The neighbour of the last refused merge, if the state says so, and perhaps [`UNGUARDED`].
+    /// The neighbour of the last refused merge, if the state says so.
     pub refused: Vec<u32>,
     /// Largest distance between the vertex' surface and the input's, as the guard has followed it.
     pub errors: Vec<f32>,
@@ -138,26 +135,6 @@ impl Rings {
             }
         }
         faces
-    }
-
-    /// Returns the neighbour of a vertex' last refused merge; none if its state says that there is none.
-    pub(crate) fn refused_neighbor(&self, vertex: usize) -> Option<u32> {
-        (self.states[vertex] & state::REFUSED != 0).then(|| self.refused[vertex] & !UNGUARDED)
-    }
-
-    /// Lets refused merges be tried again: all, or those that the guard refused.
-    pub(crate) fn clear_refusals(&mut self, all: bool) {
-        for (state, refused) in self.states.iter_mut().zip(&self.refused) {
-            if all || refused & UNGUARDED == 0 {
-                *state &= !(state::REFUSED | state::RESTS);
-            }
-        }
-    }
-
-    /// Counts the vertices that ask for no merge because of the guard.
-    pub(crate) fn count_resting(&self) -> usize {
-        let rests = |(state, refused): &(&u8, &u32)| *state & state::RESTS != 0 && *refused & UNGUARDED == 0;
-        self.states.iter().zip(&self.refused).filter(rests).count()
     }
 
     /// Checks that rings agree with each other: each face is in three rings, in one direction.

@@ -4,7 +4,7 @@ use crate::collapse::boundary::merge_at_boundary;
 use crate::collapse::lanes::{EightLanes, Kernel};
 use crate::collapse::merge::{Border, EdgeToMerge, merge_inside};
 use crate::collapse::merges::PassMerge;
-use crate::collapse::rings::{UNGUARDED, Vertex, state};
+use crate::collapse::rings::{Vertex, state};
 use crate::collapse::stretch::{PassView, Refusal, VertexStretch};
 use crate::collapse::vector::subtract;
 
@@ -94,7 +94,7 @@ impl Kernel for Visit<'_> {
                     tally.n_faces += n_faces;
                 }
                 Some(Err(Refusal::Outside)) => tally.outside.push(u),
-                Some(Err(why)) => self.remember_refusal(u, best as u32, why),
+                Some(Err(_)) => self.remember_refusal(u, best as u32),
             }
         }
         tally
@@ -160,15 +160,13 @@ impl Visit<'_> {
         Some((if is_reversed { [v, u] } else { [u, v] }, true))
     }
 
-    fn remember_refusal(&mut self, u: u32, v: u32, why: Refusal) {
+    fn remember_refusal(&mut self, u: u32, v: u32) {
         let i = (u - self.stretch.first) as usize;
-        let (state, refused) = (&mut self.stretch.states[i], &mut self.stretch.refused[i]);
-        let mut unguarded = if why == Refusal::Guard { 0 } else { UNGUARDED };
+        let state = &mut self.stretch.states[i];
         if *state & state::REFUSED != 0 {
             *state |= state::RESTS;
-            unguarded &= *refused;
         }
         *state |= state::REFUSED;
-        *refused = v | unguarded;
+        self.stretch.refused[i] = v;
     }
 }

@@ -10,7 +10,7 @@ use neural_mesh_collapse::{
 
 use crate::mesh::pulse::Pulse;
 use crate::simplify::limits::Limit;
-use crate::simplify::options::{Effort, Optimize, Purpose};
+use crate::simplify::options::{Optimize, Purpose};
 
 use super::collapse::CollapseEvent;
 use super::level_queue::NextLevel;
@@ -18,7 +18,6 @@ use super::original::Original;
 use super::output::Output;
 use super::pins::Pins;
 use super::request::{ClosedRequest, Importance, Task};
-use super::stage_settings::StageSettings;
 
 /// Least number of vertices of a result; below, one merge a pass places corners exactly.
 const LEAST_VERTICES: usize = 64;
@@ -32,11 +31,9 @@ pub fn is_kernel_enough(request: &ClosedRequest, limit: Limit) -> bool {
     let is_bare = is_free && !request.task.is_asset();
     // Blocks of large meshes hold their shape; a price is one of this assembly.
     let is_size = request.price.is_none() && options.hold_shape.is_none();
-    // The kernel has one importance, that of bending, and is no nearer than this assembly's collapse with many fit steps.
-    let efforts =
-        [Effort::Fast, Effort::Standard, Effort::Best].map(|effort| StageSettings::new(Optimize::Balanced, effort));
-    let is_usual = efforts.contains(&request.settings)
-        && matches!(request.importance, Importance::Bending)
+    // The kernel has one importance, that of bending.
+    let is_usual = matches!(request.importance, Importance::Bending)
+        && options.optimize == Optimize::Balanced
         && options.purpose == Purpose::Shape;
     let n_locked = request.locked.iter().filter(|&&is_locked| is_locked).count();
     let has_room = limit.size() >= LEAST_VERTICES && n_locked * LOCKED_ONE_IN < limit.size();
@@ -127,7 +124,7 @@ mod tests {
     use crate::mesh::{TriMesh, shapes, topology};
     use crate::simplify::closed::prepare::prepare_bare;
     use crate::simplify::input::Input;
-    use crate::simplify::options::{ClosedOptions, Options, ScoreSource};
+    use crate::simplify::options::{ClosedOptions, Effort, Options, ScoreSource};
     use crate::simplify::simplify;
     use crate::simplify::size::Size;
 
@@ -205,7 +202,6 @@ mod tests {
             is_kernel_enough(&request, Limit::from_vertices(n_vertices))
         };
         let others = [
-            ClosedOptions { effort: Effort::Best, ..fast() },
             ClosedOptions { optimize: Optimize::Normals, ..fast() },
             ClosedOptions { scores: ScoreSource::Geometry, ..fast() },
             ClosedOptions { purpose: Purpose::Poses, ..fast() },
@@ -218,6 +214,7 @@ mod tests {
         let alike = [
             fast(),
             ClosedOptions::default(),
+            ClosedOptions { effort: Effort::Best, ..fast() },
             ClosedOptions { subset: true, ..fast() },
             ClosedOptions { map: true, ..fast() },
         ];
