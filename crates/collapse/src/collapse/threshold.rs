@@ -19,6 +19,11 @@ impl<'a> PriceRanks<'a> {
         PriceRanks { best, coarse: count(best, 52, None, team), team }
     }
 
+    /// Counts the vertices with an edge that can be merged.
+    pub(crate) fn n_candidates(&self) -> usize {
+        self.coarse[..ANY as usize >> 20].iter().map(|&n| n as usize).sum()
+    }
+
     /// Returns the bits of a price that at least `n_wanted` vertices are at or below, or the largest if there are fewer.
     pub(crate) fn find_threshold(&self, n_wanted: usize) -> u32 {
         let Some((bin, n_below)) = find_bin(&self.coarse[..ANY as usize >> 20], n_wanted) else { return ANY };
