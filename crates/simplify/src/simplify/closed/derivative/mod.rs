@@ -181,12 +181,42 @@ mod tests {
         ]
     }
 
+    // Two shallow domes, whose common rim is a fold.
+    fn lens() -> TriMesh {
+        let (n_around, n_rings) = (24, 8);
+        let mut positions = Vec::new();
+        let place = |ring: u32, i: u32, side: f32| {
+            let (radius, angle) = (ring as f32 / n_rings as f32, i as f32 / n_around as f32 * std::f32::consts::TAU);
+            [radius * angle.cos(), radius * angle.sin(), 0.05 * side * (1.0 - radius * radius)]
+        };
+        for (ring, side) in [(n_rings, 0.0)].into_iter().chain((1..n_rings).flat_map(|r| [(r, 1.0), (r, -1.0)])) {
+            positions.extend((0..n_around).map(|i| place(ring, i, side)));
+        }
+        positions.extend([1.0, -1.0].map(|side| place(0, 0, side)));
+        let last = positions.len() as u32 - 2;
+        let mut faces = Vec::new();
+        for side in [0, 1] {
+            let number = |ring: u32, i: u32| match ring {
+                0 => last + side,
+                _ if ring == n_rings => i % n_around,
+                _ => (2 * ring - 1 + side) * n_around + i % n_around,
+            };
+            for (ring, i) in (0..n_rings).flat_map(|ring| (0..n_around).map(move |i| (ring, i))) {
+                let [p, q] = [0, 1].map(|k| number(ring, i + k));
+                let [r, s] = [1, 0].map(|k| number(ring + 1, i + k));
+                faces.extend([[p, s, r], [p, r, q]].map(|[a, b, c]| if side == 0 { [a, b, c] } else { [a, c, b] }));
+            }
+        }
+        faces.retain(|[a, b, c]| a != b && b != c && c != a);
+        TriMesh::new(positions, faces).unwrap()
+    }
+
     fn cases_and_ways() -> impl Iterator<Item = (TriMesh, usize, By)> {
         let of_kernel = cases().into_iter().filter(|(_, n)| *n >= 70).map(|(mesh, n)| (mesh, n, By::Kernel));
         let purposes = [Purpose::Shape, Purpose::Poses];
         let of_assembly =
             cases().into_iter().flat_map(move |(mesh, n)| purposes.map(|it| (mesh.clone(), n, By::Assembly(it))));
-        of_assembly.chain(of_kernel)
+        of_assembly.chain(of_kernel).chain([(lens(), 90, By::Kernel)])
     }
 
     fn in_doubles(mesh: &TriMesh) -> Vec<[f64; 3]> {
