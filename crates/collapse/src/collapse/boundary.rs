@@ -46,7 +46,7 @@ pub(crate) fn merge_at_boundary(
     let error = measure_error(stretch, &border, [u, v], x, is_along) + edge.measure_loss(qu, qv);
     // Lines weigh squared lengths in place of areas: around slivers they allow more than the pass's limit.
     let lines = weigh_lines(qu) + weigh_lines(qv);
-    let own_limit = (f32::from_bits(pass.threshold) / lines.max(1e-37)).sqrt();
+    let own_limit = (pass.price / lines.max(1e-37)).sqrt();
     if error > pass.guard.max(own_limit).min(pass.max_error) {
         return Err(Refusal::Guard);
     }
@@ -57,7 +57,7 @@ pub(crate) fn merge_at_boundary(
     Ok((sides.len(), [seen, d]))
 }
 
-// The weight of the boundary lines in a quadric, whose trace is twice that and the area's.
+// The weight of the lines in a quadric, whose trace is twice that and the area's.
 fn weigh_lines(q: &VertexQuadric) -> f32 {
     (0.5 * (q.0[0] + q.0[3] + q.0[5] - q.0[6])).max(0.0)
 }

@@ -1,6 +1,6 @@
 //! Merges with all that their places depend on, for derivatives.
 
-use crate::collapse::quadric::list_folds;
+use crate::collapse::quadric::visit_folds;
 use crate::collapse::rings::{RingsView, Vertex, state};
 use crate::collapse::stretch::VertexStretch;
 use crate::collapse::vector::{Point, scale};
@@ -25,7 +25,7 @@ pub struct PassMerge {
 pub struct StartRing {
     /// The neighbours.
     pub neighbors: Vec<u32>,
-    /// Those of them along folds, the rims of thin sheets, whose lines are in the quadric as those of a boundary are.
+    /// Neighbours along folds, the rims of thin sheets; the quadric has their lines, too.
     pub folds: Vec<u32>,
     /// True on a boundary.
     pub is_open: bool,
@@ -81,7 +81,8 @@ impl PassMerge {
     /// Finds the folds at both ends by the vertices before the pass.
     pub(crate) fn find_folds(&mut self, before: &[Vertex]) {
         for (ring, end) in self.rings.iter_mut().zip([self.kept, self.removed]) {
-            ring.folds = list_folds(before, end, &ring.neighbors, ring.is_open);
+            let folds = &mut ring.folds;
+            visit_folds(before, end, &ring.neighbors, ring.is_open, |v| folds.push(v));
         }
     }
 

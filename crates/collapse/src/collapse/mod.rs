@@ -6,7 +6,7 @@
 //!
 //! - The mesh is its one-rings and nothing else (`rings`): no faces, no corners.
 //! - A pass (`passes`) sums a quadric per vertex (`quadric`), prices every edge once (`price`), finds the price up to
-//!   which vertices are visited (`threshold`), merges (`rounds`, `visit`, `merge`, `boundary`) and writes new rings
+//!   which vertices are visited (`selection`, `threshold`), merges (`rounds`, `visit`, `merge`, `boundary`) and writes new rings
 //!   (`rebuild`).
 //! - At the end vertices may move nearer to the input (`fit`), without a search: the [`CollapseRecord`] tells what became what.
 //!
@@ -37,6 +37,7 @@ mod rings;
 mod roots;
 mod rounds;
 mod samples;
+mod selection;
 mod sides;
 mod stretch;
 mod team;
@@ -59,10 +60,11 @@ use attributes::WedgeAttributes;
 use build::is_face;
 use fit::FitInput;
 pub(crate) use frame::bounding_box;
-use passes::{Collapsed, SizeGoal, largest_error, measure_size, run_passes};
+use passes::{Collapsed, largest_error, measure_size, run_passes};
 use prepare::Prepared;
 use rings::Vertex;
 pub(crate) use roots::find_root;
+use selection::SizeGoal;
 use sides::SideArrays;
 use team::Team;
 use visit::Unit;

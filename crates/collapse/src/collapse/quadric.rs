@@ -24,9 +24,6 @@ const LINE_WEIGHT: f32 = 0.3;
 /// 7 to 15 % smaller and the mean 0 to 4 %. At -.5 the mean is .5 % larger, at -.9 the largest distance 1 to 2 %.
 const FOLD_COSINE: f32 = -0.7;
 
-/// Squared length of the sum of normals, over the squared sum of their lengths, below which a large ring may have folds.
-const FOLDED: f32 = 0.5;
-
 /// The part of a face's area that one of its vertices has, over the length of the cross product.
 const SHARE: f32 = 1.0 / 6.0;
 
@@ -64,7 +61,7 @@ impl Kernel for SumQuadrics<'_> {
             let (mut q, may_fold) = if rings.range(u).len() <= 8 && state & state::BOUNDARY == 0 {
                 sum_short_ring::<L>(rings, u)
             } else {
-                sum_any_ring::<L>(rings, u)
+                (sum_any_ring::<L>(rings, u), true)
             };
             let importance = weigh_bending(&q);
             if may_fold {
@@ -115,12 +112,12 @@ fn sum_short_ring<L: EightLanes>(rings: &Rings, u: usize) -> ([f32; 8], bool) {
 }
 
 #[inline(always)]
-fn sum_any_ring<L: EightLanes>(rings: &Rings, u: usize) -> ([f32; 8], bool) {
+fn sum_any_ring<L: EightLanes>(rings: &Rings, u: usize) -> [f32; 8] {
     let range = rings.range(u);
     let n = range.len();
     let center = splat_vector(rings.vertices[u].position);
     let n_faces = if rings.states[u] & state::BOUNDARY == 0 { n } else { n.saturating_sub(1) };
-    let (mut sum, mut normal) = ([0.0; 8], [0.0; 3]);
+    let mut sum = [0.0; 8];
     let mut j = 0;
     while j < n_faces {
         // Neighbours and their successors; the first neighbour follows the last.
@@ -131,16 +128,13 @@ fn sum_any_ring<L: EightLanes>(rings: &Rings, u: usize) -> ([f32; 8], bool) {
         let next = L::keep_first(raw_next, (n - j - 1).min(8), rings.neighbors[range.start]);
         let a = subtract(L::load_points(&rings.vertices, &at), center);
         let b = subtract(L::load_points(&rings.vertices, &next), center);
-        let (c, mask) = (cross(a, b), L::mask_first(n_faces - j));
-        let [x, y, z, _] = L::sum_four_rows([mask.and(c[0]), mask.and(c[1]), mask.and(c[2]), L::splat(0.0)]);
-        normal = [normal[0] + x, normal[1] + y, normal[2] + z];
-        for (sum, part) in sum.iter_mut().zip(L::sum_rows(weigh_planes(c, mask))) {
+        let part = L::sum_rows(weigh_planes(cross(a, b), L::mask_first(n_faces - j)));
+        for (sum, part) in sum.iter_mut().zip(part) {
             *sum += part;
         }
         j += 8;
     }
-    let length = sum[6] * (1.0 / SHARE);
-    (sum, vector::dot(normal, normal) < FOLDED * (length * length))
+    sum
 }
 
 // n nᵀ times a third of the area, and that third, of faces by their cross products; faces without area count nothing.
@@ -171,28 +165,31 @@ fn add_lines(rings: &Rings, u: usize, q: &mut [f32; 8]) {
     }
 }
 
-/// Adds the squared distances from the folds at `u`, in which the planes of both sides leave it free.
+/// Adds the squared distances from the folds at `u`, across which the planes of both sides leave it free.
 #[inline(never)]
 fn add_folds(rings: &Rings, u: usize, q: &mut [f32; 8]) {
-    for end in list_folds(&rings.vertices, u as u32, rings.ring(u), rings.is_boundary(u)) {
+    visit_folds(&rings.vertices, u as u32, rings.ring(u), rings.is_boundary(u), |end| {
         add_line(&rings.vertices, [u as u32, end], BOUNDARY_WEIGHT, q);
-    }
+    });
 }
 
-/// Lists the neighbours along folds of a vertex, by the ring that it has.
-pub(crate) fn list_folds(vertices: &[Vertex], u: u32, ring: &[u32], is_open: bool) -> Vec<u32> {
-    let seen = |i: usize| vector::subtract(vertices[ring[i] as usize].position, vertices[u as usize].position);
-    let n = ring.len();
-    let n_faces = if is_open { n.saturating_sub(1) } else { n };
-    let normal = |i: usize| vector::cross(seen(i), seen((i + 1) % n));
-    let is_fold = |&i: &usize| {
-        let (before, after) = (normal((i + n - 1) % n), normal(i));
-        let along = vector::dot(before, after);
-        let squared = vector::dot(before, before) * vector::dot(after, after);
-        along < 0.0 && along * along > FOLD_COSINE * FOLD_COSINE * squared
-    };
-    let edges = if is_open { 1..n_faces } else { 0..n_faces };
-    edges.filter(is_fold).map(|i| ring[i]).collect()
+/// Visits the neighbours along folds of a vertex, by the ring that it has.
+pub(crate) fn visit_folds(vertices: &[Vertex], u: u32, ring: &[u32], is_open: bool, mut visit: impl FnMut(u32)) {
+    let seen = |v: u32| vector::subtract(vertices[v as usize].position, vertices[u as usize].position);
+    let [Some(&first), Some(&last)] = [ring.first(), ring.last()] else { return };
+    // The face before the first neighbour has no area where there is none.
+    let mut here = seen(first);
+    let mut before = if is_open { [0.0; 3] } else { vector::cross(seen(last), here) };
+    let (mut length, n_edges) = (vector::dot(before, before).sqrt(), ring.len() - usize::from(is_open));
+    for (i, &end) in ring[..n_edges].iter().enumerate() {
+        let next = seen(*ring.get(i + 1).unwrap_or(&first));
+        let after = vector::cross(here, next);
+        let next_length = vector::dot(after, after).sqrt();
+        if vector::dot(before, after) < FOLD_COSINE * (length * next_length) {
+            visit(end);
+        }
+        (here, before, length) = (next, after, next_length);
+    }
 }
 
 fn add_line(vertices: &[Vertex], [u, end]: [u32; 2], weight: f32, q: &mut [f32; 8]) {
@@ -229,7 +226,8 @@ pub(crate) fn sum_naively(rings: &Rings, u: usize) -> [f64; 7] {
     let importance = (1.0 - squares / (trace * trace) + f64::from(LEAST_BENDING)).powf(0.25);
     let ring = rings.ring(u);
     let boundary = rings.is_boundary(u).then(|| [ring[0], ring[ring.len() - 1]]);
-    let folds = list_folds(&rings.vertices, u as u32, ring, rings.is_boundary(u));
+    let mut folds = Vec::new();
+    visit_folds(&rings.vertices, u as u32, ring, rings.is_boundary(u), |end| folds.push(end));
     for end in boundary.into_iter().flatten().chain(folds) {
         let e: Vec<f64> = (0..3).map(|k| position(end)[k] - p[k]).collect();
         let squared: f64 = e.iter().map(|x| x * x).sum();

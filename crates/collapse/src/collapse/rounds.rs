@@ -9,28 +9,13 @@ use std::ops::Range;
 use crate::collapse::lanes::dispatch;
 use crate::collapse::price::PriceTerms;
 use crate::collapse::rings::{Rings, RingsView};
+use crate::collapse::selection::Selection;
 use crate::collapse::stretch::{PassView, VertexStretch};
 use crate::collapse::team::{STRETCH, Team, split};
-use crate::collapse::visit::{Order, Tally, Unit, Visit};
+use crate::collapse::visit::{Order, Tally, Visit};
 
 /// Where the first border lies in pass after pass, in eighths of a stretch.
 const SHIFTS: [usize; 8] = [8, 4, 2, 6, 3, 7, 1, 5];
-
-/// How the merges of a pass are chosen.
-#[derive(Clone, Copy)]
-pub(crate) struct Selection {
-    /// Bits of the price up to which vertices are visited.
-    pub threshold: u32,
-    /// Largest error of a vertex whose star is not flat.
-    pub guard: f32,
-    /// Largest error of any vertex.
-    pub max_error: f32,
-    /// Most faces or vertices to remove.
-    pub budget: usize,
-    pub unit: Unit,
-    /// Whether vertices are visited from the cheapest on, in one stretch: the last pass.
-    pub is_sorted: bool,
-}
 
 /// A mesh and what its merges go by.
 pub(crate) struct PassMesh<'a> {
@@ -74,10 +59,10 @@ pub(crate) fn merge_in_rounds(mut mesh: PassMesh, pass: usize) -> Tally {
 impl PassMesh<'_> {
     // Merges in each stretch what is in its order, within its budget.
     fn merge_round(&mut self, pieces: &[Range<usize>], orders: &[Order], budgets: &[usize]) -> Tally {
-        let Selection { threshold, guard, max_error, unit, .. } = self.selection;
+        let Selection { threshold, price, guard, max_error, unit, .. } = self.selection;
         let (rings, records_merges) = (&mut *self.rings, self.records_merges);
         let kept = RingsView { starts: &rings.starts, neighbors: &rings.neighbors, lines: &rings.lines };
-        let pass = PassView { rings: kept, terms: self.terms, threshold, guard, max_error };
+        let pass = PassView { rings: kept, terms: self.terms, threshold, price, guard, max_error };
         let lengths = || pieces.iter().map(|piece| piece.len());
         let mut vertices = split(&mut rings.vertices, lengths()).into_iter();
         let mut degrees = split(&mut rings.degrees, lengths()).into_iter();
