@@ -15,8 +15,9 @@ use crate::collapse::sides::SideArrays;
 use crate::collapse::team::{STRETCH, Team};
 use crate::collapse::visit::Unit;
 
-/// Squared distance, over the mean squared distance from planes in the last pass, from which on a sample of the fit is of
-/// another part of the surface.
+/// Squared distance from which on a sample of the fit is of another part of the surface.
+///
+/// It is over the mean squared distance from planes at the price of the last pass with merges.
 const FARTHEST: f32 = 8.0;
 
 const MOST_PASSES: usize = 200;
