@@ -76,7 +76,7 @@ impl SizeGoal<'_> {
 pub(crate) struct Selection {
     /// Bits of the price up to which vertices are visited.
     pub threshold: u32,
-    /// That price, or what would be enough for the merges that are left if it is more.
+    /// That price, but at most a few times the one up to which as many vertices are as merges are left.
     pub price: f32,
     /// Mean squared distance from planes at that price.
     pub mean_square: f32,
@@ -93,7 +93,7 @@ pub(crate) struct Selection {
     n_wanted: usize,
 }
 
-/// Chooses the merges of pass after pass by what those before were refused.
+/// Chooses the merges of each pass, by those that the passes before made and refused.
 pub(crate) struct MergeChooser<'a> {
     goal: SizeGoal<'a>,
     /// Size before the first pass.
