@@ -5,9 +5,9 @@
 //! Simplification, 1999), in passes that merge many edges each. Quadrics count more where the surface bends.
 //!
 //! - The mesh is its one-rings and nothing else (`rings`): no faces, no corners.
-//! - A pass (`passes`) sums a quadric per vertex (`quadric`), prices every edge once (`price`), finds the price up to
-//!   which vertices are visited (`selection`, `threshold`), merges (`rounds`, `visit`, `merge`, `boundary`) and writes new rings
-//!   (`rebuild`).
+//! - A pass (`passes`) sums a quadric per vertex (`quadric`), prices every edge once (`price`), chooses up to which price
+//!   vertices are visited (`selection`, `threshold`), merges (`rounds`, `visit`, `merge`, `boundary`) and writes new
+//!   rings (`rebuild`).
 //! - At the end vertices may move nearer to the input (`fit`), without a search: the [`CollapseRecord`] tells what became what.
 //!
 //! A manifold stays manifold, what is closed stays closed, and no face turns by more than 60 degrees in a merge.

@@ -44,7 +44,7 @@ const GIVING_WAY: f32 = 4.0;
 /// A pass is slow if it merges less than one in this number of those that it wants to visit.
 const SLOW: usize = 100;
 
-/// How often the guard gives way without a merge until no more is hoped for.
+/// Number of times that the guard gives way without a merge before the run ends.
 const VAIN_PASSES: usize = 8;
 
 /// A size to come down to, and what bounds the merges on the way.
@@ -71,12 +71,12 @@ impl SizeGoal<'_> {
     }
 }
 
-/// How the merges of a pass are chosen.
+/// Limits of the merges of a pass.
 #[derive(Clone, Copy)]
 pub(crate) struct Selection {
     /// Bits of the price up to which vertices are visited.
     pub threshold: u32,
-    /// That price, but at most a few times the one up to which as many vertices are as merges are left.
+    /// Largest usual price of a merge: the threshold, or `LARGEST_RATIO` times the price of the last merge needed if less.
     pub price: f32,
     /// Mean squared distance from planes at that price.
     pub mean_square: f32,
@@ -87,9 +87,9 @@ pub(crate) struct Selection {
     /// Most faces or vertices to remove.
     pub budget: usize,
     pub unit: Unit,
-    /// Whether vertices are visited from the cheapest on, in one stretch: the last pass.
+    /// True in the last pass: vertices are visited from the cheapest on, in one stretch.
     pub is_sorted: bool,
-    /// How many vertices are visited if few are refused.
+    /// Number of vertices to visit if few are refused.
     n_wanted: usize,
 }
 
@@ -104,7 +104,7 @@ pub(crate) struct MergeChooser<'a> {
     tried: f32,
     /// Slow passes in a row: the next one visits twice as many each time, as the cheapest are refused.
     n_slow: i32,
-    /// How often the guard gave way since the last merge.
+    /// Number of times that the guard gave way since the last merge.
     n_vain: usize,
 }
 
@@ -151,7 +151,7 @@ impl<'a> MergeChooser<'a> {
         if !is_short || self.guard == 0.0 {
             self.guard = self.guard.max((GUARD * mean_square).sqrt());
         }
-        let threshold = threshold.min(f32::MAX).to_bits();
+        let threshold = threshold.to_bits();
         let (guard, budget, is_sorted) = (self.guard, n_left, is_last);
         Selection { threshold, price, mean_square, guard, max_error, budget, unit, is_sorted, n_wanted }
     }

@@ -10,7 +10,7 @@ pub(crate) struct PassView<'a> {
     pub terms: PriceTerms<'a>,
     /// Bits of the price up to which vertices are visited.
     pub threshold: u32,
-    /// Price of the merges that are left, if few are refused.
+    /// Largest usual price of a merge, at most that of the threshold.
     pub price: f32,
     /// Largest error of a vertex whose star is not flat.
     pub guard: f32,
