@@ -4,6 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::triangle::unit_normal;
+use crate::linalg::{Isa, Work};
 
 use super::parallel_views::{axis, project, rasterize, to_pixels};
 
@@ -88,9 +89,26 @@ fn merge(mut all: Vec<Exposure>, others: Vec<Exposure>) -> Vec<Exposure> {
 struct DepthLayers {
     depths: [f32; 2],
     faces: [u32; 2],
+    /// Component of the first face.
+    component: u32,
 }
 
-const EMPTY: DepthLayers = DepthLayers { depths: [f32::INFINITY; 2], faces: [NONE; 2] };
+const EMPTY: DepthLayers = DepthLayers { depths: [f32::INFINITY; 2], faces: [NONE; 2], component: NONE };
+
+impl DepthLayers {
+    #[inline(always)]
+    fn insert_surface(&mut self, face: u32, component: u32, depth: f32) {
+        let is_of_first = component == self.component;
+        if depth < self.depths[0] {
+            if !is_of_first {
+                (self.depths[1], self.faces[1]) = (self.depths[0], self.faces[0]);
+            }
+            (self.depths[0], self.faces[0], self.component) = (depth, face, component);
+        } else if !is_of_first && depth < self.depths[1] {
+            (self.depths[1], self.faces[1]) = (depth, face);
+        }
+    }
+}
 
 struct PixelScene<'a> {
     positions: &'a [Vec3],
@@ -104,37 +122,18 @@ impl PixelScene<'_> {
     fn exposures_along(&self, side: usize, along: Vec3) -> Vec<Exposure> {
         let (right, up) = along.any_orthonormal_pair();
         let projected = project(self.positions, side, [right, up, along]);
-        let mut ends = [vec![EMPTY; side * side], vec![EMPTY; side * side]];
-        for (face, corners) in (0..).zip(self.faces) {
-            rasterize(side, corners.map(|v| projected[v as usize]), |at, depth| {
-                self.insert_surface(&mut ends[0][at], face, depth);
-                self.insert_surface(&mut ends[1][at], face, -depth);
-            });
-        }
-        let [near, far] = ends;
-        merge(self.exposures_of(&near, along), self.exposures_of(&far, -along))
+        let pixels = Isa::best().run(LayerDrawing { scene: self, side, projected: &projected });
+        let [near, far] = [0, 1].map(|end| pixels.iter().map(move |pixel| &pixel[end]));
+        merge(self.exposures_of(near, along), self.exposures_of(far, -along))
     }
 
-    fn insert_surface(&self, pixel: &mut DepthLayers, face: u32, depth: f32) {
-        let component = |face: u32| self.labels.components[face as usize];
-        let is_of_first = pixel.faces[0] != NONE && component(face) == component(pixel.faces[0]);
-        if depth < pixel.depths[0] {
-            if !is_of_first {
-                (pixel.depths[1], pixel.faces[1]) = (pixel.depths[0], pixel.faces[0]);
-            }
-            (pixel.depths[0], pixel.faces[0]) = (depth, face);
-        } else if !is_of_first && depth < pixel.depths[1] {
-            (pixel.depths[1], pixel.faces[1]) = (depth, face);
-        }
-    }
-
-    fn exposures_of(&self, pixels: &[DepthLayers], along: Vec3) -> Vec<Exposure> {
+    fn exposures_of<'b>(&self, pixels: impl Iterator<Item = &'b DepthLayers> + Clone, along: Vec3) -> Vec<Exposure> {
         let mut counts = vec![[0u32; 4]; self.labels.n_components];
         let mut all = vec![Exposure::default(); self.labels.n_components];
-        let covered = pixels.iter().filter(|pixel| pixel.faces[0] != NONE);
+        let covered = pixels.filter(|pixel| pixel.faces[0] != NONE);
         let n_covered = covered.clone().count() as f32;
         for pixel in covered {
-            let component = self.labels.components[pixel.faces[0] as usize] as usize;
+            let component = pixel.component as usize;
             let is_front = |face: u32| self.normals[face as usize].dot(along) < 0.0;
             let [first, second] = pixel.faces;
             let opens = second != NONE && is_front(first) && !is_front(second);
@@ -159,7 +158,7 @@ impl PixelScene<'_> {
         all
     }
 
-    fn looks_alike(&self, DepthLayers { depths, faces: [first, second] }: &DepthLayers, along: Vec3) -> bool {
+    fn looks_alike(&self, DepthLayers { depths, faces: [first, second], .. }: &DepthLayers, along: Vec3) -> bool {
         if *second == NONE {
             return false;
         }
@@ -170,6 +169,31 @@ impl PixelScene<'_> {
         self.labels.materials[first] == self.labels.materials[second]
             && normal.dot(other).abs() >= ALIKE
             && distance <= self.tolerance
+    }
+}
+
+/// The two nearest surfaces in each pixel, from both ends of an axis.
+struct LayerDrawing<'a> {
+    scene: &'a PixelScene<'a>,
+    side: usize,
+    projected: &'a [Vec3],
+}
+
+impl Work for LayerDrawing<'_> {
+    type Output = Vec<[DepthLayers; 2]>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let LayerDrawing { scene, side, projected } = self;
+        let mut pixels = vec![[EMPTY; 2]; side * side];
+        for ((face, corners), &component) in (0..).zip(scene.faces).zip(scene.labels.components) {
+            rasterize(side, corners.map(|v| projected[v as usize]), |at, depth| {
+                let [near, far] = &mut pixels[at];
+                near.insert_surface(face, component, depth);
+                far.insert_surface(face, component, -depth);
+            });
+        }
+        pixels
     }
 }
 
