@@ -8,7 +8,7 @@ use crate::linalg::{Isa, Work};
 use crate::mesh::TriMesh;
 use crate::spatial::FaceTree;
 
-use super::certified_distance::largest_distance_from_faces;
+use super::certified_distance::{largest_distance_from_faces, measured_faces};
 use super::search_budget::affordable_count;
 
 const CHUNK: usize = 256;
@@ -191,7 +191,7 @@ impl OneWayDistance {
     // The maximum is rarely at a sample.
     pub fn raise_max(self, meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], max: f64, most_tests: u64) -> f64 {
         let faces = faces_near_farthest(self.found, own.order());
-        largest_distance_from_faces(meshes, &faces, other, [max, GAP], most_tests)
+        largest_distance_from_faces(meshes, &measured_faces(meshes[0], &faces), other, [max, GAP], most_tests)
     }
 }
 
@@ -285,11 +285,12 @@ impl ProbePoint {
     }
 }
 
-/// Returns all vertices of a mesh in curve order, and its edge midpoints on request.
+/// Returns the vertices of a mesh's measured faces in curve order, and their edge midpoints on request.
 pub(super) fn probe_points(mesh: &TriMesh, order: &[u32], with_middles: bool) -> Vec<ProbePoint> {
     let mut is_seen = vec![false; mesh.positions().len()];
     let mut probe_points = Vec::with_capacity(is_seen.len());
-    for (place, &face) in (0..).zip(order) {
+    let mut measured = measured_faces(mesh, order).into_iter().peekable();
+    for (place, &face) in (0..).zip(order).filter(|&(_, face)| measured.next_if_eq(face).is_some()) {
         let corners = mesh.faces()[face as usize];
         for at in 0..3 {
             let [v, next] = [corners[at], corners[(at + 1) % 3]];

@@ -1,7 +1,7 @@
 //! Faces with the same three vertices.
 
 use glam::DVec3;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::triangle::area_normal_f64;
 
@@ -41,17 +41,20 @@ pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> 
 /// Returns the faces to drop, ascending: superfluous ones of `repeated`, and pairs in small patches on a body.
 ///
 /// A patch of connected repeated faces stays if, at an edge with an even number of faces, dropping it would leave an
-/// odd number above one: closed bodies touch along the patch.
+/// odd number above one, some of them without a copy: closed bodies touch along the patch.
 pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repeated: Vec<u32>) -> Vec<u32> {
     if repeated.is_empty() {
         return repeated;
     }
     let mut edges: FxHashMap<[u32; 2], RepeatedEdge> = FxHashMap::default();
     let mut patches = UnionFind::new(repeated.len());
+    let mut with_copies = FxHashSet::default();
     for (place, &face) in (0..).zip(&repeated) {
+        let is_first_copy = with_copies.insert(sort_corners(faces[face as usize]));
         for side in sides(faces[face as usize]) {
-            let edge = edges.entry(side).or_insert(RepeatedEdge { n_faces: 0, n_repeated: 0, place });
+            let edge = edges.entry(side).or_insert(RepeatedEdge { n_faces: 0, n_repeated: 0, n_with_copies: 0, place });
             edge.n_repeated += 1;
+            edge.n_with_copies += u32::from(is_first_copy);
             patches.union(place, edge.place);
         }
     }
@@ -61,7 +64,8 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
     let mut is_blocked = vec![false; repeated.len()];
     let would_open = |edge: &&RepeatedEdge| {
         let n_left = edge.n_faces - edge.n_repeated;
-        edge.n_faces.is_multiple_of(2) && n_left % 2 == 1 && n_left > 1
+        // Where all have one, the whole surface is there twice, once for each side.
+        edge.n_faces.is_multiple_of(2) && n_left % 2 == 1 && n_left > edge.n_with_copies.max(1)
     };
     for edge in edges.values().filter(would_open) {
         is_blocked[patches.find(edge.place) as usize] = true;
@@ -173,8 +177,10 @@ fn superfluous_in_pairs(
 }
 
 struct RepeatedEdge {
-    n_faces: usize,
-    n_repeated: usize,
+    n_faces: u32,
+    n_repeated: u32,
+    /// Faces, counted once each, that are repeated.
+    n_with_copies: u32,
     place: u32,
 }
 
@@ -246,6 +252,14 @@ mod tests {
         // Two of four coincident faces stay.
         let more = [&bodies[..], &[[0, 2, 1], [1, 2, 0]]].concat();
         assert_eq!(superfluous(&curve(5), &more).len(), 2);
+    }
+
+    #[test]
+    fn a_surface_for_each_side_is_one_surface_where_sheets_meet_too() {
+        let sheets = [[0, 1, 2], [0, 1, 3], [1, 0, 4]];
+        let backs = sheets.map(|[a, b, c]| [a, c, b]);
+        let faces = [sheets, backs].concat();
+        assert_eq!(superfluous(&curve(5), &faces), [3, 4, 5]);
     }
 
     #[test]

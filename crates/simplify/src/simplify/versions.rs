@@ -14,7 +14,7 @@ pub const CLOSED_VERSION: u32 = 17;
 /// # use neural_mesh_simplify as neural_mesh;
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);
 /// ```
-pub const CARRIED_VERSION: u32 = 18;
+pub const CARRIED_VERSION: u32 = 19;
 
 /// Version of the paper's assembly.
 ///

@@ -8,7 +8,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::TriMesh;
+use crate::mesh::{TriMesh, has_area};
 use crate::spatial::{self, FaceTree};
 
 mod distance_bounds;
@@ -39,6 +39,8 @@ pub struct CertifiedDistance {
 }
 
 /// Bounds the Hausdorff distance; `None` if a mesh has no faces.
+///
+/// Faces without area are not measured, unless a mesh has no others; distances to them count.
 ///
 /// The bounds may be farther apart than the tolerance if the search exceeds its budget, or below 1e-7 of the diagonal.
 ///
@@ -135,6 +137,15 @@ pub(super) fn largest_distance_from_faces(
     bounds.lower
 }
 
+/// Selects the faces with an area of a list; all of them if none has one.
+///
+/// What has no area shows no points of its own: its corners and sides are those of faces around it, or no viewer sees them.
+pub(super) fn measured_faces(mesh: &TriMesh, faces: &[u32]) -> Vec<u32> {
+    let corners = |face: u32| mesh.faces()[face as usize].map(|v| mesh.positions()[v as usize].map(f64::from));
+    let with_area: Vec<u32> = faces.iter().copied().filter(|&face| has_area(corners(face))).collect();
+    if with_area.is_empty() { faces.to_vec() } else { with_area }
+}
+
 fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
     let both = spatial::Bounds::from_points(a.positions()).union(&spatial::Bounds::from_points(b.positions()));
     let [low, high] = [both.low, both.high].map(|corner| DVec3::from(corner.map(f64::from)));
@@ -143,6 +154,8 @@ fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
 
 struct DirectedSearch<'a> {
     from: &'a TriMesh,
+    /// Measured faces, ascending.
+    faces: Vec<u32>,
     target: &'a TargetSurface<'a>,
     /// Corner at each vertex of a face.
     corners: Vec<PolygonCorner>,
@@ -155,15 +168,17 @@ impl<'a> DirectedSearch<'a> {
     fn new((from, own): (&'a TriMesh, &FaceTree), target: &'a TargetSurface<'a>, bounds: &DistanceBounds) -> Self {
         // Along the curve of the tree, where neighbours are near the same faces.
         let mut is_listed = vec![false; from.positions().len()];
-        let along_curve = own.order().iter().flat_map(|&face| from.faces()[face as usize]);
+        let mut faces = measured_faces(from, own.order());
+        let along_curve = faces.iter().flat_map(|&face| from.faces()[face as usize]);
         let vertices: Vec<u32> =
             along_curve.filter(|&v| !std::mem::replace(&mut is_listed[v as usize], true)).collect();
         let measured = target.vertex_corners(from, &vertices, bounds);
         let farthest_vertex = measured.iter().map(|corner| corner.distance).fold(0.0, f64::max);
         let has_all_corners = measured.len() == vertices.len();
+        faces.sort_unstable();
         let mut corners = vec![PolygonCorner::default(); is_listed.len()];
         vertices.iter().zip(measured).for_each(|(&v, corner)| corners[v as usize] = corner);
-        Self { from, target, corners, farthest_vertex, has_all_corners }
+        Self { from, faces, target, corners, farthest_vertex, has_all_corners }
     }
 
     fn face_corners(&self, face: &[u32; 3]) -> [PolygonCorner; 3] {
@@ -175,15 +190,14 @@ impl<'a> DirectedSearch<'a> {
             bounds.upper = f64::INFINITY;
             return;
         }
-        let upper =
-            |face: &[u32; 3]| self.target.upper_bound(&self.face_corners(face), |upper| bounds.is_tight_enough(upper));
-        let uppers: Vec<f64> = self.from.faces().par_iter().map(upper).collect();
-        let (allowed, faces): (Vec<_>, Vec<_>) =
-            (0..).zip(uppers).partition(|&(_, upper)| bounds.is_tight_enough(upper));
+        let corners_of = |face: u32| self.face_corners(&self.from.faces()[face as usize]);
+        let is_tight_enough = |upper| bounds.is_tight_enough(upper);
+        let upper = |&face: &u32| (face, self.target.upper_bound(&corners_of(face), is_tight_enough));
+        let uppers: Vec<(u32, f64)> = self.faces.par_iter().map(upper).collect();
+        let (allowed, faces): (Vec<_>, Vec<_>) = uppers.into_iter().partition(|&(_, upper)| is_tight_enough(upper));
         bounds.upper = allowed.into_iter().map(|(_, upper)| upper).fold(bounds.upper, f64::max);
         let whole = |(face, upper)| SearchItem { upper, part: FacePart::Face(face), n_cuts: 0 };
         let waiting = faces.into_iter().map(whole).collect();
-        let corners_of = |face| self.face_corners(&self.from.faces()[face as usize]);
         tighten_bounds(waiting, &corners_of, self.target, bounds);
         if bounds.is_too_far() {
             bounds.upper = f64::INFINITY;
@@ -195,7 +209,25 @@ impl<'a> DirectedSearch<'a> {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::metrics::{Surface, surface_distance};
+    use crate::metrics::{Surface, quick_distance, surface_distance};
+
+    #[test]
+    fn what_has_no_area_and_spans_an_opening_is_not_measured() {
+        // A frame, and across its opening two triangles on one line.
+        let corners = [[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]];
+        let positions: Vec<[f32; 3]> = corners.iter().map(|&[x, y]| [x, y, 0.0]).chain([[1.5, 1.5, 0.0]]).collect();
+        let frame = (0..4).flat_map(|i| [[i, (i + 1) % 4, i + 4], [i + 4, (i + 1) % 4, (i + 1) % 4 + 4]]);
+        let frame = TriMesh::new(positions.clone(), frame.collect()).unwrap();
+        let with_slivers = TriMesh::new(positions, [frame.faces(), &[[4, 6, 8], [4, 8, 6]]].concat()).unwrap();
+        let distance = |a: &TriMesh, b: &TriMesh| {
+            let quick = quick_distance(a, b, 100, 0).unwrap().max;
+            quick.max(certified_distance(a, b, &DistanceTolerance::default()).unwrap().upper)
+        };
+        assert!(distance(&with_slivers, &frame).max(distance(&frame, &with_slivers)) < 1e-12);
+        // Without any area, all counts.
+        let line = |x: f32| TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [x, 0.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+        assert!(distance(&line(3.0), &line(2.0)) >= 1.0);
+    }
 
     #[test]
     fn samples_never_exceed_the_upper_bound() {
