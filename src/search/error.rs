@@ -46,6 +46,10 @@ const PROVABLE: f64 = 0.99;
 const GOOD: f64 = 0.95;
 /// Share of the allowed distance below which the smallest accepted result reopens the search, once.
 const SPARE: f64 = 0.85;
+/// Share of the distance of a smaller result that shows, where the larger one drops components too, that these are too far.
+const UNMOVED: f64 = 0.98;
+/// Factor of the distance within which components are dropped, each time that dropped ones are too far; the last keeps all.
+const CLOSER_DROPS: [f64; 2] = [0.5, 0.0];
 /// Budget of visited triangles and boxes for all proofs: the first per face of the original, plus the second.
 // On five benchmark meshes, within 0.3 % of the diagonal, 10 to 14 proofs visit 158 to 434 per face together.
 const MOST_VISITS: [u64; 2] = [1000, 4_000_000];
@@ -105,6 +109,7 @@ pub fn simplify_to_error(
     let prover = Prover::new(&original, bound);
     let mut hunt = Hunt::new(&prover);
     while let Some(first) = hunt.next {
+        let options = &ClosedOptions { prune_within: hunt.drops_within * options.prune_within, ..options.clone() };
         simplify_in_turn(input, options, first, &mut search.run(), &mut |turn| hunt.go_on(turn))?;
     }
     let mut simplify_whole = |in_place: bool| {
@@ -192,41 +197,66 @@ struct Hunt<'a> {
     n_tries: usize,
     /// True once samples have missed what is too far.
     proves_at_once: bool,
+    /// Share of the distance within which components are dropped.
+    drops_within: f64,
+    /// Number of vertices and distance of the last result, if it was too far and dropped components.
+    last_dropping: Option<(usize, f64)>,
 }
 
 impl<'a> Hunt<'a> {
     fn new(prover: &'a Prover<'a>) -> Self {
         let range = Range::new(prover.original.n_vertices, prover.error);
         let next = Some(NextSize { n_vertices: LEAST_ESTIMATED, is_estimate: true });
-        Self { prover, range, near: Vec::new(), next, found: None, n_tries: 0, proves_at_once: false }
+        let (near, found, n_tries, proves_at_once) = (Vec::new(), None, 0, false);
+        Self { prover, range, near, next, found, n_tries, proves_at_once, drops_within: 1.0, last_dropping: None }
     }
 
-    /// Takes what was made, and returns the size to make next.
+    /// Takes what was made, and returns the size to make next; `None` ends the run, after which the next size begins another.
     fn go_on(&mut self, turn: Turn) -> Option<NextSize> {
-        match turn {
-            Turn::Estimates(estimates) => self.range.estimates = DistanceEstimates::new(estimates),
+        let is_run_over = match turn {
+            Turn::Estimates(estimates) => {
+                self.range.estimates = DistanceEstimates::new(estimates);
+                false
+            }
             Turn::Result(simplified) => self.look_at(*simplified),
-        }
+        };
         self.next = self.choose_next().map(|n_vertices| NextSize { n_vertices, is_estimate: false });
-        self.next
+        self.next.filter(|_| !is_run_over)
     }
 
-    fn look_at(&mut self, simplified: Simplified) {
-        let Some(NextSize { n_vertices: size, .. }) = self.next else { return };
+    /// Takes a result; returns whether larger ones of its run would be too far as well.
+    fn look_at(&mut self, simplified: Simplified) -> bool {
+        let Some(NextSize { n_vertices: size, .. }) = self.next else { return false };
         self.n_tries += 1;
         let share = self.prover.share_of_samples(&simplified);
         let is_near = share <= PROVABLE;
         let proved = (is_near && self.proves_at_once).then(|| self.prover.prove(&simplified, share)).flatten();
         let is_missed = is_near && self.proves_at_once && proved.is_none();
+        let (n_vertices, drops) = (simplified.mesh.positions().len(), simplified.report.components_pruned > 0);
         if !is_missed {
-            self.range.shares.push((simplified.mesh.positions().len(), share.max(LEAST_SHARE)));
+            self.range.shares.push((n_vertices, share.max(LEAST_SHARE)));
         }
         if is_near && !is_missed {
             self.range.enough = size;
             self.near.push(NearResult { size, share, simplified, proved });
-        } else {
-            self.range.too_few = self.range.too_few.max(size);
+            return false;
         }
+        self.range.too_few = self.range.too_few.max(size);
+        let last = std::mem::replace(&mut self.last_dropping, drops.then_some((n_vertices, share)));
+        let is_stuck = drops && last.is_some_and(|(n, before)| n_vertices > n && share > UNMOVED * before);
+        is_stuck && self.keep_more_components()
+    }
+
+    /// Forgets what was rejected for components that are too far to be dropped; `false` if none was to be dropped.
+    // What a run has dropped does not come back in its larger results.
+    fn keep_more_components(&mut self) -> bool {
+        let Some(&within) = CLOSER_DROPS.iter().find(|within| **within < self.drops_within) else { return false };
+        (self.drops_within, self.last_dropping) = (within, None);
+        let Range { enough, error, n_vertices, .. } = self.range;
+        let estimates = std::mem::take(&mut self.range.estimates);
+        self.range = Range { enough, estimates, ..Range::new(n_vertices, error) };
+        self.range.shares.extend(self.near.last().map(|last| (last.size, last.share.max(LEAST_SHARE))));
+        true
     }
 
     fn choose_next(&mut self) -> Option<usize> {
@@ -371,7 +401,9 @@ impl Range {
         // Where all results are on one side, the error lies farther away than was thought.
         let step = if has_both { NEAR } else { self.step };
         self.step = (step * step).min(FAR);
-        let size = predicted.unwrap_or_else(middle).max(low * step).min(high / step).round() as usize;
+        let [least, most] = [low * step, high / step];
+        let size = if least < most { predicted.unwrap_or_else(middle).clamp(least, most) } else { (low * high).sqrt() };
+        let size = size.round() as usize;
         // An interval of two numbers has none within.
         let within = size.max(self.too_few + 1).min(self.enough.saturating_sub(1));
         let is_new = within > self.too_few && within < self.enough && !self.asked.contains(&within);
@@ -495,6 +527,38 @@ mod tests {
         );
         assert!(few.prove(&coarse, 0.0).is_none() && few.left.get() == 0 && few.prove(&coarse, 0.0).is_none());
         assert!(!enough.is_any_open.get() && few.is_any_open.get());
+    }
+
+    #[test]
+    fn what_was_dropped_too_far_is_kept_in_another_run() {
+        let (sphere, away) = (shapes::icosphere(4), |p: [f32; 3]| [0.1 * p[0] + 1.5, 0.1 * p[1], 0.1 * p[2]]);
+        let both = shapes::unite([&sphere, &shapes::place(&shapes::icosphere(1), away)]);
+        let original = PlacedOriginal::from_input(&Input::bare(&both));
+        let prover = Prover::new(&original, 0.3);
+        let mut hunt = Hunt::new(&prover);
+        let mut go_on = |n_vertices: usize| {
+            let options = Options::new(Size::Vertices(n_vertices));
+            let mut result = simplify(Input::bare(&sphere), &options, &mut |_| ControlFlow::Continue(())).unwrap();
+            result.report.components_pruned = 1;
+            hunt.next = Some(NextSize { n_vertices, is_estimate: false });
+            let next = hunt.go_on(Turn::Result(Box::new(result)));
+            (next, hunt.next, hunt.drops_within, hunt.range.too_few)
+        };
+        let (next, planned, within, too_few) = go_on(100);
+        assert!(next.is_some() && planned.is_some() && within == 1.0 && too_few == 100);
+        let (next, planned, within, too_few) = go_on(200);
+        assert!(next.is_none() && planned.is_some() && within == CLOSER_DROPS[0] && too_few == 0);
+        _ = go_on(300);
+        assert_eq!(go_on(400).2, 0.0);
+        // Then nothing else is to be kept.
+        _ = go_on(500);
+        assert!(go_on(600).0.is_some());
+    }
+
+    #[test]
+    fn steps_reach_over_half_of_what_is_left_if_both_ends_are_far() {
+        let range = |too_few| Range { too_few, step: FAR, ..Range::new(600, 1.0) };
+        assert_eq!([300, 500].map(|too_few| range(too_few).next_size().unwrap()), [424, 548]);
     }
 
     #[test]
