@@ -84,10 +84,15 @@ class Original:
         return count(asset) | asdict(surface.compare(self.surface, result, self.n_samples))
 
     def find_vanished(self, path):
-        """Returns the names of meshes that have no triangles left; the program keeps meshes in their order."""
-        before, after = self.asset.count_faces(), gltf.Asset(path).count_faces()
-        names = self.asset.read_mesh_names()
-        return "; ".join(name for name, old, new in zip(names, before, after, strict=True) if old and not new)
+        """Returns the names of meshes that have no triangles left; the program keeps the order of those that remain."""
+        result = gltf.Asset(path)
+        left = list(zip(result.read_mesh_names(), result.count_faces(), strict=True))
+        vanished = []
+        for name, n_faces in zip(self.asset.read_mesh_names(), self.asset.count_faces(), strict=True):
+            n_left = left.pop(0)[1] if left and left[0][0] == name else 0
+            if n_faces and not n_left:
+                vanished.append(name)
+        return "; ".join(vanished)
 
 
 def run_command(command):
