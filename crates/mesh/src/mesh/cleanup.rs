@@ -2,8 +2,8 @@
 //!
 //! 1. Drops faces with a vertex index out of range.
 //! 2. Drops faces with a corner that is not finite.
-//! 3. Welds vertices at equal positions, in single precision about a local origin (-0 equals 0, and so does what is 0 but
-//!    for rounding errors), unless the options forbid it.
+//! 3. Welds vertices at equal positions, in single precision about a local origin (-0 equals 0, and at open edges so does what
+//!    is 0 but for rounding errors), unless the options forbid it.
 //! 4. Drops faces that use a vertex twice, before or after welding.
 //! 5. Drops all but one of the faces with the same three vertices, the one that is wound as its neighbours or outward, else
 //!    the first; another stays if closed bodies touch there.

@@ -3,12 +3,16 @@
 //! Near 1, single precision joins numbers that differ by less than 6e-8; near 0 it tells 1e-17 from 0. So surfaces that were
 //! computed face by face, such as those of CAD, would have cracks there.
 
+use super::first_equal::join_positions;
+use super::half_edges::for_each_edge;
+
 /// Largest absolute value of such a coordinate, over the mesh's largest coordinate: 64 rounding errors of doubles.
 const LARGEST: f32 = 1.0 / (1u64 << 46) as f32;
 /// Least extent of a face at the vertex, over the largest noise: smaller faces are shapes.
 const LEAST_EXTENT: f32 = 1024.0;
 
-/// Returns the positions with 0 in place of noise; `None` if there is none at the corners of the faces.
+/// Returns the positions with 0 in place of noise at open edges of faces; `None` if there is none.
+// Surfaces that cross each other there by chance stay apart.
 pub fn without_zero_noise(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Option<Vec<[f32; 3]>> {
     let corners = || faces.as_flattened().iter().map(|&v| positions[v as usize]);
     let noise = LARGEST * corners().flatten().fold(0.0, |most: f32, x| most.max(x.abs()));
@@ -16,6 +20,8 @@ pub fn without_zero_noise(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Option<
     if !corners().flatten().any(is_noise) {
         return None;
     }
+    let (first, _) = join_positions(positions);
+    let is_open = vertices_of_open_edges(&first, faces);
     let mut quiet = positions.to_vec();
     for face in faces {
         let corners = face.map(|v| positions[v as usize]);
@@ -24,11 +30,24 @@ pub fn without_zero_noise(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Option<
             a.max(b).max(c) - a.min(b).min(c)
         };
         if (0..3).any(|axis| extent(axis) > LEAST_EXTENT * noise) {
-            let coordinates = face.iter().flat_map(|&v| (0..3).map(move |axis| (v as usize, axis)));
+            let open = face.iter().map(|&v| v as usize).filter(|&v| is_open[first[v] as usize]);
+            let coordinates = open.flat_map(|v| (0..3).map(move |axis| (v, axis)));
             coordinates.filter(|&(v, axis)| is_noise(positions[v][axis])).for_each(|(v, axis)| quiet[v][axis] = 0.0);
         }
     }
     Some(quiet)
+}
+
+/// Marks the first vertices at the ends of edges with an odd number of faces.
+fn vertices_of_open_edges(first: &[u32], faces: &[[u32; 3]]) -> Vec<bool> {
+    let joined: Vec<[u32; 3]> = faces.iter().map(|face| face.map(|v| first[v as usize])).collect();
+    let mut is_open = vec![false; first.len()];
+    for_each_edge(first.len(), &joined, |ends, sides| {
+        if sides.len() % 2 == 1 {
+            ends.iter().for_each(|&v| is_open[v as usize] = true);
+        }
+    });
+    is_open
 }
 
 #[cfg(test)]
@@ -67,14 +86,25 @@ mod tests {
     }
 
     #[test]
+    fn closed_surfaces_that_meet_but_for_noise_stay_apart() {
+        let (mut positions, mut faces) = cube();
+        let n = positions.len() as u32;
+        positions.extend(cube().0.iter().map(|&[x, y, z]| [if x == 0.0 { 1e-17 } else { -x }, y, z]));
+        faces.extend(cube().1.iter().map(|face| face.map(|v| v + n)));
+        assert!(without_zero_noise(&positions, &faces).is_some_and(|quiet| quiet == positions));
+    }
+
+    #[test]
     fn shapes_as_small_as_noise_stay() {
         let (mut positions, mut faces) = cube();
         let small: Vec<[f32; 3]> = positions.iter().map(|p| p.map(|x| 1e-17 * x)).collect();
         let n = positions.len() as u32;
         positions.extend(small);
+        // Both are open.
+        faces.pop();
         faces.extend(faces.clone().iter().map(|face| face.map(|v| v + n)));
         assert!(without_zero_noise(&positions, &faces).is_some_and(|quiet| quiet == positions));
-        assert!(without_zero_noise(&positions[..8], &faces[..12]).is_none());
+        assert!(without_zero_noise(&positions[..8], &faces[..11]).is_none());
         assert!(without_zero_noise(&[], &[]).is_none());
     }
 }
