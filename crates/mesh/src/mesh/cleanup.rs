@@ -2,8 +2,8 @@
 //!
 //! 1. Drops faces with a vertex index out of range.
 //! 2. Drops faces with a corner that is not finite.
-//! 3. Welds vertices at equal positions, in single precision about a local origin (-0 equals 0, and at open edges so does what
-//!    is 0 but for rounding errors), unless the options forbid it.
+//! 3. Welds vertices at equal positions, in single precision about a local origin (-0 equals 0), unless the options
+//!    forbid it.
 //! 4. Drops faces that use a vertex twice, before or after welding.
 //! 5. Drops all but one of the faces with the same three vertices, the one that is wound as its neighbours or outward, else
 //!    the first; another stays if closed bodies touch there.
@@ -18,7 +18,6 @@ use super::first_equal::join_positions;
 use super::precision::{LostComponent, find_lost_component};
 use super::repeated_faces::{prefer_wound_sides, repeated_faces, superfluous_faces};
 use super::tri_mesh::are_sound;
-use super::zero_noise::without_zero_noise;
 use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 use crate::geometry::extent;
 
@@ -301,7 +300,7 @@ fn weld(
     faces: &mut [[u32; 3]],
     counts: &mut CleanCounts,
 ) -> Result<bool, CleanError> {
-    let (first, repeated) = join_positions(without_zero_noise(local, faces).as_deref().unwrap_or(local));
+    let (first, repeated) = join_positions(local);
     let lost = frame.double.then(|| find_lost_component(&positions, local, &first, faces)).flatten();
     if let Some(LostComponent { vertex, size, step }) = lost {
         return Err(CleanError::TooCoarse { vertex, size, step });
