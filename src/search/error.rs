@@ -46,9 +46,9 @@ const PROVABLE: f64 = 0.99;
 const GOOD: f64 = 0.95;
 /// Share of the allowed distance below which the smallest accepted result reopens the search, once.
 const SPARE: f64 = 0.85;
-/// Share of the distance of a smaller result that shows, where the larger one drops components too, that these are too far.
+/// Least quotient of the distances of a larger and a smaller result that shows that their dropped components are too far.
 const UNMOVED: f64 = 0.98;
-/// Factor of the distance within which components are dropped, each time that dropped ones are too far; the last keeps all.
+/// Shares of the distance within which components are dropped, in turn, once dropped ones are too far.
 const CLOSER_DROPS: [f64; 2] = [0.5, 0.0];
 /// Budget of visited triangles and boxes for all proofs: the first per face of the original, plus the second.
 // On five benchmark meshes, within 0.3 % of the diagonal, 10 to 14 proofs visit 158 to 434 per face together.
@@ -247,7 +247,7 @@ impl<'a> Hunt<'a> {
         is_stuck && self.keep_more_components()
     }
 
-    /// Forgets what was rejected for components that are too far to be dropped; `false` if none was to be dropped.
+    /// Drops components within a smaller distance from now on, and forgets rejected sizes; `false` at the least distance.
     // What a run has dropped does not come back in its larger results.
     fn keep_more_components(&mut self) -> bool {
         let Some(&within) = CLOSER_DROPS.iter().find(|within| **within < self.drops_within) else { return false };

@@ -64,7 +64,7 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
     let mut is_blocked = vec![false; repeated.len()];
     let would_open = |edge: &&RepeatedEdge| {
         let n_left = edge.n_faces - edge.n_repeated;
-        // Where all have one, the whole surface is there twice, once for each side.
+        // Where each face has a copy, the whole surface is there twice, once for each side.
         edge.n_faces.is_multiple_of(2) && n_left % 2 == 1 && n_left > edge.n_with_copies.max(1)
     };
     for edge in edges.values().filter(would_open) {

@@ -137,9 +137,9 @@ pub(super) fn largest_distance_from_faces(
     bounds.lower
 }
 
-/// Selects the faces with an area of a list; all of them if none has one.
+/// Selects those of a list of faces that have an area; all of them if none has.
 ///
-/// What has no area shows no points of its own: its corners and sides are those of faces around it, or no viewer sees them.
+/// A face without area is invisible where it does not lie on the sides of other faces.
 pub(super) fn measured_faces(mesh: &TriMesh, faces: &[u32]) -> Vec<u32> {
     let corners = |face: u32| mesh.faces()[face as usize].map(|v| mesh.positions()[v as usize].map(f64::from));
     let with_area: Vec<u32> = faces.iter().copied().filter(|&face| has_area(corners(face))).collect();
