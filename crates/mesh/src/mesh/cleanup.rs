@@ -7,7 +7,9 @@
 //! 4. Drops faces that use a vertex twice, before or after welding.
 //! 5. Drops all but one of the faces with the same three vertices, the one that is wound as its neighbours or outward, else
 //!    the first; another stays if closed bodies touch there.
-//! 6. Drops unused vertices.
+//! 6. Welds vertices that rounding errors of zeros keep apart (1e-17 if the largest coordinate is 1) where that closes open
+//!    edges, unless the options forbid it.
+//! 7. Drops unused vertices.
 //!
 //! Faces of zero area stay, since they hold the surface together.
 
@@ -18,6 +20,7 @@ use super::first_equal::join_positions;
 use super::precision::{LostComponent, find_lost_component};
 use super::repeated_faces::{prefer_wound_sides, repeated_faces, superfluous_faces};
 use super::tri_mesh::are_sound;
+use super::zero_noise::{Magnitudes, join_across_noise};
 use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 use crate::geometry::extent;
 
@@ -192,7 +195,7 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
     }
     let used = used_vertices(&faces.corners, n_raw_vertices);
     let frame = Frame { origin: if double { local_origin(&positions, &used) } else { [0.0; 3] }, double };
-    let local = to_local(&positions, &used, &frame)?;
+    let (local, magnitudes) = to_local(&positions, &used, &frame)?;
     let n_sound_faces = faces.len();
     let is_welded = options.weld && weld(positions, &local, &used, &frame, &mut faces.corners, &mut counts)?;
     if is_welded {
@@ -202,7 +205,10 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
     let lost_backs = groups_without_backs(&faces, &duplicates, &attributes);
     let are_as_before = !is_welded && faces.len() == n_sound_faces;
     let FaceList { corners: mut faces, numbers } = faces;
-    let used = if are_as_before { used } else { used_vertices(&faces, local.len()) };
+    let mut used = if are_as_before { used } else { used_vertices(&faces, local.len()) };
+    if options.weld && magnitudes.has_noise() {
+        counts.welded_vertices += join_across_noise(&local, &mut faces, &mut used);
+    }
     let (local, source) = drop_unused_vertices(local, &mut faces, &used);
     counts.unreferenced_vertices = n_raw_vertices - counts.welded_vertices - local.len();
     if faces.is_empty() {
@@ -282,13 +288,20 @@ pub fn origin_within(low: [f64; 3], high: [f64; 3]) -> [f64; 3] {
     })
 }
 
-pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> Result<Vec<[f32; 3]>, CleanError> {
+/// Returns the local coordinates, and the magnitudes of those of used vertices.
+pub(super) fn to_local(
+    positions: &[[f64; 3]],
+    used: &[bool],
+    frame: &Frame,
+) -> Result<(Vec<[f32; 3]>, Magnitudes), CleanError> {
     let local: Vec<[f32; 3]> = positions.iter().map(|&p| frame.to_local(p)).collect();
-    let outside = |(p, used): (&[f32; 3], &bool)| *used && p.iter().any(|x| !x.is_finite());
-    match local.iter().zip(used).position(outside) {
-        Some(vertex) => Err(CleanError::TooFar { vertex }),
-        None => Ok(local),
+    let magnitudes = Magnitudes::of_used(&local, used);
+    if magnitudes.are_finite() {
+        return Ok((local, magnitudes));
     }
+    let is_outside = |(p, used): (&[f32; 3], &bool)| *used && p.iter().any(|x| !x.is_finite());
+    let vertex = local.iter().zip(used).position(is_outside).unwrap_or_default();
+    Err(CleanError::TooFar { vertex })
 }
 
 /// Welds vertices (step 3); returns whether any two share a position.
@@ -352,7 +365,7 @@ fn groups_without_backs(faces: &FaceList, dropped: &[[u32; 3]], attributes: &Att
     groups
 }
 
-/// Drops unused vertices (step 6); also returns each vertex's old index.
+/// Drops unused vertices (step 7); also returns each vertex's old index.
 fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]], used: &[bool]) -> (Vec<[f32; 3]>, Vec<u32>) {
     if used.iter().all(|used| *used) {
         let source = (0..local.len() as u32).collect();

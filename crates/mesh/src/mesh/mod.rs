@@ -47,6 +47,7 @@ pub mod value_bytes;
 mod vertex_normals;
 mod winding;
 mod windings;
+mod zero_noise;
 
 pub use area::has_area;
 pub use attributes::{Attributes, Channel, Role};

@@ -40,7 +40,7 @@ pub fn point_cloud(raw: RawMesh) -> Result<PointCloud, CleanError> {
     }
     let is_finite: Vec<bool> = positions.iter().map(|p| p.iter().all(|x| x.is_finite())).collect();
     let frame = Frame { origin: if double { local_origin(&positions, &is_finite) } else { [0.0; 3] }, double };
-    let local = to_local(&positions, &is_finite, &frame)?;
+    let (local, _) = to_local(&positions, &is_finite, &frame)?;
     let (first, _) = join_positions(&local);
     let n_finite = is_finite.iter().filter(|finite| **finite).count();
     let is_kept = |&at: &u32| is_finite[at as usize] && first[at as usize] == at;
