@@ -8,7 +8,8 @@ use crate::simplify::closed::prepare::surface::{BOUNDARY_WEIGHT, PreparedSurface
 
 pub(super) struct Planes {
     pub faces: Vec<[u32; 3]>,
-    boundaries: Vec<[u32; 2]>,
+    /// Boundaries and folds.
+    lines: Vec<[u32; 2]>,
     weightless: Vec<u32>,
     support: f64,
     importance: Vec<f64>,
@@ -21,10 +22,10 @@ pub(super) struct PlaneSums {
 
 impl Planes {
     pub fn new(surface: &PreparedSurface, positions: &[DVec3]) -> Self {
-        let boundaries = surface.rings.ghost_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
+        let lines = surface.edges_with_lines();
         let faces = surface.faces.to_vec();
         // Vertices whose weight is too small without support get it.
-        let bare = Self { faces, boundaries, weightless: Vec::new(), support: 0.0, importance: Vec::new() };
+        let bare = Self { faces, lines, weightless: Vec::new(), support: 0.0, importance: Vec::new() };
         let weights: Vec<f64> = bare.gather(positions).matrices.iter().map(trace).collect();
         let support = least_weight(weights.iter().sum(), weights.len());
         let weightless = (0..weights.len() as u32).filter(|&v| weights[v as usize] < support).collect();
@@ -40,7 +41,7 @@ impl Planes {
             let plane = plane(normal);
             face.iter().for_each(|&v| matrices[v as usize] += plane);
         }
-        for &[w, v] in &self.boundaries {
+        for &[w, v] in &self.lines {
             let line = line(positions[w as usize] - positions[v as usize]);
             matrices[w as usize] += line;
             matrices[v as usize] += line;
@@ -54,7 +55,7 @@ impl Planes {
     pub fn backward(&self, positions: &[DVec3], at: &PlaneSums, gradient: &[DMat3], to_positions: &mut [DVec3]) {
         let factor = |v: u32| self.importance.get(v as usize).copied().unwrap_or(1.0);
         let gradient = |v: u32| gradient[v as usize] * factor(v);
-        for &[w, v] in &self.boundaries {
+        for &[w, v] in &self.lines {
             let edge = positions[w as usize] - positions[v as usize];
             let to_edge = line_backward(edge, &(gradient(w) + gradient(v)));
             to_positions[w as usize] += to_edge;

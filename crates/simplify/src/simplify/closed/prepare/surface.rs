@@ -111,9 +111,43 @@ impl<'a> PreparedSurface<'a> {
 
     fn sum_faces(&mut self) {
         let (normals, mut quadrics) = sum_faces(self.pulse, &self.positions, &self.faces, self.area_weights);
-        add_boundary_lines(&self.positions, &self.rings, &mut quadrics);
+        // Supporting planes in place of lines would lean where the surface is rough.
+        for [v, w] in self.edges_with_lines() {
+            let line = line_along(self.positions[w as usize] - self.positions[v as usize]);
+            [v, w].into_iter().for_each(|end| add(&mut quadrics[end as usize], &line));
+        }
         support_weightless(self.pulse, &mut quadrics);
         (self.normals, self.quadrics) = (normals, quadrics);
+    }
+
+    /// Lists the edges along which lines hold the surface: boundaries and folds.
+    pub fn edges_with_lines(&self) -> Vec<[u32; 2]> {
+        // A ghost face has one real edge: the boundary's.
+        let mut edges: Vec<[u32; 2]> = self.rings.ghost_faces().into_iter().map(|[w, v, _]| [v, w]).collect();
+        let vertices = (0..self.positions.len() as u32).into_par_iter().with_min_len(PARALLEL);
+        edges.par_extend(vertices.flat_map_iter(|v| self.folds_from(v)));
+        edges
+    }
+
+    /// Lists the folds from a vertex to vertices of higher numbers.
+    fn folds_from(&self, vertex: u32) -> Vec<[u32; 2]> {
+        let (centre, ring) = (self.positions[vertex as usize], self.rings.ring(vertex));
+        // A ghost vertex has no position.
+        let place = |&w: &u32| self.positions.get(w as usize).copied();
+        let mut is_opposed = false;
+        let mut last = Vec3::ZERO;
+        for (before, here) in ring.iter().zip(ring.iter().cycle().skip(1)).chain(ring.first().zip(ring.get(1))) {
+            let (Some(p), Some(q)) = (place(before), place(here)) else { continue };
+            let normal = area_normal([centre, p, q]);
+            is_opposed |= last.dot(normal) < 0.0;
+            last = normal;
+        }
+        // Folds are rare, so they are searched only if two faces oppose each other.
+        if !is_opposed {
+            return Vec::new();
+        }
+        let folds = folds_around(centre, ring.iter().map(place)).map(|i| ring[i]);
+        folds.filter(|&end| vertex < end).map(|end| [vertex, end]).collect()
     }
 
     /// Weighs small faces more than their areas if areas around vertices are very different.
@@ -271,18 +305,6 @@ pub fn plane_of(corners: [Vec3; 3], area_weights: AreaWeights) -> Option<(Vec3, 
     (double_area > 0.0).then(|| (normal, outer(normal, weight())))
 }
 
-fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32; 6]]) {
-    if rings.n_ghosts() == 0 {
-        return;
-    }
-    // Supporting planes in place of lines would lean where the surface is rough.
-    // A ghost face has one real edge: the boundary's.
-    for [w, v, _] in rings.ghost_faces() {
-        let line = line_along(positions[w as usize] - positions[v as usize]);
-        [v, w].into_iter().for_each(|end| add(&mut quadrics[end as usize], &line));
-    }
-}
-
 /// Returns the quadric of the line along an edge: squared distance times squared edge length and [`BOUNDARY_WEIGHT`].
 #[inline(always)]
 pub fn line_along(edge: Vec3) -> [f32; 6] {
@@ -396,6 +418,25 @@ mod tests {
             let weight: f64 = (0..surface.n_vertices()).map(|v| surface.weight(v)).sum();
             assert!((weight / f64::from(area(&surface)) - 1.0).abs() < 1e-3);
             assert!(surface.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
+        }
+    }
+
+    #[test]
+    fn the_first_quadrics_are_those_of_later_passes_also_at_folds() {
+        // A sheet without thickness: its two sides have centres of their own.
+        let rim = (0..12).map(|i| (i as f32 * std::f32::consts::TAU / 12.0).sin_cos()).map(|(y, x)| [x, y, 0.0]);
+        let positions = rim.chain([[0.1, 0.0, 0.0], [0.0, 0.1, 0.0]]).collect();
+        let sides = (0..12).flat_map(|i| [[i, (i + 1) % 12, 12], [(i + 1) % 12, i, 13]]);
+        let sheet = TriMesh::new(positions, sides.collect()).unwrap();
+        for mesh in [sheet, shapes::grid(5, 4), shapes::bolt(9), shapes::wavy_sphere(2, 5.0)] {
+            let surface = PreparedSurface::new(&mesh, Pulse::NONE);
+            for (v, found) in (0..surface.n_vertices() as u32).zip(&surface.quadrics) {
+                let place = |&w: &u32| surface.positions.get(w as usize).copied();
+                let (centre, ring) = (surface.positions[v as usize], surface.rings.ring(v).iter().map(place));
+                let later = planes_around(centre, ring, AreaWeights::default());
+                let size = later[0] + later[3] + later[5];
+                assert!(found.iter().zip(later).all(|(x, y)| (x - y).abs() <= 1e-4 * size), "{v}: {found:?} {later:?}");
+            }
         }
     }
 
