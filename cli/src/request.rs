@@ -157,7 +157,7 @@ impl Request {
         let mut job = create_job(arguments, (!takes_input_format).then_some(format))?;
         job.format = format;
         let mut request = Self {
-            source: input_source(paths, !arguments.no_weld)?.with_joined_scene(arguments.bake.is_some()),
+            source: input_source(paths, !arguments.no_weld)?.with_joined_scene(arguments.joins_scenes()),
             strict: job.goal.is_bound(),
             job,
             memory: None,

@@ -49,8 +49,10 @@ fn run_in_pool(mut request: Request) -> Result<(), Failure> {
         None => simplify_file(&mut request, &mut progress)?,
     };
     drop(progress);
+    // The result may replace the mesh.
+    let n_bytes_read = size_of(&request.source.path);
     let (report, cleaned) = run.place_results()?;
-    print_result(&request, &report, &cleaned);
+    print_result(&request, &report, &cleaned, n_bytes_read);
     check_target(&request, &report)
 }
 
@@ -125,6 +127,10 @@ struct PreparedFiles {
 }
 
 fn prepare_meshes(written: Vec<Files>, request: &Request, report: &mut JobReport) -> Result<PreparedFiles, Failure> {
+    if request.output.is_none() && written.len() > 1 {
+        let what = "standard output takes one file, and each of these levels is one: give -o the name of a file";
+        return Err(Failure::Usage(what.into()));
+    }
     let mut prepared = PreparedFiles::default();
     let mut paths = request.outputs().into_iter();
     for files in written {
@@ -160,7 +166,7 @@ fn prepare_map(request: &Request, document: &Document, result: &Simplified) -> R
     files::prepare_file(path, &json, request.force).map(Some)
 }
 
-fn print_result(request: &Request, report: &JobReport, cleaned: &str) {
+fn print_result(request: &Request, report: &JobReport, cleaned: &str, n_bytes_read: Option<u64>) {
     // Messages must not mix with a mesh or a report on standard output.
     let voice = match request.output {
         _ if request.quiet => MessageStream::Quiet,
@@ -174,7 +180,7 @@ fn print_result(request: &Request, report: &JobReport, cleaned: &str) {
     match &report.levels[..] {
         [] => {
             voice.print_line(&messages::size_line(&report.input, &report.output.size));
-            file_sizes(request).iter().for_each(|bytes| voice.print_line(&messages::file_line(*bytes)));
+            file_sizes(request, n_bytes_read).iter().for_each(|bytes| voice.print_line(&messages::file_line(*bytes)));
             messages::written_line(&report.output).iter().for_each(|line| voice.print_line(line));
             report.certified.iter().for_each(|distance| voice.print_line(&messages::certified_line(distance)));
             report.distance.iter().for_each(|distance| voice.print_line(&messages::distance_line(distance)));
@@ -188,12 +194,15 @@ fn print_result(request: &Request, report: &JobReport, cleaned: &str) {
 }
 
 /// Returns the file sizes of input and result, if each is one file.
-fn file_sizes(request: &Request) -> Option<[u64; 2]> {
+fn file_sizes(request: &Request, n_bytes_read: Option<u64>) -> Option<[u64; 2]> {
     let (input, result) = (&request.source.path, request.output.as_deref()?);
     // A .gltf has most of its data in other files, so its size would mislead.
     if [Format::from_path(input), Some(request.job.format)].contains(&Some(Format::Gltf)) {
         return None;
     }
-    let size_of = |path: &Path| std::fs::metadata(path).ok().filter(|found| found.is_file()).map(|found| found.len());
-    Some([size_of(input)?, size_of(result)?])
+    Some([n_bytes_read?, size_of(result)?])
+}
+
+fn size_of(path: &Path) -> Option<u64> {
+    std::fs::metadata(path).ok().filter(|found| found.is_file()).map(|found| found.len())
 }

@@ -17,6 +17,18 @@ fn count_contents(glb: &[u8]) -> [usize; 4] {
 const ALL_CONTENTS: [usize; 4] = [1, 1, 4, 2];
 
 #[test]
+fn the_papers_assembly_joins_the_meshes_of_a_scene_where_they_are() {
+    let folder = folder();
+    fs::write(folder.path().join("a.glb"), Avatar::new(8).glb()).unwrap();
+    for name in ["b.glb", "b.ply"] {
+        let words = ["simplify", "a.glb", "-o", name, "--ratio", "50%", "--assembly", "paper", "--no-check"];
+        succeed(folder.path(), &words);
+    }
+    let [glb, ply] = ["b.glb", "b.ply"].map(|name| info(folder.path(), name));
+    assert!(glb["bounds"] == ply["bounds"] && glb["faces"] == ply["faces"], "{glb} {ply}");
+}
+
+#[test]
 fn a_scene_from_standard_input_stays_one() {
     let folder = folder();
     let glb = Avatar::new(8).glb();

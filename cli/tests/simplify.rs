@@ -129,6 +129,28 @@ fn pipes_carry_meshes_and_words_go_elsewhere() {
 }
 
 #[test]
+fn standard_output_takes_no_levels_that_are_files_of_their_own() {
+    let folder = folder();
+    let input = test_mesh_path("spot.ply");
+    let levels = ["simplify", input.to_str().unwrap(), "-o", "-", "--lods", "50%,20%", "--format"];
+    let refused = run(folder.path(), &[&levels[..], &["obj"]].concat());
+    assert!(refused.code == Some(2) && refused.stdout.is_empty(), "{}", refused.stderr);
+    assert!(error_line(&refused).contains("standard output takes one file"), "{}", refused.stderr);
+    assert_eq!(run(folder.path(), &[&levels[..], &["glb", "--engine", "unity"]].concat()).code, Some(0));
+}
+
+#[test]
+fn the_bytes_of_a_mesh_are_those_before_its_result_replaces_it() {
+    let folder = folder();
+    std::fs::copy(test_mesh_path("spot.ply"), folder.path().join("a.ply")).unwrap();
+    let run = succeed(folder.path(), &["simplify", "a.ply", "-o", "a.ply", "--ratio", "10%", "--force"]);
+    let words = String::from_utf8(run.stdout).unwrap();
+    let line = words.lines().find(|line| line.starts_with("file ")).unwrap();
+    let (before, after) = line.split_once(" -> ").unwrap();
+    assert!(!before.ends_with(after), "{line}");
+}
+
+#[test]
 fn a_picture_shows_both_meshes() {
     let folder = folder();
     assert_eq!(run_cow(folder.path(), &["-o", "a.ply", "--picture", "a.png"]).code, Some(0));

@@ -133,9 +133,14 @@ impl Arguments {
         printable.or(self.fill_holes.map(|most| Repair::FillHoles(most.unwrap_or(usize::MAX))))
     }
 
+    /// Returns whether the meshes of a scene become one: baked textures are of one, and the paper's assembly knows no other.
+    pub fn joins_scenes(&self) -> bool {
+        self.bake.is_some() || self.assembly == AssemblyName::Paper
+    }
+
     /// Returns whether a glTF that is written in this format stays a scene instead of one mesh.
     pub(super) fn writes_scenes(&self, format: Format) -> bool {
-        matches!(format, Format::Gltf | Format::Glb) && self.bake.is_none()
+        matches!(format, Format::Gltf | Format::Glb) && !self.joins_scenes()
     }
 
     /// Returns whether levels of detail share a file: in a glTF those of a scene or for an engine, except Unreal.

@@ -210,7 +210,7 @@ impl Batch {
         let mut request = Request {
             // In a batch, --format is always that of the results.
             source: Source::new(input.path.clone(), None, !args.options.no_weld)
-                .with_joined_scene(args.options.bake.is_some()),
+                .with_joined_scene(args.options.joins_scenes()),
             strict: false,
             report: self.side_file(input, REPORT_ENDING)?,
             picture: self.side_file(input, PICTURE_ENDING)?,

@@ -27,7 +27,7 @@ impl ImageConverter for NoImages {
 }
 
 impl Document {
-    /// Rejects `n_bytes` below the smallest possible glTF, with advice.
+    /// Rejects a glTF of `n_bytes` whose images alone take more, with advice.
     pub fn check_bytes(&self, n_bytes: usize, job: &Job, file_name: &str) -> Result<(), JobError> {
         if !matches!(job.format, Format::Gltf | Format::Glb) {
             return Ok(());
@@ -38,18 +38,19 @@ impl Document {
         if n_least <= n_bytes {
             return Ok(());
         }
+        // Other materials may go, but a result without images would look like nothing that was asked for.
         let n_images = n_least.saturating_sub(least(Some(&NoImages))?);
-        let mut smaller =
-            SIDES.into_iter().filter(|side| n_images > 0 && job.arguments.textures.is_none_or(|now| *side < now));
+        if n_images <= n_bytes {
+            return Ok(());
+        }
+        let mut smaller = SIDES.into_iter().filter(|side| job.arguments.textures.is_none_or(|now| *side < now));
         // Half of the bytes are left for the shape.
         let fits = |side: &usize| least(Some(&Textures::new(*side))).is_ok_and(|n| 2 * n <= n_bytes);
         let advice = match smaller.find(fits) {
             Some(side) => format!("make images smaller with --textures {side}, or allow more bytes"),
             None => "allow more bytes".into(),
         };
-        let what = format!(
-            "--size {n_bytes}: one face for each material already takes {n_least} bytes, {n_images} of them for images: {advice}"
-        );
+        let what = format!("--size {n_bytes}: images alone take {n_images} bytes: {advice}");
         Err(JobError::Document(what))
     }
 
