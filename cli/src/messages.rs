@@ -247,6 +247,10 @@ pub fn level_line(number: usize, input: &MeshSize, level: &Level) -> String {
     if let (Some(coverage), Some(distance)) = (level.screen_coverage, level.switch_distance) {
         line += &format!(", fits up to {coverage:.2} of the screen height, from a distance of {distance:.3}");
     }
+    // What the first level drops, a line of its own says.
+    if number > 0 && level.output.components_pruned > 0 {
+        line += &format!(", dropped {}", list_names(&level.output.dropped, MAX_LISTED_NAMES));
+    }
     if stop_reason(&level.outcome).is_some() {
         line += &format!(", {}", level.outcome);
     }

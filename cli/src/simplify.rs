@@ -87,6 +87,7 @@ pub fn simplify_document(
     request: &Request,
     progress: &mut Progress,
 ) -> Result<(FinishedRun, Vec<Simplified>), Failure> {
+    check_levels(document, request)?;
     progress.set_plan(Plan::estimate(request, Some(document.mesh())));
     let to_failure = |error| request.failure(error);
     let mut outcome = job::run(document, &request.job, progress).map_err(to_failure)?;
@@ -119,6 +120,17 @@ pub fn simplify_document(
     Ok((run, results))
 }
 
+/// Rejects several files for standard output.
+fn check_levels(document: &Document, request: &Request) -> Result<(), Failure> {
+    let is_stream = request.output.is_none() && !request.stays_in_memory;
+    let n_levels = request.job.goal.n_levels().unwrap_or(1);
+    if is_stream && n_levels > 1 && request.job.has_file_per_level(document.is_scene()) {
+        let what = "standard output takes one file, and each of these levels is one: give -o the name of a file";
+        return Err(Failure::Usage(what.into()));
+    }
+    Ok(())
+}
+
 #[derive(Default)]
 struct PreparedFiles {
     bytes: Option<Vec<u8>>,
@@ -127,10 +139,6 @@ struct PreparedFiles {
 }
 
 fn prepare_meshes(written: Vec<Files>, request: &Request, report: &mut JobReport) -> Result<PreparedFiles, Failure> {
-    if request.output.is_none() && written.len() > 1 {
-        let what = "standard output takes one file, and each of these levels is one: give -o the name of a file";
-        return Err(Failure::Usage(what.into()));
-    }
     let mut prepared = PreparedFiles::default();
     let mut paths = request.outputs().into_iter();
     for files in written {

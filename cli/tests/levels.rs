@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Run, error_line, folder, json, run, succeed, test_mesh_path};
+use crate::common::{Run, error_line, folder, json, run, sphere, succeed, test_mesh_path};
 use neural_mesh::io::{self, Asset};
 use neural_mesh::mesh::shapes;
 
@@ -36,6 +36,19 @@ fn levels_have_the_numbers_of_vertices_asked_for() {
     let report = json(&folder.path().join("a.json"));
     assert_eq!([0, 1].map(|level| report["levels"][level]["vertices"].as_u64().unwrap()), [1500, 293]);
     assert_eq!(report["target"]["lods_vertices"], serde_json::json!(["1500", "10%"]));
+}
+
+#[test]
+fn each_level_says_what_it_drops() {
+    let folder = folder();
+    let large = sphere(1, 16, [0.0; 3], 1.0);
+    let speck = sphere(1 + large.matches("v ").count(), 4, [1.0, 0.0, 0.0], 0.01);
+    std::fs::write(folder.path().join("two.obj"), large + &speck).unwrap();
+    let words = ["simplify", "two.obj", "-o", "a.ply", "--lods", "100%,10%", "--report", "a.json"];
+    let said = String::from_utf8(succeed(folder.path(), &words).stdout).unwrap();
+    let level = |number: &str| said.lines().find(|line| line.starts_with(number)).unwrap();
+    assert!(!level("level 0").contains("dropped") && level("level 1").contains(", dropped "), "{said}");
+    assert_eq!(json(&folder.path().join("a.json"))["levels"][1]["components_pruned"], 1);
 }
 
 #[test]
