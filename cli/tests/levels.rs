@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Run, error_line, folder, json, run, sphere, succeed, test_mesh_path};
+use crate::common::{Run, error_line, folder, json, run, succeed, test_mesh_path, write_sphere_and_speck};
 use neural_mesh::io::{self, Asset};
 use neural_mesh::mesh::shapes;
 
@@ -41,9 +41,7 @@ fn levels_have_the_numbers_of_vertices_asked_for() {
 #[test]
 fn each_level_says_what_it_drops() {
     let folder = folder();
-    let large = sphere(1, 16, [0.0; 3], 1.0);
-    let speck = sphere(1 + large.matches("v ").count(), 4, [1.0, 0.0, 0.0], 0.01);
-    std::fs::write(folder.path().join("two.obj"), large + &speck).unwrap();
+    write_sphere_and_speck(folder.path());
     let words = ["simplify", "two.obj", "-o", "a.ply", "--lods", "100%,10%", "--report", "a.json"];
     let said = String::from_utf8(succeed(folder.path(), &words).stdout).unwrap();
     let level = |number: &str| said.lines().find(|line| line.starts_with(number)).unwrap();

@@ -1,7 +1,7 @@
 //! `neural-mesh limits`: how small meshes get.
 
 use crate::common::avatar::Avatar;
-use crate::common::{OCTAHEDRON, files, folder, refuse, sphere, succeed, test_mesh_path};
+use crate::common::{OCTAHEDRON, files, folder, refuse, succeed, test_mesh_path, write_sphere_and_speck};
 use serde_json::Value;
 
 fn limits(folder: &std::path::Path, more: &[&str]) -> Value {
@@ -28,9 +28,7 @@ fn sizes_fall_and_distances_rise_down_to_the_smallest_closed_surface() {
 #[test]
 fn dropped_components_are_named_at_the_size_that_drops_them() {
     let folder = folder();
-    let large = sphere(1, 16, [0.0; 3], 1.0);
-    let speck = sphere(1 + large.matches("v ").count(), 4, [1.0, 0.0, 0.0], 0.01);
-    std::fs::write(folder.path().join("two.obj"), large + &speck).unwrap();
+    write_sphere_and_speck(folder.path());
     let said = limits(folder.path(), &["two.obj", "--format", "stl"]);
     let rows = said["levels"].as_array().unwrap().iter().chain([&said["smallest"]]);
     let dropped: usize = rows.map(|row| row["dropped"].as_array().unwrap().len()).sum();

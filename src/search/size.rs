@@ -140,16 +140,20 @@ mod tests {
     use super::*;
     use std::ops::ControlFlow;
 
-    use crate::mesh::shapes;
+    use crate::mesh::{TriMesh, shapes};
     use crate::simplify::ClosedOptions;
 
-    fn simplify_to_bytes(more: usize, n_bytes: usize) -> (Simplified, usize) {
-        let mesh = shapes::icosphere(4);
-        let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(more + 26 * result.mesh.faces().len());
+    /// Returns a result whose bytes are those of its number of faces, and how many they are.
+    fn simplify_by(mesh: &TriMesh, bytes: impl Fn(usize) -> usize, n_bytes: usize) -> (Simplified, usize) {
+        let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(bytes(result.mesh.faces().len()));
         let (closed, go_on) = (Assembly::Closed(ClosedOptions::default()), &mut |_| ControlFlow::Continue(()));
-        let result = simplify_to_size(&Input::bare(&mesh), &closed, n_bytes, &bytes_of, go_on).unwrap();
-        let n = bytes_of(&result).unwrap();
+        let result = simplify_to_size(&Input::bare(mesh), &closed, n_bytes, &bytes_of, go_on).unwrap();
+        let n = bytes(result.mesh.faces().len());
         (result, n)
+    }
+
+    fn simplify_to_bytes(more: usize, n_bytes: usize) -> (Simplified, usize) {
+        simplify_by(&shapes::icosphere(4), |n_faces| more + 26 * n_faces, n_bytes)
     }
 
     #[test]
@@ -163,11 +167,8 @@ mod tests {
     #[test]
     fn vertices_that_are_split_hold_no_size() {
         let mesh = shapes::touching_spheres(2);
-        let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(26 * result.mesh.faces().len());
-        let (closed, go_on) = (Assembly::Closed(ClosedOptions::default()), &mut |_| ControlFlow::Continue(()));
         let n_bytes = 26 * mesh.faces().len() / 2;
-        let result = simplify_to_size(&Input::bare(&mesh), &closed, n_bytes, &bytes_of, go_on).unwrap();
-        let n = bytes_of(&result).unwrap();
+        let (result, n) = simplify_by(&mesh, |n_faces| 26 * n_faces, n_bytes);
         assert!(result.report.outcome == Outcome::Reached && n <= n_bytes && 100 * n >= 95 * n_bytes, "{n} {n_bytes}");
     }
 
@@ -176,9 +177,7 @@ mod tests {
         let mesh = shapes::icosphere(4);
         for (jump, n_bytes) in [(700, 220_000), (700, 300_000), (2500, 60_000), (4000, 250_000)] {
             let bytes = |n_faces: usize| 26 * n_faces + if n_faces > jump { 200_000 } else { 0 };
-            let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(bytes(result.mesh.faces().len()));
-            let (closed, go_on) = (Assembly::Closed(ClosedOptions::default()), &mut |_| ControlFlow::Continue(()));
-            let result = simplify_to_size(&Input::bare(&mesh), &closed, n_bytes, &bytes_of, go_on).unwrap();
+            let (result, _) = simplify_by(&mesh, bytes, n_bytes);
             let (n, best) = (result.mesh.faces().len(), (4..=5120).rev().find(|&n| bytes(n) <= n_bytes).unwrap());
             assert!(n <= best && 100 * n >= 95 * best, "{jump} {n_bytes}: {n} {best}");
         }

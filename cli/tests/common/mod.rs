@@ -149,6 +149,13 @@ pub fn error_line(run: &Run) -> String {
 pub const OCTAHEDRON: &str = "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
 f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n";
 
+/// Writes a sphere and a far smaller one at its surface as `two.obj`.
+pub fn write_sphere_and_speck(folder: &Path) {
+    let large = sphere(1, 16, [0.0; 3], 1.0);
+    let speck = sphere(1 + large.matches("v ").count(), 4, [1.0, 0.0, 0.0], 0.01);
+    std::fs::write(folder.join("two.obj"), large + &speck).unwrap();
+}
+
 pub fn sphere(first: usize, rings: usize, centre: [f64; 3], radius: f64) -> String {
     use std::f64::consts::PI;
     let around = 2 * rings;

@@ -38,7 +38,7 @@ impl Document {
         if n_least <= n_bytes {
             return Ok(());
         }
-        // Other materials may go, but a result without images would look like nothing that was asked for.
+        // What is not of images may go with its materials.
         let n_images = n_least.saturating_sub(least(Some(&NoImages))?);
         if n_images <= n_bytes {
             return Ok(());

@@ -44,7 +44,7 @@ impl Renewal {
         place: impl Fn(usize) -> Option<Vec3>,
         [importance, growing_pull]: [f32; 2],
     ) -> Self {
-        let folds = folds_around(position, (0..ring.len()).map(place)).map(|i| ring[i]).collect();
+        let folds = folds_around(position, ring.len(), place).map(|i| ring[i]).collect();
         Self { vertex, ring, folds, importance, growing_pull }
     }
 }

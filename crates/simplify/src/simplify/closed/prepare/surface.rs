@@ -130,24 +130,12 @@ impl<'a> PreparedSurface<'a> {
     }
 
     /// Lists the folds from a vertex to vertices of higher numbers.
-    fn folds_from(&self, vertex: u32) -> Vec<[u32; 2]> {
-        let (centre, ring) = (self.positions[vertex as usize], self.rings.ring(vertex));
+    fn folds_from(&self, vertex: u32) -> impl Iterator<Item = [u32; 2]> {
+        let ring = self.rings.ring(vertex);
         // A ghost vertex has no position.
-        let place = |&w: &u32| self.positions.get(w as usize).copied();
-        let mut is_opposed = false;
-        let mut last = Vec3::ZERO;
-        for (before, here) in ring.iter().zip(ring.iter().cycle().skip(1)).chain(ring.first().zip(ring.get(1))) {
-            let (Some(p), Some(q)) = (place(before), place(here)) else { continue };
-            let normal = area_normal([centre, p, q]);
-            is_opposed |= last.dot(normal) < 0.0;
-            last = normal;
-        }
-        // Folds are rare, so they are searched only if two faces oppose each other.
-        if !is_opposed {
-            return Vec::new();
-        }
-        let folds = folds_around(centre, ring.iter().map(place)).map(|i| ring[i]);
-        folds.filter(|&end| vertex < end).map(|end| [vertex, end]).collect()
+        let place = |i: usize| self.positions.get(ring[i] as usize).copied();
+        let folds = folds_around(self.positions[vertex as usize], ring.len(), place).map(|i| ring[i]);
+        folds.filter(move |&end| vertex < end).map(move |end| [vertex, end])
     }
 
     /// Weighs small faces more than their areas if areas around vertices are very different.
@@ -346,25 +334,24 @@ pub fn planes_around(
     // Folds are rare, so they are searched only if two faces oppose each other.
     if has_folds {
         let places: Vec<Option<Vec3>> = ring.collect();
-        for end in folds_around(centre, places.iter().copied()).filter_map(|i| places[i]) {
+        for end in folds_around(centre, places.len(), |i| places[i]).filter_map(|i| places[i]) {
             add(&mut sum, &line_along(end - centre));
         }
     }
     sum
 }
 
-/// Finds the neighbours along folds, the rims of thin sheets; the planes of opposite faces do not hold these.
-pub fn folds_around(centre: Vec3, ring: impl Iterator<Item = Option<Vec3>>) -> impl Iterator<Item = usize> {
-    let places: Vec<Option<Vec3>> = ring.collect();
-    let n = places.len();
-    let normal = |i: usize| match (places[(i + n - 1) % n], places[i % n]) {
+/// Finds which of `n` neighbours are along folds, the rims of thin sheets; the planes of opposite faces do not hold these.
+///
+/// `place(i)` is the position of a neighbour, `None` for a ghost vertex.
+pub fn folds_around(centre: Vec3, n: usize, place: impl Fn(usize) -> Option<Vec3>) -> impl Iterator<Item = usize> {
+    let normal = move |i: usize| match (place((i + n - 1) % n), place(i % n)) {
         (Some(p), Some(q)) => area_normal([centre, p, q]),
         _ => Vec3::ZERO,
     };
-    let normals: Vec<Vec3> = (0..n).map(normal).collect();
     let is_fold = move |&i: &usize| {
         // Compared without square roots.
-        let [one, other] = [normals[i], normals[(i + 1) % n]];
+        let [one, other] = [normal(i), normal(i + 1)];
         let along = one.dot(other);
         along < 0.0
             && along * along > LEAST_FOLD_COSINE * LEAST_FOLD_COSINE * one.length_squared() * other.length_squared()
