@@ -6,7 +6,7 @@
 /// # use neural_mesh_simplify as neural_mesh;
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
 /// ```
-pub const CLOSED_VERSION: u32 = 18;
+pub const CLOSED_VERSION: u32 = 19;
 
 /// Version of the closed assembly with constraints or attributes; changes whenever such a result has other bits.
 ///
@@ -14,7 +14,7 @@ pub const CLOSED_VERSION: u32 = 18;
 /// # use neural_mesh_simplify as neural_mesh;
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);
 /// ```
-pub const CARRIED_VERSION: u32 = 20;
+pub const CARRIED_VERSION: u32 = 21;
 
 /// Version of the paper's assembly.
 ///

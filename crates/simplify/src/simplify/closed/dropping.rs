@@ -176,25 +176,32 @@ impl<'a> PlacedComponents<'a> {
         )
     }
 
+    /// Calls `visit` with each component, its faces and their corners, at all placements.
+    pub fn visit_faces(&self, mut visit: impl FnMut(u32, u32, [DVec3; 3])) {
+        let surface = &self.original.surface;
+        for (component, transforms) in self.transforms.iter().enumerate() {
+            for transform in transforms {
+                for &face in self.faces(component) {
+                    let corner = |v: u32| transform.transform_point3(surface.positions[v as usize].as_dvec3());
+                    visit(component as u32, face, surface.faces[face as usize].map(corner));
+                }
+            }
+        }
+    }
+
     fn group(&self, face: u32) -> u32 {
         self.attributes.map_or(0, |attributes| attributes.group(face))
     }
 
     /// Measures in rendered views what a viewer would miss of each component; surfaces within `tolerance` look alike.
     pub fn exposures(&self, tolerance: f64) -> Vec<Exposure> {
-        let surface = &self.original.surface;
         let (mut positions, mut components, mut materials) = (Vec::new(), Vec::new(), Vec::new());
-        for (component, transforms) in self.transforms.iter().enumerate() {
-            for (transform, &face) in
-                transforms.iter().flat_map(|transform| self.faces(component).iter().map(move |f| (transform, f)))
-            {
-                // All placements are rendered: a component may be hidden in one and visible in another.
-                let corner = |v: u32| transform.transform_point3(surface.positions[v as usize].as_dvec3()).as_vec3();
-                positions.extend(surface.faces[face as usize].map(|v| corner(v).to_array()));
-                components.push(component as u32);
-                materials.push(self.group(face));
-            }
-        }
+        // All placements are rendered: a component may be hidden in one and visible in another.
+        self.visit_faces(|component, face, corners| {
+            positions.extend(corners.map(|corner| corner.as_vec3().to_array()));
+            components.push(component);
+            materials.push(self.group(face));
+        });
         let faces: Vec<[u32; 3]> = (0..components.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
         let labels = Labels { components: &components, materials: &materials, n_components: self.transforms.len() };
         exposures(&positions, &faces, labels, tolerance)

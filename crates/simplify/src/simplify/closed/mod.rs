@@ -14,6 +14,7 @@ mod importance;
 mod kept_way;
 mod kernel_collapse;
 mod level_queue;
+mod occupied_cells;
 mod original;
 mod output;
 mod pins;
