@@ -1,8 +1,7 @@
-//! Choice of components to drop where a size is out of reach otherwise: by the pixels that a viewer loses, and by the
-//! space that is empty without them.
+//! Choice of components to drop where a size is out of reach otherwise: those that a viewer misses least.
 //!
-//! Each step of a coarsening bends all components a little more, and so needs fewer drops. The step is taken at which
-//! bending and drops together cost least.
+//! A viewer loses pixels, and sees where space is empty. Each step of a coarsening bends all components a little more, and
+//! so needs fewer drops. The step is taken at which bending and drops together cost least.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
