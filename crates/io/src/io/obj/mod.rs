@@ -17,6 +17,9 @@ pub(super) use write::write;
 
 const REMEDY: &str = "fix the line or export the mesh again";
 
+/// Component of the colour of a vertex without one, until all are known.
+const MISSING: f32 = f32::MAX;
+
 /// Reads the geometry of an OBJ text.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let mut reader = ObjReader::default();
@@ -100,8 +103,7 @@ impl<'a> ObjReader<'a> {
         if self.reads_attributes && (!self.colours.is_empty() || !text.is_line_done()) {
             let colour = parse_values::<3>(text);
             if let Some(colour) = colour.filter(|&(_, n)| n == 3).map(|(colour, _)| colour) {
-                // Vertices before the first colour are white.
-                self.colours.resize(3 * (self.mesh.positions.len() - 1), 1.0);
+                self.colours.resize(3 * (self.mesh.positions.len() - 1), MISSING);
                 self.colours.extend(colour);
             }
         }
@@ -192,9 +194,7 @@ impl<'a> ObjReader<'a> {
                 "{not_finite} numbers of texture coordinates, normals or colours are not finite: they become 0"
             ));
         }
-        if !self.colours.is_empty() {
-            self.colours.resize(3 * self.mesh.positions.len(), 1.0);
-        }
+        finish_colours(&mut self.colours, self.mesh.positions.len());
         notes.extend(self.groups.drop_varied_names());
         // All names have one encoding: a single invalid name makes the file Latin-1, so that it can be written back.
         let latin1 =
@@ -239,6 +239,18 @@ impl IgnoredStatements {
         ];
         named.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what} dropped")).collect()
     }
+}
+
+/// Makes bytes shares of one, as some exporters write colours, and missing colours of `n_vertices` white.
+fn finish_colours(colours: &mut Vec<f32>, n_vertices: usize) {
+    let is_byte = |&x: &f32| x == MISSING || x.fract() == 0.0 && (0.0..=255.0).contains(&x);
+    // Colours of zeros and ones alone are none.
+    let are_bytes = colours.iter().all(is_byte) && colours.iter().any(|&x| x > 1.0 && x != MISSING);
+    let white = if are_bytes { 255.0 } else { 1.0 };
+    if !colours.is_empty() {
+        colours.resize(3 * n_vertices, MISSING);
+    }
+    colours.iter_mut().for_each(|x| *x = if *x == MISSING { 1.0 } else { *x / white });
 }
 
 fn channel(name: &str, role: Role, width: usize, values: Vec<f32>) -> Channel {
@@ -369,6 +381,18 @@ mod tests {
                 assert_eq!(mesh.attributes.channels[0].value(wedge), [*vertex as f32; 2]);
             }
         }
+    }
+
+    #[test]
+    fn colours_up_to_255_are_bytes_and_missing_ones_white() {
+        let colours = |text: &str| read_attributed(text.as_bytes()).unwrap().mesh.attributes.channels[0].values.clone();
+        let mesh = |red: &str, blue: &str| format!("v 0 0 0\nv 1 0 0 {red}\nv 0 1 0 {blue}\nv 1 1 1\nf 1 2 3\n");
+        let expected = [1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.2, 1.0, 1.0, 1.0, 1.0];
+        assert_eq!(colours(&mesh("255 0 0", "0 51 255")), expected);
+        assert_eq!(colours(&mesh("1 0 0", "0 0.2 1")), expected);
+        // Rounding above one makes no bytes.
+        assert_eq!(colours(&mesh("1.0001 0 0", "0 1 1"))[3..6], [1.0001, 0.0, 0.0]);
+        assert_eq!(colours(&mesh("300 0 0", "0 1 1"))[3..6], [300.0, 0.0, 0.0]);
     }
 
     #[test]
