@@ -4,7 +4,7 @@ use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, Point
 
 use super::accessor::{component, element_size, shape_width};
 use super::buffers::AssetBuffers;
-use super::schema::{Accessor, Draco, Primitive, Root};
+use super::schema::{Accessor, Root};
 use crate::io::ReadError;
 use crate::io::memory::reserve;
 use crate::io::one_line::one_line;
@@ -21,10 +21,6 @@ pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), 
             let what = format!("geometry compressed by Draco cannot be decoded ({why})");
             ReadError::file(what, "export the asset again, or without the compression")
         };
-        // An attribute with neither compressed nor plain values would silently become zeros.
-        if let Some(name) = find_missing(primitive, draco, accessors) {
-            return Err(broken(&format!("it contains no {name}")));
-        }
         let view = draco.buffer_view.and_then(|view| buffer_views.get(view)).ok_or_else(|| broken("no buffer view"))?;
         let bytes = buffers.part(view.buffer, view.byte_offset, view.byte_length);
         let mesh = decode_mesh(bytes.ok_or_else(|| broken("no bytes"))?, budget).map_err(|why| broken(&why))?;
@@ -53,13 +49,6 @@ pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), 
         primitive.mode = TRIANGLES;
     }
     Ok(())
-}
-
-fn find_missing<'a>(primitive: &'a Primitive, draco: &Draco, accessors: &[Accessor]) -> Option<&'a str> {
-    let is_bare = |index: usize| accessors.get(index).is_some_and(Accessor::is_bare);
-    let mut attributes = primitive.attributes.iter();
-    let found = attributes.find(|(name, index)| is_bare(**index) && !draco.attributes.contains_key(*name));
-    found.map(|(name, _)| name.as_str())
 }
 
 const TRIANGLES: u32 = 4;
@@ -143,6 +132,40 @@ mod tests {
         assert_eq!(read.extra.groups[0].material.as_deref(), Some("ring"));
         let mesh = clean(read.mesh, &CleanOptions::default()).unwrap().mesh;
         assert_eq!((mesh.positions().len(), mesh.faces().len()), (288, 576));
+    }
+
+    #[test]
+    fn attributes_outside_the_compression_are_those_of_their_accessors() {
+        let length = u32::from_le_bytes(TORUS[12..16].try_into().unwrap()) as usize;
+        let json = std::str::from_utf8(&TORUS[20..20 + length]).unwrap().trim_end();
+        // One accessor has bytes, those of the compressed view, and one none, which means zeros.
+        let json = json
+            .replace(r#""TEXCOORD_0":3}"#, r#""TEXCOORD_0":3,"TEXCOORD_1":4,"COLOR_0":5}"#)
+            .replace(r#""bufferViews":"#, r#""unused":"#)
+            .replace(
+                r#""accessors":["#,
+                r#""bufferViews":[{"buffer":0,"byteLength":2312},{"buffer":0,"byteLength":650}],"accessors":["#,
+            )
+            .replace(
+                r#""count":325}],"#,
+                r#""count":325},{"type":"VEC2","componentType":5121,"normalized":true,"count":325,"bufferView":1},
+                {"type":"VEC3","componentType":5126,"count":325}],"#,
+            );
+        let json = format!("{json:0$}", json.len().next_multiple_of(4));
+        let [all, first] = [TORUS.len() - length + json.len(), json.len()].map(|n| (n as u32).to_le_bytes());
+        let glb = [&TORUS[..8], &all, &first, b"JSON", json.as_bytes(), &TORUS[20 + length..]].concat();
+        let mesh = read_attributed(&glb, None).unwrap().mesh;
+        let values = |name: &str| &mesh.attributes.channels.iter().find(|it| it.name == name).unwrap().values;
+        assert!(values("COLOR_0").iter().all(|&x| x == 0.0));
+        let stored = &TORUS[20 + length + 8..][..650];
+        assert!(
+            values("TEXCOORD_1")
+                .iter()
+                .step_by(2)
+                .zip(stored.iter().step_by(2))
+                .all(|(x, b)| *x == f32::from(*b) / 255.0)
+        );
+        assert_eq!(mesh.faces.len(), 576);
     }
 
     #[test]
