@@ -1,4 +1,4 @@
-//! Unique names for materials.
+//! Unique names for materials and other things.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -6,12 +6,31 @@ use super::one_line::one_line;
 use crate::mesh::Look;
 
 #[derive(Default)]
+pub(super) struct UniqueNames {
+    taken: FxHashSet<String>,
+    counts: FxHashMap<String, usize>,
+}
+
+impl UniqueNames {
+    /// Returns the name, with a number behind it if it is taken.
+    pub fn add(&mut self, plain: &str) -> String {
+        let count = self.counts.entry(plain.into()).or_default();
+        let mut name = plain.to_string();
+        // The file may already use the name with the appended number.
+        while !self.taken.insert(name.clone()) {
+            *count += 1;
+            name = format!("{plain} {}", *count + 1);
+        }
+        name
+    }
+}
+
+#[derive(Default)]
 pub(super) struct UniqueMaterials {
     pub looks: Vec<(String, Look)>,
-    taken: FxHashSet<String>,
+    names: UniqueNames,
     // Unique names, by name in the file, colour and opacity.
     known: FxHashMap<(String, [u32; 3], bool), String>,
-    counts: FxHashMap<String, usize>,
 }
 
 impl UniqueMaterials {
@@ -24,13 +43,7 @@ impl UniqueMaterials {
         if let Some(name) = self.known.get(&key) {
             return name.clone();
         }
-        let count = self.counts.entry(key.0.clone()).or_default();
-        let mut name = key.0.clone();
-        // The file may already use the name with the appended number.
-        while !self.taken.insert(name.clone()) {
-            *count += 1;
-            name = format!("{} {}", key.0, *count + 1);
-        }
+        let name = self.names.add(&key.0);
         self.known.insert(key, name.clone());
         self.looks.push((name.clone(), look));
         name

@@ -4,7 +4,7 @@ use rustc_hash::FxHashMap;
 
 use super::document::{FaceProperty, Object};
 use crate::io::Group;
-use crate::io::unique_materials::UniqueMaterials;
+use crate::io::unique_materials::{UniqueMaterials, UniqueNames};
 use crate::mesh::{Attributes, Channel, Look, RawMesh, Role, linear_light};
 
 #[derive(Default)]
@@ -13,6 +13,7 @@ pub(super) struct ObjectMeshes {
     pub first_groups: Vec<u32>,
     pub groups: Vec<Group>,
     pub materials: UniqueMaterials,
+    names: UniqueNames,
     pub notes: IgnoredContent,
 }
 
@@ -47,6 +48,8 @@ impl ObjectMeshes {
             own.or(object.property.map(|(property, entry)| (property, [entry; 3])))
         };
         let name = object.name.clone().or_else(|| is_named.then(|| format!("object {}", object.id)));
+        // Objects of equal name stay apart, as groups have only names.
+        let name = name.map(|name| self.names.add(&name));
         let attributes = Attributes {
             groups: self.groups_of(name, (0..faces.len()).map(entries_of), properties),
             ..colour_corners(&faces, entries_of, properties)

@@ -269,6 +269,16 @@ mod tests {
         assert_eq!(attributes.channels[0].value(attributes.wedges[1][0]), [1.0; 3]);
     }
 
+    #[test]
+    fn objects_of_equal_name_stay_two() {
+        let object = |id: u32| format!(r#"<object id="{id}" name="Object">{}</object>"#, tetrahedron(""));
+        let build = r#"<item objectid="3"/><item objectid="4" transform="1 0 0 0 1 0 0 0 1 5 0 0"/>"#;
+        let read = read_model(&(object(3) + &object(4)), build).unwrap();
+        let names = |read: &ReadMesh| read.extra.groups.iter().map(|it| it.object.clone().unwrap()).collect::<Vec<_>>();
+        assert_eq!(names(&read), ["Object", "Object 2"]);
+        assert_eq!(names(&crate::io::read_attributed(&write_again(read), None).unwrap()), ["Object", "Object 2"]);
+    }
+
     fn write_again(read: ReadMesh) -> Vec<u8> {
         let cleaned = clean(read.mesh, &CleanOptions::default()).unwrap();
         let (mesh, attributes) = (&cleaned.mesh, &cleaned.attributes);
