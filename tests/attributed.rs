@@ -401,7 +401,7 @@ fn libraries_and_textures_lie_beside_the_output_as_they_lay_beside_the_input() {
     let model = open_path(&folder.path().join("in/mesh.obj"));
     let written = write_model(&model, Format::Obj);
     assert_eq!(places(&written), ["textures/my skin.png", "textures/bump.png", "sub/a b.mtl"]);
-    assert_eq!(written.notes, ["\"none.png\" is missing: it is not copied, but the result refers to it"]);
+    assert_eq!(written.notes, ["\"none.png\" is missing: it is not copied, but the OBJ refers to it"]);
     assert_eq!(written.companion_files[2].bytes, mtl.as_bytes());
     assert!(text(&written).starts_with("mtllib sub/a b.mtl\n"));
     let out = folder.path().join("out");

@@ -30,6 +30,8 @@ impl CompanionFile {
 #[derive(Default)]
 pub(super) struct FileFinder<'a> {
     folder: Option<&'a Folder>,
+    // Format of the mesh that names the files.
+    format: &'static str,
     allow_outside: bool,
     pub files: Vec<OutputFile>,
     // Paths of the files.
@@ -47,7 +49,9 @@ pub(super) struct FileFinder<'a> {
 
 impl<'a> FileFinder<'a> {
     pub fn new(extra: &'a Extra, allow_outside: bool) -> Self {
-        Self { folder: extra.folder.as_ref(), allow_outside, ..Self::default() }
+        // An OBJ names files in its libraries, a PLY in its comments.
+        let format = if extra.material_libraries.is_empty() { "PLY" } else { "OBJ" };
+        Self { folder: extra.folder.as_ref(), format, allow_outside, ..Self::default() }
     }
 
     pub fn has_file(&self, name: &str) -> bool {
@@ -133,11 +137,13 @@ impl<'a> FileFinder<'a> {
             (Err(_), _) if inner.is_none() && !self.allow_outside => Err(FileProblem::Outside),
             (found, _) => found.map(|found| (found, inner)),
         };
-        let ((source, bytes), inner) =
-            found.map_err(|problem| match problem {
-                FileProblem::Outside => "is outside the folder of the mesh: it is not copied without --allow-outside, but the result refers to it".to_string(),
-                problem => format!("{problem}: it is not copied, but the result refers to it"),
-            })?;
+        let refers = format!("but the {} refers to it", self.format);
+        let ((source, bytes), inner) = found.map_err(|problem| match problem {
+            FileProblem::Outside => {
+                format!("is outside the folder of the mesh: it is not copied without --allow-outside, {refers}")
+            }
+            problem => format!("{problem}: it is not copied, {refers}"),
+        })?;
         // A file from outside cannot keep its path, which would leave the output folder.
         let is_renamed = inner.is_none();
         // A file from outside is placed next to the output.
@@ -145,7 +151,7 @@ impl<'a> FileFinder<'a> {
             .or_else(|| folder.relative_path(&source))
             .or_else(|| Some(self.free_path(source.file_name()?.as_ref(), &bytes)));
         Ok(CompanionFile {
-            output_path: output_path.ok_or("is not a file: it is not copied, but the result refers to it")?,
+            output_path: output_path.ok_or_else(|| format!("is not a file: it is not copied, {refers}"))?,
             source,
             is_renamed,
             bytes,
@@ -178,6 +184,19 @@ pub(super) fn to_reference(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn notes_on_missing_files_name_the_format_that_refers_to_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = Some(Folder::from_file(&folder.path().join("mesh")));
+        for (libraries, format) in [(vec!["gone.mtl".to_string()], "OBJ"), (Vec::new(), "PLY")] {
+            let extra = Extra { folder: folder.clone(), material_libraries: libraries, ..Extra::default() };
+            let mut finder = FileFinder::new(&extra, false);
+            assert_eq!(finder.find(Path::new(""), "gone.mtl"), None);
+            let note = format!("\"gone.mtl\" is missing: it is not copied, but the {format} refers to it");
+            assert_eq!(finder.notes, [note]);
+        }
+    }
 
     #[test]
     fn a_file_of_many_names_is_read_once() {
