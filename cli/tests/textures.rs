@@ -142,6 +142,41 @@ fn a_size_in_bytes_counts_the_small_images() {
 }
 
 #[test]
+fn a_size_in_bytes_counts_the_images_beside_a_gltf() {
+    let folder = textured_plate();
+    for name in ["scene", "out"] {
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    // A scene whose images are files of their own, which its result copies.
+    simplify_with_textures(folder.path(), "plate.obj", "plate.glb", &[]);
+    let (_, mut document) = images(&folder.path().join("plate.glb"));
+    let bytes = std::fs::read(folder.path().join("plate.glb")).unwrap();
+    let length = u32::from_le_bytes(*bytes[12..].first_chunk().unwrap()) as usize;
+    std::fs::write(folder.path().join("scene/plate.bin"), &bytes[28 + length..]).unwrap();
+    document["buffers"][0]["uri"] = "plate.bin".into();
+    // Bytes behind an image are copied with it.
+    let image = [png(64), vec![0; 5000]].concat();
+    for (at, name) in ["skin", "relief"].into_iter().enumerate() {
+        std::fs::write(folder.path().join(format!("scene/{name}.png")), &image).unwrap();
+        document["images"][at] = serde_json::json!({"uri": format!("{name}.png")});
+    }
+    std::fs::write(folder.path().join("scene/plate.gltf"), document.to_string()).unwrap();
+    let all = |more: &[&str]| {
+        let words = ["simplify", "scene/plate.gltf", "-o", "out/plate.gltf", "--force", "--size"];
+        run(folder.path(), &[&words[..], more].concat())
+    };
+    let (n_images, n_others) = (2 * image.len(), 4000);
+    let size = (n_images + n_others).to_string();
+    assert_eq!(all(&[&size]).code, Some(0));
+    let n_bytes = |name: &String| std::fs::metadata(folder.path().join("out").join(name)).unwrap().len() as usize;
+    let written = files(&folder.path().join("out"));
+    let sum: usize = written.iter().map(n_bytes).sum();
+    assert!(written.len() == 4 && sum > n_images && sum <= n_images + n_others, "{written:?}: {sum}");
+    let refused = error_line(&all(&["1kB"]));
+    assert!(refused.contains(&format!("--size 1000: images alone take {n_images} bytes")), "{refused}");
+}
+
+#[test]
 fn unreadable_images_stay_with_a_note_and_formats_without_textures_are_refused() {
     let folder = textured_plate();
     std::fs::write(folder.path().join("maps/skin.png"), b"not looked into").unwrap();

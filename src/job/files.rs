@@ -1,6 +1,6 @@
 //! Results and their files.
 
-use crate::io::{OutputFile, Packing};
+use crate::io::{Format, OutputFile, Packing};
 use crate::simplify::Simplified;
 
 use super::baked_material::BakedMaterial;
@@ -34,10 +34,9 @@ pub struct Files {
 }
 
 impl Files {
-    /// Returns the bytes of the mesh file and its glTF buffers together.
-    pub fn n_bytes(&self) -> usize {
-        let buffers =
-            self.companion_files.iter().filter(|file| file.path.extension().is_some_and(|ending| ending == "bin"));
-        self.bytes.len() + buffers.map(|file| file.bytes.len()).sum::<usize>()
+    /// Returns the bytes of the mesh file; of a glTF together with its buffers and images.
+    pub fn n_bytes(&self, format: Format) -> usize {
+        let others = self.companion_files.iter().filter(|_| matches!(format, Format::Gltf | Format::Glb));
+        self.bytes.len() + others.map(|file| file.bytes.len()).sum::<usize>()
     }
 }

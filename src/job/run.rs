@@ -143,7 +143,7 @@ fn bytes_of(document: &Document, result: &Simplified, job: &Job) -> Result<usize
     let (packing, _) = pack_results(document, &[result], job.arguments.packing(), job)?;
     let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
     let files = document.to_files(&alone, job, job.names.file(0));
-    files.map(|files| files.n_bytes()).map_err(|error| JobError::Output(error.to_string()))
+    files.map(|files| files.n_bytes(job.format)).map_err(|error| JobError::Output(error.to_string()))
 }
 
 fn bake_result(

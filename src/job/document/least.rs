@@ -113,7 +113,7 @@ fn least_of_scene(
     let packing = job.arguments.packing().map(|options| asset.packing(&[&parts], &options).0);
     let mut options = SceneOptions::new(job.format, file_name);
     (options.packing, options.images) = (packing.as_ref(), images);
-    scene_files(asset, &[parts], &options).map(|files| files.n_bytes())
+    scene_files(asset, &[parts], &options).map(|files| files.n_bytes(job.format))
 }
 
 fn first_faces(groups: &[u32], n_faces: usize) -> Vec<u32> {
