@@ -199,6 +199,16 @@ fn vertices_that_nearly_meet_are_welded_where_that_is_asked_for() {
 }
 
 #[test]
+fn a_weld_that_leaves_no_face_is_named() {
+    let folder = folder_with_octahedron();
+    succeed(folder.path(), &["simplify", "a.obj", "-o", "a.glb", "--ratio", "1", "--quiet"]);
+    for input in ["a.obj", "a.glb"] {
+        let line = refuse(folder.path(), &["simplify", input, "-o", "b.glb", "--ratio", "1", "--weld", "1000%"], 1);
+        assert_eq!(line, format!("neural-mesh: {input}: --weld 1000%: no face is left: give a smaller distance"));
+    }
+}
+
+#[test]
 fn a_tiny_component_goes_where_it_costs_more_than_it_shows() {
     let large = sphere(1, 16, [0.0; 3], 1.0);
     let n_large = large.lines().filter(|line| line.starts_with('v')).count();

@@ -31,7 +31,11 @@ impl Document {
         }
         weld_near(&mut raw, job, 1.0);
         let exact = (raw.double || job.keeps_positions() && has_decimals(&raw)).then(|| raw.positions.clone());
-        let cleaned = clean(raw, &clean_options(job)).map_err(|error| JobError::Document(error.to_string()))?;
+        let refused = |error: CleanError| match error {
+            CleanError::NoFaces { .. } => refuse_faceless(job, &error.to_string()),
+            other => JobError::Document(other.to_string()),
+        };
+        let cleaned = clean(raw, &clean_options(job)).map_err(refused)?;
         let (frame, counts) = (cleaned.frame, cleaned.counts);
         let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
         Self::from_kind(kind, (frame, counts), notes, job).check_images(job)?.repair_mesh(job)?.select_attributes(job)
@@ -96,7 +100,7 @@ impl Document {
         });
         let scaled: Vec<ScenePiece> = scaled.collect();
         if scaled.is_empty() {
-            return Err(JobError::Document("no triangles: a scene needs a mesh of triangles".into()));
+            return Err(refuse_faceless(job, "no triangles: a scene needs a mesh of triangles"));
         }
         let mut united = UnitedMesh::new(&scaled).ok_or_else(|| {
             JobError::Document(
@@ -211,6 +215,12 @@ fn clean_options(job: &Job) -> CleanOptions {
     let mut options = CleanOptions::default();
     options.weld = !job.arguments.no_weld;
     options
+}
+
+/// Refuses a document without faces; names `--weld` if it is given.
+fn refuse_faceless(job: &Job, what: &str) -> JobError {
+    let of_weld = |bound| format!("--weld {bound}: no face is left: give a smaller distance");
+    JobError::Document(job.arguments.weld.map_or_else(|| what.into(), of_weld))
 }
 
 /// Snaps vertices closer than [`Job::weld_near`]; `scale` is the mesh's scale in its scene.
