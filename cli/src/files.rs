@@ -240,6 +240,12 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
+/// Returns whether names in a folder that differ only by case are of one file, also where no file can be made.
+pub fn ignores_case(folder: &Path) -> bool {
+    let Ok(file) = create_temporary_in(folder) else { return true };
+    folder.join(file.path().file_name().unwrap_or_default().to_ascii_uppercase()).exists()
+}
+
 /// Creates a temporary file with the permissions of an ordinary one.
 fn create_temporary_in(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();

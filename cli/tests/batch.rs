@@ -37,6 +37,18 @@ fn folder_of_meshes() -> tempfile::TempDir {
     folder
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn meshes_whose_names_differ_by_case_are_two() {
+    let folder = folder();
+    write_mesh(&folder.path().join("in/a.ply"), &shapes::icosphere(2), Format::Ply);
+    write_mesh(&folder.path().join("in/A.ply"), &shapes::icosphere(3), Format::Ply);
+    for more in [&[][..], &["--force"]] {
+        succeed(folder.path(), &[&["simplify", "in", "-o", "out", "--ratio", "0.5"], more].concat());
+    }
+    assert_eq!(files(&folder.path().join("out")), ["A.ply", "a.ply", "manifest.csv"]);
+}
+
 #[test]
 fn a_folder_becomes_a_folder_with_a_manifest() {
     let folder = folder_of_meshes();

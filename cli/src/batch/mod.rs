@@ -51,7 +51,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     // The folder stays locked until the batch has counted its results.
     let _lock = outputs::lock_folder(&folder)?;
     outputs::prepare_path(&folder, Path::new(manifest::MANIFEST_FILE))?;
-    let outputs = outputs::choose_names(&inputs, format, &args.options)?;
+    let outputs = outputs::choose_names(&inputs, format, &args.options, files::ignores_case(&folder))?;
     let read = files::list_files_read(None, args.list.as_deref().into_iter().chain(args.options.weights.as_deref()));
     inputs.iter().for_each(|input| read.add(&input.path));
     let folders =

@@ -44,24 +44,32 @@ pub fn lock_folder(folder: &Path) -> Result<File, Failure> {
     }
 }
 
-/// Returns a distinct path in OUTDIR for each mesh, ignoring case, with `{level}` where each level has its own file.
+/// Returns a distinct path in OUTDIR for each mesh, also in lower case if `ignores_case`, with `{level}` where each level has its own file.
 ///
 /// Meshes that would share a name keep their old ending before the new one: `a.obj.ply`.
 ///
 /// # Errors
 /// If two meshes would have the same path even then.
-pub fn choose_names(inputs: &[Input], format: Option<Format>, options: &Arguments) -> Result<Vec<PathBuf>, Failure> {
+pub fn choose_names(
+    inputs: &[Input],
+    format: Option<Format>,
+    options: &Arguments,
+    ignores_case: bool,
+) -> Result<Vec<PathBuf>, Failure> {
+    let key = |path: &Path| if ignores_case { fold_case(path) } else { join_names(path) };
     let (has_levels, mark) = (!options.lods.is_empty(), mark_levels(options.engine));
     let format_of = |input: &Input| format.unwrap_or_else(|| default_format(input));
     let own: Vec<PathBuf> = inputs.iter().map(|input| with_ending(input.name.as_ref(), format_of(input))).collect();
     let mut counts = HashMap::<String, usize>::new();
-    own.iter().for_each(|name| *counts.entry(fold_case(name)).or_default() += 1);
+    own.iter().for_each(|name| *counts.entry(key(name)).or_default() += 1);
     let mut taken = HashSet::new();
     let choose_name = |(input, own): (&Input, PathBuf)| {
-        let is_shared = counts.get(&fold_case(&own)).is_some_and(|&n| n > 1);
+        let is_shared = counts.get(&key(&own)).is_some_and(|&n| n > 1);
         let name = if is_shared { format!("{}.{}", input.name, file_ending(format_of(input))).into() } else { own };
-        if !taken.insert(fold_case(&name)) {
-            let what = format!("another mesh has the same result, {}: rename one of the two", name.display());
+        if !taken.insert(key(&name)) {
+            let name = name.display();
+            let what =
+                format!("another mesh has the same result, {name}, or differs only by case: rename one of the two");
             return Err(Failure::in_file(&input.path, what));
         }
         let is_scene = || Source::new(input.path.clone(), None, true).is_scene(format_of(input));
@@ -128,7 +136,7 @@ mod tests {
     fn chosen_names(paths: &[&str], format: Option<Format>) -> Vec<String> {
         let input = |path: &&str| Input { path: path.into(), name: path.to_string() };
         let inputs: Vec<Input> = paths.iter().map(input).collect();
-        choose_names(&inputs, format, &Arguments::default())
+        choose_names(&inputs, format, &Arguments::default(), true)
             .unwrap()
             .iter()
             .map(|name| name.to_string_lossy().into_owned())
@@ -150,8 +158,18 @@ mod tests {
     fn two_meshes_never_have_one_result() {
         let input = |path: &str| Input { path: path.into(), name: path.into() };
         for names in [["A.ply", "a.ply", "b.ply"], ["a.obj", "a.obj.ply", "a.ply"]] {
-            assert!(choose_names(&names.map(input), Some(Format::Ply), &Arguments::default()).is_err(), "{names:?}");
+            assert!(
+                choose_names(&names.map(input), Some(Format::Ply), &Arguments::default(), true).is_err(),
+                "{names:?}"
+            );
         }
+    }
+
+    #[test]
+    fn names_that_differ_by_case_are_two_where_the_folder_tells_them_apart() {
+        let inputs = ["A.ply", "a.ply"].map(|path| Input { path: path.into(), name: path.into() });
+        let names = choose_names(&inputs, Some(Format::Glb), &Arguments::default(), false).unwrap();
+        assert_eq!(names, ["A.glb", "a.glb"].map(PathBuf::from));
     }
 
     #[test]
