@@ -4,9 +4,10 @@ use std::path::Path;
 use std::sync::{Mutex, OnceLock};
 
 use neural_mesh::io;
+use neural_mesh::simplify::Progression;
 
 use crate::failure::Failure;
-use crate::names::is_stream;
+use crate::names::{is_progression_name, is_stream};
 
 /// Content of one mesh file, read at most once.
 #[derive(Debug, Default)]
@@ -21,7 +22,7 @@ struct ContentInfo {
 }
 
 impl Content {
-    /// Returns whether the bytes are a glTF; reads and keeps those of standard input and pipes.
+    /// Returns whether the bytes are a glTF, or the progression of one; reads and keeps those of standard input and pipes.
     pub fn is_gltf(&self, path: &Path) -> bool {
         self.inspect(path).is_gltf
     }
@@ -37,7 +38,10 @@ impl Content {
     fn inspect(&self, path: &Path) -> &ContentInfo {
         self.info.get_or_init(|| {
             if !is_read_once(path) {
-                return ContentInfo { is_gltf: io::is_gltf_path(path), bytes: Mutex::default() };
+                return ContentInfo {
+                    is_gltf: io::is_gltf_path(path) || is_progression_of_gltf(path),
+                    bytes: Mutex::default(),
+                };
             }
             // A stream can be read only once, so its bytes are kept for the parser.
             let bytes = read(path);
@@ -51,6 +55,13 @@ impl Content {
 
 fn is_read_once(path: &Path) -> bool {
     is_stream(path) || std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// Returns whether a file is the progression of a glTF scene.
+fn is_progression_of_gltf(path: &Path) -> bool {
+    let bytes = is_progression_name(path).then(|| read(path).ok()).flatten();
+    let progression = bytes.and_then(|bytes| Progression::from_bytes(&bytes).ok());
+    progression.is_some_and(|it| it.files.first().is_some_and(|(_, bytes)| io::is_gltf(bytes)))
 }
 
 /// Reads all bytes of a file or of standard input.

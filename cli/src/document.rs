@@ -1,19 +1,14 @@
 //! Reading of a request's input.
 
-use std::path::Path;
-
 use neural_mesh::io::{self, Format};
 use neural_mesh::job::{Document, format_of_progression};
 use neural_mesh::simplify::Progression;
 
 use crate::failure::Failure;
 use crate::files;
-use crate::names::{is_vrm, single_file_format};
+use crate::names::{is_progression_name, is_vrm, single_file_format};
 use crate::read::{parse_source, read_asset};
 use crate::request::Request;
-
-/// Ending of the names of progressions.
-const PROGRESSION_ENDING: &str = "nmp";
 
 /// Reads and cleans the input of a request; a glTF written as glTF stays a scene.
 ///
@@ -55,11 +50,6 @@ fn check_vrm(document: &Document, request: &Request) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
-}
-
-/// Returns whether a name is that of a progression.
-pub fn is_progression_name(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(PROGRESSION_ENDING))
 }
 
 /// Opens the document of the progression that a request names as input.

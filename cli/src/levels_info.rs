@@ -6,11 +6,11 @@ use neural_mesh::clusters::{ClusterFigures, Clusters};
 use neural_mesh::simplify::Progression;
 use serde_json::{Value, json};
 
-use crate::document::is_progression_name;
 use crate::escapes::escape_controls_in_json;
 use crate::failure::{Failure, display_path};
 use crate::files;
 use crate::messages::group_digits;
+use crate::names::is_progression_name;
 
 /// Describes a file with levels, by the ending of its name; `None` for other files.
 pub fn describe_levels(path: &Path, as_json: bool) -> Result<Option<Vec<String>>, Failure> {

@@ -163,6 +163,11 @@ pub fn file_ending(format: Format) -> &'static str {
     binary_variant(format).name()
 }
 
+/// Returns whether a name is that of a progression.
+pub fn is_progression_name(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("nmp"))
+}
+
 /// Returns the input's format if it fits into one file, else a similar one, else PLY.
 pub fn single_file_format(read: Option<Format>) -> Format {
     match read {

@@ -7,12 +7,12 @@ use neural_mesh::job::{Arguments, Document, Job, JobStage, RatioOf, Watch, make_
 use neural_mesh::simplify::{Options, Progression, Size};
 
 use crate::args::ProgressionArgs;
-use crate::document::{self, is_progression_name};
+use crate::document;
 use crate::failure::Failure;
 use crate::files::{self, OutputPaths};
 use crate::interrupt;
 use crate::messages::{MessageStream, group_digits};
-use crate::names::is_stream;
+use crate::names::{is_progression_name, is_stream};
 use crate::page::embed_file;
 use crate::page::empty_pages::empty_page;
 use crate::plan::Plan;

@@ -86,8 +86,9 @@ impl Request {
     /// Returns the output file, with the placeholder if each level has its own.
     fn path_of_levels(&self) -> Option<PathBuf> {
         let path = self.output.as_ref()?;
-        let is_scene = self.source.is_scene(self.job.format);
-        let is_split = self.job.has_file_per_level(is_scene);
+        // Only levels need the content of the file.
+        let has_levels = self.job.goal.n_levels().is_some();
+        let is_split = has_levels && self.job.has_file_per_level(self.source.is_scene(self.job.format));
         Some(if is_split { with_level_placeholder(path, mark_levels(self.job.arguments.engine)) } else { path.clone() })
     }
 

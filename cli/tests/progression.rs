@@ -87,6 +87,19 @@ fn a_scene_has_levels_in_every_format() {
 }
 
 #[test]
+fn levels_of_a_scene_are_one_file_in_a_glb() {
+    let folder = folder();
+    make(folder.path(), write_scene(folder.path()), &[]);
+    let levels = ["--lods", "60%,30%", "--effort", "fast", "--no-check"];
+    succeed(folder.path(), &[&["simplify", "a.nmp", "-o", "levels.glb"], &levels[..]].concat());
+    succeed(folder.path(), &[&["simplify", "a.nmp", "a.nmp", "-o", "out", "--format", "glb"], &levels[..]].concat());
+    assert_eq!(files(folder.path()), ["a.nmp", "levels.glb", "out", "scene.glb"]);
+    assert_eq!(files(&folder.path().join("out")), ["a.glb", "manifest.csv"]);
+    let written = std::fs::read(folder.path().join("levels.glb")).unwrap();
+    assert!(String::from_utf8_lossy(&written).contains("MSFT_lod"));
+}
+
+#[test]
 fn levels_below_the_floor_drop_components_and_repeat_nothing() {
     let folder = folder();
     // Spheres in a row, each of which has at least four vertices.
