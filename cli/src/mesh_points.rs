@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::files::{self, OutputPaths, PendingFile};
 use crate::interrupt;
 use crate::messages::{MessageStream, group_digits};
-use crate::names::{check_stdout, is_stream, output_format, parse_format};
+use crate::names::{check_stdout, is_stream, output_format, parse_format, refuse_progression};
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::read::read_weights;
@@ -68,6 +68,7 @@ fn check_outputs(MeshPointsRequest { args, read, .. }: &MeshPointsRequest) -> Re
 }
 
 fn resolve_request(args: MeshPointsArgs) -> Result<MeshPointsRequest, Failure> {
+    refuse_progression(&args.input)?;
     let given = args.format.as_deref().map(parse_format).transpose()?;
     let format = output_format(&args.output, given)?;
     check_stdout(is_stream(&args.output), reports_to_stdout(&args))?;

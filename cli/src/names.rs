@@ -168,6 +168,15 @@ pub fn is_progression_name(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("nmp"))
 }
 
+/// Rejects a progression as the input of a command that reads meshes.
+pub fn refuse_progression(path: &Path) -> Result<(), Failure> {
+    if !is_progression_name(path) {
+        return Ok(());
+    }
+    let how = format!("neural-mesh simplify {} -o MESH.ply --ratio 100%", path.display());
+    Err(Failure::in_file(path, format!("is a progression: write its mesh by `{how}`")))
+}
+
 /// Returns the input's format if it fits into one file, else a similar one, else PLY.
 pub fn single_file_format(read: Option<Format>) -> Format {
     match read {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{error_line, files, folder, json, read_welded, run, succeed, test_mesh_path};
+use crate::common::{error_line, files, folder, json, read_welded, refuse, run, succeed, test_mesh_path};
 use neural_mesh::io;
 use neural_mesh::mesh::{shapes, topology};
 
@@ -97,6 +97,20 @@ fn levels_of_a_scene_are_one_file_in_a_glb() {
     assert_eq!(files(&folder.path().join("out")), ["a.glb", "manifest.csv"]);
     let written = std::fs::read(folder.path().join("levels.glb")).unwrap();
     assert!(String::from_utf8_lossy(&written).contains("MSFT_lod"));
+}
+
+#[test]
+fn commands_that_read_meshes_refuse_a_progression_with_advice_that_works() {
+    let folder = folder();
+    let spot = test_mesh_path("spot.ply");
+    make(folder.path(), spot.to_str().unwrap(), &[]);
+    for words in ["compare a.nmp a.nmp", "clusters a.nmp -o a.nmc", "mesh-points a.nmp -o b.ply"] {
+        let line = refuse(folder.path(), &words.split(' ').collect::<Vec<_>>(), 1);
+        let advice = "neural-mesh simplify a.nmp -o MESH.ply --ratio 100%";
+        assert_eq!(line, format!("neural-mesh: a.nmp: is a progression: write its mesh by `{advice}`"), "{words}");
+        succeed(folder.path(), &[&advice.split(' ').skip(1).collect::<Vec<_>>()[..], &["--force"]].concat());
+    }
+    assert_eq!(io::read_path(&folder.path().join("MESH.ply"), None).unwrap().faces.len(), 5856);
 }
 
 #[test]

@@ -7,9 +7,11 @@ use neural_mesh::simplify::{ClosedOptions, SimplifyError};
 use crate::args::ClustersArgs;
 use crate::failure::Failure;
 use crate::memory;
+use crate::names::refuse_progression;
 use crate::request::Request;
 
 pub fn create_request(args: &ClustersArgs) -> Result<Request, Failure> {
+    refuse_progression(&args.input)?;
     // A GLB holds all attributes, so that none is left out.
     let arguments = Arguments {
         ratio: vec![RatioOf { name: None, share: 0.5 }],

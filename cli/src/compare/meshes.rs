@@ -10,6 +10,7 @@ use neural_mesh::picture::{CornerNormals, ShadedMesh};
 use super::mesh_cover::{MeshCover, mesh_cover, only_texture};
 use crate::args::CompareArgs;
 use crate::failure::{Failure, display_path};
+use crate::names::refuse_progression;
 use crate::read::{clean_mesh, parse_source, read_asset};
 use crate::request::Source;
 
@@ -89,6 +90,7 @@ fn read_mesh_with_looks(
     args: &CompareArgs,
     read: &FilesRead,
 ) -> Result<MeshWithLooks, Failure> {
+    refuse_progression(path)?;
     let source = Source::new(PathBuf::from(path), None, !args.no_weld);
     let (raw, looks, notes) = match given {
         Some(given) => with_looks(given, read),
