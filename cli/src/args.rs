@@ -122,8 +122,8 @@ pub struct SimplifyArgs {
 }
 
 const MESH_POINTS_NOTES: &str = "\
-Reads the vertices of OBJ, PLY, STL, OFF and GLB, with or without faces, and text with x y z on each line. Writes OBJ, PLY, STL and \
-OFF. Points keep their positions; points at equal positions are merged. The result may have holes, which the program and \
+Reads the vertices of OBJ, PLY, STL, OFF and GLB, with or without faces, and text with x y z on each line. Writes what simplify \
+writes. Points keep their positions; points at equal positions are merged. The result may have holes, which the program and \
 --report count. Exit codes: 0 success, 1 problem with the input, the disk or standard output, 2 wrong usage, 130 interrupted.";
 
 /// Arguments of `mesh-points`.
@@ -154,7 +154,7 @@ pub struct MeshPointsArgs {
     /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
-    /// Format of the result where the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off
+    /// Format of the result where the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
     /// Write a report as JSON; - for standard output (messages then go to standard error)

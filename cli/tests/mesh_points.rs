@@ -1,6 +1,7 @@
 //! `neural-mesh mesh-points` from clouds in all formats.
 
 use crate::common::*;
+use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::shapes;
 use neural_mesh::model::Weights;
 
@@ -27,6 +28,19 @@ fn a_cloud_becomes_a_mesh_and_a_report() {
     }
     assert_eq!(report["vertices"].as_u64().unwrap() + report["unused_points"].as_u64().unwrap(), 81);
     assert_eq!((&report["points"], &report["non_manifold_edges"]), (&162.into(), &0.into()));
+}
+
+#[test]
+fn the_formats_of_the_help_are_written() {
+    let folder = folder_with_cloud();
+    let help = String::from_utf8(succeed(folder.path(), &["mesh-points", "--help"]).stdout).unwrap();
+    let words: Vec<&str> = help.split_whitespace().collect();
+    let list = words.join(" ").split_once("has no known ending: ").unwrap().1.split_once(" --").unwrap().0.to_string();
+    for format in list.split([',', ' ']).filter(|word| !word.is_empty()) {
+        let run = succeed(folder.path(), &[&CALL[..], &["-", "--format", format]].concat());
+        assert!(io::read(&run.stdout, Format::from_name(format)).unwrap().faces.len() > 9, "{format}");
+    }
+    assert!(list.contains("glb"), "{list}");
 }
 
 #[test]
