@@ -133,9 +133,11 @@ fn standard_output_takes_no_levels_that_are_files_of_their_own() {
     let folder = folder();
     let input = test_mesh_path("spot.ply");
     let levels = ["simplify", input.to_str().unwrap(), "-o", "-", "--lods", "50%,20%", "--format"];
-    let refused = run(folder.path(), &[&levels[..], &["obj"]].concat());
-    assert!(refused.code == Some(2) && refused.stdout.is_empty(), "{}", refused.stderr);
-    assert!(error_line(&refused).contains("standard output takes one file"), "{}", refused.stderr);
+    for format in [&["obj"][..], &["glb", "--engine", "unreal"]] {
+        let refused = run(folder.path(), &[&levels[..], format].concat());
+        assert!(refused.code == Some(2) && refused.stdout.is_empty(), "{}", refused.stderr);
+        assert!(error_line(&refused).contains("standard output takes one file"), "{}", refused.stderr);
+    }
     assert_eq!(run(folder.path(), &[&levels[..], &["glb", "--engine", "unity"]].concat()).code, Some(0));
 }
 
