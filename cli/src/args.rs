@@ -84,7 +84,8 @@ pub struct SimplifyArgs {
     /// Print the report as JSON to standard output
     #[arg(long, conflicts_with = "report", help_heading = REPORTS_HEADING)]
     pub json: bool,
-    /// Draw original and result side by side into a file, back sides in red, and mark where the distance is largest
+    /// Draw original and result side by side into a PNG, JPEG or WebP, back sides in red, and mark where the distance is
+    /// largest
     #[arg(long, value_name = "FILE.png", help_heading = REPORTS_HEADING)]
     pub picture: Option<PathBuf>,
     /// View of the picture: front, back, left, right, top, bottom, or degrees around and above, like 30,20 [default: a

@@ -1,9 +1,14 @@
 //! Picture of a mesh before and after simplification.
 
+use std::path::Path;
+
 use neural_mesh::job::{Document, JobOutcome, JobReport, PlacedSurface};
 use neural_mesh::metrics::farthest_point;
-use neural_mesh::picture::{CornerNormals, DecodedMaterials, PictureOptions, ShadedMesh, encode_png, render_shaded};
+use neural_mesh::picture::{
+    CornerNormals, DecodedMaterials, Image, PictureOptions, ShadedMesh, encode_png, encode_webp, render_shaded,
+};
 
+use crate::compare::images::encode_jpeg;
 use crate::failure::{Failure, display_path};
 use crate::files::{self, PendingFile};
 use crate::messages;
@@ -12,6 +17,20 @@ use crate::request::Request;
 const SAMPLES: usize = 20_000;
 /// Largest distance that counts as rounding, in percent of the diagonal; it gets no ring in the picture.
 const ROUNDING_PERCENT: f64 = 1e-4;
+
+/// Encoder of an image; `None` if its format does not hold it.
+type Encoder = fn(&Image) -> Option<Vec<u8>>;
+
+/// Returns the encoder of the format that the name of a picture shows.
+pub fn picture_encoder(path: &Path) -> Result<Encoder, Failure> {
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    match ending.to_str() {
+        Some("png") => Ok(|image| Some(encode_png(image))),
+        Some("jpg" | "jpeg") => Ok(encode_jpeg),
+        Some("webp") => Ok(encode_webp),
+        _ => Err(Failure::Usage(format!("--picture {}: end the name in .png, .jpg or .webp", path.display()))),
+    }
+}
 
 pub struct PicturedMesh<'a> {
     surface: PlacedSurface<'a>,
@@ -81,6 +100,7 @@ pub fn draw_picture(
     let mut options = PictureOptions::default();
     (options.captions, options.edges) = (captions, edges);
     (options.marks, options.view) = (marks, request.view);
-    let image = render_shaded(&meshes, &options);
-    files::prepare_file(path, &encode_png(&image), request.force).map(Some)
+    let bytes = picture_encoder(path)?(&render_shaded(&meshes, &options));
+    let bytes = bytes.ok_or_else(|| Failure::in_file(path, "cannot be encoded: end the name in .png"))?;
+    files::prepare_file(path, &bytes, request.force).map(Some)
 }

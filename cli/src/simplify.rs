@@ -7,7 +7,7 @@ use neural_mesh::job::{self, Document, Files, JobOutcome, JobReport, JobStage, M
 use neural_mesh::simplify::Simplified;
 
 use crate::document;
-use crate::drawing::{draw_picture, prepare_picture};
+use crate::drawing::{draw_picture, picture_encoder, prepare_picture};
 use crate::failure::{Failure, display_path};
 use crate::files::{self, OutputPaths, PendingFile};
 use crate::finished_run::FinishedRun;
@@ -29,7 +29,8 @@ pub fn run(request: Request) -> Result<(), Failure> {
 pub fn check_outputs(request: &Request, force: bool) -> Result<(), Failure> {
     let others = [&request.report, &request.picture, &request.map];
     let paths = OutputPaths::new(&request.outputs(), others.into_iter().flatten());
-    files::check_output_paths(&paths, &request.read, force)
+    files::check_output_paths(&paths, &request.read, force)?;
+    request.picture.iter().try_for_each(|path| picture_encoder(path).map(drop))
 }
 
 /// Runs `work` on `n_threads` threads, or on one per core.

@@ -1,6 +1,7 @@
 //! `neural-mesh simplify` from file to file.
 
 use crate::common::*;
+use neural_mesh::picture::{ImageFormat, decode_image};
 
 fn cow(rest: &[&str]) -> Vec<String> {
     let input = test_mesh_path("spot.ply").to_str().unwrap().to_string();
@@ -157,6 +158,25 @@ fn a_picture_shows_both_meshes() {
     let folder = folder();
     assert_eq!(run_cow(folder.path(), &["-o", "a.ply", "--picture", "a.png"]).code, Some(0));
     assert!(std::fs::read(folder.path().join("a.png")).unwrap().starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn a_picture_has_the_format_that_its_name_shows() {
+    let folder = folder();
+    for (name, format) in [
+        ("a.png", ImageFormat::Png),
+        ("a.JPG", ImageFormat::Jpeg),
+        ("a.jpeg", ImageFormat::Jpeg),
+        ("a.webp", ImageFormat::WebP),
+    ] {
+        run_cow(folder.path(), &["-o", "a.ply", "--force", "--picture", name]);
+        let bytes = std::fs::read(folder.path().join(name)).unwrap();
+        assert_eq!(ImageFormat::from_signature(&bytes), Some(format), "{name}");
+        assert!(decode_image(&bytes).is_some(), "{name}");
+    }
+    let spot = test_mesh_path("spot.ply");
+    let words = ["simplify", spot.to_str().unwrap(), "-o", "b.ply", "--ratio", "1%", "--picture", "b.gif"];
+    assert_eq!(refuse(folder.path(), &words, 2), "neural-mesh: --picture b.gif: end the name in .png, .jpg or .webp");
 }
 
 #[test]

@@ -81,7 +81,11 @@ fn total_bytes(images: &[Option<FittedImage>]) -> usize {
 /// Returns the image unchanged if it fits `side` and `most` bytes, else as a JPEG.
 fn fit_image(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     let image = decode_image(bytes)?;
-    let smaller = || encode_jpeg(&shrink(&image, side));
+    let smaller = || {
+        let image = shrink(&image, side);
+        let (bytes, kind) = (encode_jpeg(&image)?, "image/jpeg");
+        Some(FittedImage { bytes, kind, width: image.width, height: image.height })
+    };
     // Images that decoding halves are larger than any side of a page.
     if image.width.max(image.height) > side {
         return smaller();
@@ -99,11 +103,12 @@ fn fit_image(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     Some(FittedImage { bytes, kind, width: image.width, height: image.height })
 }
 
-fn encode_jpeg(Image { width, height, rgba }: &Image) -> Option<FittedImage> {
+/// Encodes an image as a JPEG, without its alpha; `None` beyond 65535 pixels a side.
+pub fn encode_jpeg(Image { width, height, rgba }: &Image) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let sides = [*width, *height].map(|side| u16::try_from(side).ok());
     Encoder::new(&mut bytes, QUALITY).encode(rgba, sides[0]?, sides[1]?, ColorType::Rgba).ok()?;
-    Some(FittedImage { bytes, kind: "image/jpeg", width: *width, height: *height })
+    Some(bytes)
 }
 
 #[cfg(test)]
