@@ -44,8 +44,9 @@ pub fn lock_folder(folder: &Path) -> Result<File, Failure> {
     }
 }
 
-/// Returns a distinct path in OUTDIR for each mesh, also in lower case if `ignores_case`, with `{level}` where each level has its own file.
+/// Returns a distinct path in OUTDIR for each mesh, with `{level}` where each level has its own file.
 ///
+/// With `ignores_case`, paths in lower case are distinct, too.
 /// Meshes that would share a name keep their old ending before the new one: `a.obj.ply`.
 ///
 /// # Errors
