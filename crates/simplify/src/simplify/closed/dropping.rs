@@ -167,24 +167,23 @@ impl<'a> PlacedComponents<'a> {
         self.faces(component).iter().any(|&face| surface.faces[face as usize].iter().any(|&v| pins.is_locked(v)))
     }
 
+    /// Returns the corners of a face at the largest placement of its component.
     fn corners(&self, face: u32) -> Option<[DVec3; 3]> {
         let transform = self.transforms[self.component_of_face[face as usize] as usize].first()?;
-        let positions = &self.original.surface.positions;
-        Some(
-            self.original.surface.faces[face as usize]
-                .map(|v| transform.transform_point3(positions[v as usize].as_dvec3())),
-        )
+        Some(self.place_corners(face, transform))
+    }
+
+    fn place_corners(&self, face: u32, transform: &DMat4) -> [DVec3; 3] {
+        let surface = &self.original.surface;
+        surface.faces[face as usize].map(|v| transform.transform_point3(surface.positions[v as usize].as_dvec3()))
     }
 
     /// Calls `visit` with each component, its faces and their corners, at all placements.
     pub fn visit_faces(&self, mut visit: impl FnMut(u32, u32, [DVec3; 3])) {
-        let surface = &self.original.surface;
         for (component, transforms) in self.transforms.iter().enumerate() {
             for transform in transforms {
-                for &face in self.faces(component) {
-                    let corner = |v: u32| transform.transform_point3(surface.positions[v as usize].as_dvec3());
-                    visit(component as u32, face, surface.faces[face as usize].map(corner));
-                }
+                let faces = self.faces(component).iter();
+                faces.for_each(|&face| visit(component as u32, face, self.place_corners(face, transform)));
             }
         }
     }

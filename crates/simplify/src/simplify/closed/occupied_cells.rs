@@ -1,6 +1,6 @@
 //! The cells of space that each component of a scene is in, on grids of several sizes.
 //!
-//! Where a cell loses its last component, the place is empty: a mast whose bars all went, a cable. Few pixels tell of it.
+//! A cell that loses its last component leaves a gap, as in a lattice mast without its bars. Few pixels show such a gap.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -15,7 +15,7 @@ const N_GRIDS: u32 = 3;
 /// Largest number of parts of a face's side between points in the finest cells.
 const MOST_PARTS: f64 = 64.0;
 
-/// Numbered cells of all grids.
+/// The numbered cells of all grids that components are in.
 pub struct OccupiedCells {
     of_component: Rows<u32>,
     /// Number of components in each cell.

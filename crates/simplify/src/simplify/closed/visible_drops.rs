@@ -24,11 +24,10 @@ const BEND: f64 = 2.0;
 const FREE_CURVES: f64 = 0.01;
 /// Share of the pixels that the last component of a material costs beyond its own.
 const LAST_OF_GROUP: f64 = 0.002;
-
 /// Share of the pixels that emptied space costs where components are chosen, over the squared sides of its cells.
 // Lattices show few pixels, and leave a gap.
 const EMPTIED: f64 = 2.0;
-/// The same where steps are chosen.
+/// Share of the pixels that emptied space costs where steps are chosen, over the squared sides of its cells.
 const EMPTIED_AT_STEPS: f64 = 0.5;
 
 /// The collapse after some limits were lifted.
