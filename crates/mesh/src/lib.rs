@@ -5,4 +5,5 @@
 pub mod geometry;
 pub mod linalg;
 pub mod mesh;
+pub mod parallel;
 pub mod spatial;

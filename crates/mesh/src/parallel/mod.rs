@@ -1,0 +1,125 @@
+//! Work that threads share, in the order of its numbers.
+//!
+//! What rayon has is generic down to its threads, and each call of it takes a second of compiling: here all calls meet in
+//! [`run`], which is compiled once. Results have the same bits on any number of threads.
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+/// Pieces of rows for each thread: enough to even out what some take longer.
+const PIECES: usize = 8;
+
+/// Calls `act` with each number below `n`, on the threads of the present pool.
+pub fn run(n: usize, act: &(dyn Fn(usize) + Sync)) {
+    if n < 2 || rayon::current_num_threads() < 2 {
+        (0..n).for_each(act);
+    } else {
+        (0..n).into_par_iter().with_max_len(1).for_each(act);
+    }
+}
+
+/// Does two pieces of work side by side, and returns what both gave.
+pub fn join<A: Send, B: Send>(one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B + Send) -> (A, B) {
+    fn both(one: &mut (dyn FnMut() + Send), other: &mut (dyn FnMut() + Send)) {
+        rayon::join(one, other);
+    }
+    let (mut one, mut other) = (Some(one), Some(other));
+    let (mut of_one, mut of_other) = (None, None);
+    both(&mut || of_one = one.take().map(|act| act()), &mut || of_other = other.take().map(|act| act()));
+    (of_one.expect("it has run"), of_other.expect("it has run"))
+}
+
+/// Calls `act` with each task, and returns what it gave in their order.
+pub fn each<T: Send, R: Send>(tasks: impl IntoIterator<Item = T>, act: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let tasks = tasks.into_iter().map(|task| Mutex::new((Some(task), None)));
+    let slots: Vec<Mutex<(Option<T>, Option<R>)>> = tasks.collect();
+    run(slots.len(), &|number| {
+        let slot = || slots[number].lock().unwrap_or_else(PoisonError::into_inner);
+        let task = slot().0.take();
+        let made = task.map(&act);
+        slot().1 = made;
+    });
+    let made = slots.into_iter().map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner).1);
+    made.map(|made| made.expect("each number is run")).collect()
+}
+
+/// Returns the value of each number below `n`; no thread takes fewer than `least` at once.
+pub fn map<R: Send>(n: usize, least: usize, value: impl Fn(usize) -> R + Sync) -> Vec<R> {
+    let size = piece(n, least);
+    if n <= size {
+        return (0..n).map(value).collect();
+    }
+    let pieces = each((0..n).step_by(size), |start| (start..n.min(start + size)).map(&value).collect::<Vec<R>>());
+    let mut all = Vec::with_capacity(n);
+    pieces.into_iter().for_each(|piece| all.extend(piece));
+    all
+}
+
+/// Sets each item to the value of its number; no thread takes fewer than `least` at once.
+pub fn fill<T: Send>(items: &mut [T], least: usize, value: impl Fn(usize) -> T + Sync) {
+    change(items, least, |number, item| *item = value(number));
+}
+
+/// Calls `act` with each number and its item; no thread takes fewer than `least` at once.
+pub fn change<T: Send>(items: &mut [T], least: usize, act: impl Fn(usize, &mut T) + Sync) {
+    let size = piece(items.len(), least);
+    chunks_mut(items, size, |chunk, items| {
+        (chunk * size..).zip(items).for_each(|(number, item)| act(number, item));
+    });
+}
+
+/// Calls `act` with the number of each chunk of `size` items and the chunk; the last may be shorter.
+pub fn chunks_mut<T: Send>(items: &mut [T], size: usize, act: impl Fn(usize, &mut [T]) + Sync) {
+    each(items.chunks_mut(size).enumerate(), |(chunk, items)| act(chunk, items));
+}
+
+/// Returns what each chunk of `size` items gives, in order; `act` gets its number, and the last chunk may be shorter.
+pub fn chunks<T: Sync, R: Send>(items: &[T], size: usize, act: impl Fn(usize, &[T]) -> R + Sync) -> Vec<R> {
+    each(items.chunks(size).enumerate(), |(chunk, items)| act(chunk, items))
+}
+
+/// Returns the number of rows in a piece of `n` rows.
+fn piece(n: usize, least: usize) -> usize {
+    n.div_ceil(PIECES * rayon::current_num_threads()).max(least).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn on_threads<R: Send>(n: usize, act: impl FnOnce() -> R + Send) -> R {
+        rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap().install(act)
+    }
+
+    #[test]
+    fn everything_is_done_once_and_in_order_on_any_number_of_threads() {
+        for threads in [1, 3] {
+            for n in [0, 1, 2, 1000] {
+                let squares: Vec<usize> = (0..n).map(|i| i * i).collect();
+                for least in [0, 1, 7, 5000] {
+                    assert_eq!(on_threads(threads, || map(n, least, |i| i * i)), squares);
+                    let mut filled = vec![0; n];
+                    on_threads(threads, || fill(&mut filled, least, |i| i * i));
+                    assert_eq!(filled, squares);
+                    on_threads(threads, || change(&mut filled, least, |i, item| *item += i));
+                    assert!(filled.iter().enumerate().all(|(i, &item)| item == i * i + i));
+                }
+                let texts = squares.iter().map(|square| square.to_string());
+                assert_eq!(on_threads(threads, || each(texts.clone(), |text| text)), texts.collect::<Vec<_>>());
+                let sums = on_threads(threads, || chunks(&squares, 3, |at, some| (at, some.iter().sum::<usize>())));
+                let naive = squares.chunks(3).enumerate().map(|(at, some)| (at, some.iter().sum()));
+                assert_eq!(sums, naive.collect::<Vec<(usize, usize)>>());
+            }
+            assert_eq!(on_threads(threads, || join(|| 1, || "two")), (1, "two"));
+        }
+    }
+
+    #[test]
+    fn a_panic_of_one_task_reaches_the_caller() {
+        let run = |threads| on_threads(threads, || map(100, 1, |i| assert!(i != 57, "no {i}")));
+        for threads in [1, 3] {
+            assert!(std::panic::catch_unwind(|| run(threads)).is_err());
+        }
+    }
+}
