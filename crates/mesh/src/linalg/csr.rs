@@ -1,9 +1,9 @@
 //! Compressed sparse rows.
 
-use rayon::prelude::*;
 use std::ops::Range;
 
 use super::Rows;
+use crate::parallel;
 
 /// The pattern of a sparse matrix in compressed rows, each with ascending, distinct columns.
 ///
@@ -126,7 +126,7 @@ impl Csr {
             }
             (ends, columns)
         };
-        let blocks: Vec<_> = (0..n_rows.div_ceil(BLOCK)).into_par_iter().map(|at| block(at * BLOCK)).collect();
+        let blocks = parallel::each((0..n_rows).step_by(BLOCK), block);
         let size = blocks.iter().map(|(_, columns)| columns.len()).sum();
         assert!(size <= u32::MAX as usize, "at most 2^32 - 1 entries");
         let (mut offsets, mut columns) = (Vec::with_capacity(n_rows + 1), Vec::with_capacity(size));
@@ -164,10 +164,12 @@ impl Csr {
     pub fn from_equal_rows(n_rows: usize, n_cols: usize, k: usize, mut columns: Vec<u32>) -> Self {
         assert_eq!(columns.len(), n_rows * k, "k columns for each row");
         assert!(columns.len() <= u32::MAX as usize, "at most 2^32 - 1 entries");
-        columns.par_chunks_mut(k.max(1)).for_each(|row| {
-            row.sort_unstable();
-            assert!(row.last().is_none_or(|&col| (col as usize) < n_cols), "columns of {n_cols}");
-            debug_assert!(row.is_sorted_by(|a, b| a < b), "each column once in a row");
+        parallel::chunks_mut(&mut columns, BLOCK * k.max(1), |_, rows| {
+            for row in rows.chunks_mut(k) {
+                row.sort_unstable();
+                assert!(row.last().is_none_or(|&col| (col as usize) < n_cols), "columns of {n_cols}");
+                debug_assert!(row.is_sorted_by(|a, b| a < b), "each column once in a row");
+            }
         });
         Self { offsets: (0..=n_rows).map(|row| (row * k) as u32).collect(), columns, n_cols }
     }

@@ -6,7 +6,7 @@
 #![allow(unsafe_code)]
 
 use super::{Csr, Matrix};
-use rayon::prelude::*;
+use crate::parallel;
 use std::ops::Range;
 
 /// A set of instructions that this processor has.
@@ -151,7 +151,7 @@ impl Isa {
     pub(crate) fn compute_matrix<K: RowKernel>(self, kernel: &K, n_rows: usize, n_cols: usize) -> Matrix {
         let mut result = Matrix::zeros(n_rows, n_cols);
         let block = if n_cols > 1024 { 1 } else { BLOCK };
-        result.data_mut().par_chunks_mut((block * n_cols).max(1)).enumerate().for_each(|(i, out)| {
+        parallel::chunks_mut(result.data_mut(), (block * n_cols).max(1), |i, out| {
             let begin = i * block;
             self.compute(kernel, begin..(begin + block).min(n_rows), out);
         });
@@ -161,7 +161,7 @@ impl Isa {
     pub(crate) fn compute_entries<K: RowKernel>(self, kernel: &K, pattern: &Csr) -> Vec<f32> {
         let mut values = vec![0.0; pattern.n_entries()];
         let blocks = pattern.split_rows(BLOCK, &mut values);
-        blocks.into_par_iter().for_each(|(rows, out)| self.compute(kernel, rows, out));
+        parallel::each(blocks, |(rows, out)| self.compute(kernel, rows, out));
         values
     }
 }

@@ -1,7 +1,9 @@
 //! `S A S^T` on a fixed pattern, Eq. (3).
 
+use std::sync::{Mutex, PoisonError};
+
 use super::Csr;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Computes `A_s[i, j] = sum_{k, l} S[i, k] A[k, l] S[j, l]` for every entry (i, j) of `graph`.
 ///
@@ -102,14 +104,19 @@ const BLOCK: usize = 256;
 fn compute_rows(graph: &Csr, row_values: impl Fn(&mut Scratch, usize, &mut [f32]) + Sync) -> Vec<f32> {
     let mut values = vec![0.0; graph.n_entries()];
     let blocks = graph.split_rows(BLOCK, &mut values);
-    let scratch = || Scratch { sums: vec![0.0; graph.n_rows()], touched: Vec::new() };
-    blocks.into_par_iter().for_each_init(scratch, |scratch, (rows, out)| {
+    // Sums of a whole row are zero again after it, so one for each thread at work will do.
+    let idle = Mutex::new(Vec::new());
+    let of_thread = || idle.lock().unwrap_or_else(PoisonError::into_inner);
+    parallel::each(blocks, |(rows, out)| {
+        let kept = of_thread().pop();
+        let mut scratch = kept.unwrap_or_else(|| Scratch { sums: vec![0.0; graph.n_rows()], touched: Vec::new() });
         let start = graph.range(rows.start).start;
         for row in rows {
             let range = graph.range(row);
-            row_values(scratch, row, &mut out[range.start - start..range.end - start]);
+            row_values(&mut scratch, row, &mut out[range.start - start..range.end - start]);
             scratch.clear();
         }
+        of_thread().push(scratch);
     });
     values
 }

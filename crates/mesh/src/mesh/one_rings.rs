@@ -4,12 +4,12 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::pulse::Pulse;
 use super::thread_ranges::{corner_rows, split_rows, thread_ranges};
 use crate::linalg::Rows;
+use crate::parallel;
 
 /// Largest length of a ring that is ordered without a hash map.
 const LONG_RING: usize = 64;
@@ -70,7 +70,7 @@ impl OneRings {
         let shares = thread_ranges(n_vertices);
         let fans = split_rows(&shares, &mut opposite_edges, |v| starts[v + 1] as usize);
         let rows = |(share, fans)| RingRows::new(pulse, share, &starts, fans);
-        let shares: Vec<RingRows> = shares.into_par_iter().zip(fans).map(rows).collect();
+        let shares = parallel::each(shares.into_iter().zip(fans), rows);
         let and = |rows: RingRows, after| {
             pulse.beat(0);
             rows.append(after)

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use crate::parallel;
 
 #[doc(hidden)]
 pub const PARALLEL: usize = 4096;
@@ -64,7 +64,7 @@ impl<'a> Pulse<'a> {
     pub fn map_numbers<R: Send>(self, n: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
         let mut all = Vec::with_capacity(n);
         for numbers in self.ranges(0..n) {
-            all.par_extend(numbers.into_par_iter().with_min_len(PARALLEL).map(&of));
+            all.extend(parallel::map(numbers.len(), PARALLEL, |i| of(numbers.start + i)));
         }
         all
     }

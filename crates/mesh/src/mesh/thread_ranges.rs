@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::pulse::Pulse;
 use crate::linalg::Rows;
+use crate::parallel;
 
 const LEAST: usize = 20_000;
 const CHUNK: usize = 8192;
@@ -46,8 +45,7 @@ pub fn add_faces<T: Send, F>(
 ) {
     let shares = thread_ranges(rows.len());
     let is_whole = shares.len() == 1;
-    let parts: Vec<_> = shares.iter().zip(split_rows(&shares, rows, |v| v + 1)).collect();
-    parts.into_par_iter().for_each(|(share, rows)| {
+    parallel::each(shares.iter().zip(split_rows(&shares, rows, |v| v + 1)), |(share, rows)| {
         for numbers in pulse.counting_if(share.start == 0).ranges(0..faces.len()) {
             for (f, face) in numbers.clone().zip(&faces[numbers]) {
                 if is_whole || face.iter().any(|&v| share.contains(&(v as usize))) {
@@ -78,8 +76,8 @@ pub fn corner_rows<T: Copy + Default + Send>(
     (0..n_vertices).for_each(|v| starts[v + 1] += starts[v]);
     let mut items = vec![T::default(); 3 * faces.len()];
     let shares = thread_ranges(n_vertices);
-    let parts: Vec<_> = shares.iter().zip(split_rows(&shares, &mut items, |v| starts[v + 1] as usize)).collect();
-    parts.into_par_iter().for_each(|(share, items)| {
+    let parts = split_rows(&shares, &mut items, |v| starts[v + 1] as usize);
+    parallel::each(shares.iter().zip(parts), |(share, items)| {
         let mut slots: Vec<u32> = starts[share.clone()].iter().map(|start| start - starts[share.start]).collect();
         for numbers in pulse.counting_if(share.start == 0).ranges(0..faces.len()) {
             for (f, &[a, b, c]) in (numbers.start as u32..).zip(&faces[numbers]) {
@@ -97,13 +95,12 @@ pub fn corner_rows<T: Copy + Default + Send>(
 
 #[doc(hidden)]
 pub fn indices_where<T: Sync>(pulse: Pulse, items: &[T], is_wanted: impl Fn(u32, &T) -> bool + Sync) -> Vec<u32> {
-    let of_chunk = |(chunk, items): (usize, &[T])| -> Vec<u32> {
+    let of_chunk = |chunk: usize, items: &[T]| -> Vec<u32> {
         pulse.beat(items.len());
         let numbered = ((chunk * CHUNK) as u32..).zip(items);
         numbered.filter(|&(i, item)| is_wanted(i, item)).map(|(i, _)| i).collect()
     };
-    let parts: Vec<Vec<u32>> = items.par_chunks(CHUNK).enumerate().map(of_chunk).collect();
-    parts.concat()
+    parallel::chunks(items, CHUNK, of_chunk).concat()
 }
 
 #[cfg(test)]

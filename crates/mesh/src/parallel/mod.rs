@@ -56,6 +56,15 @@ pub fn map<R: Send>(n: usize, least: usize, value: impl Fn(usize) -> R + Sync) -
     all
 }
 
+/// Merges the values of all numbers below `n`, in any order; `None` if there are none.
+///
+/// Each thread holds one value, and another while it is merged.
+pub fn reduce<R: Send>(n: usize, value: impl Fn(usize) -> R + Sync, merge: impl Fn(R, R) -> R + Sync) -> Option<R> {
+    let n_tasks = rayon::current_num_threads().min(n);
+    let merged = each(0..n_tasks, |task| (task..n).step_by(n_tasks).map(&value).reduce(&merge));
+    merged.into_iter().flatten().reduce(merge)
+}
+
 /// Sets each item to the value of its number; no thread takes fewer than `least` at once.
 pub fn fill<T: Send>(items: &mut [T], least: usize, value: impl Fn(usize) -> T + Sync) {
     change(items, least, |number, item| *item = value(number));
@@ -111,6 +120,8 @@ mod tests {
                 let naive = squares.chunks(3).enumerate().map(|(at, some)| (at, some.iter().sum()));
                 assert_eq!(sums, naive.collect::<Vec<(usize, usize)>>());
             }
+            assert_eq!(on_threads(threads, || reduce(0, |i| i, usize::max)), None);
+            assert_eq!(on_threads(threads, || reduce(100, |i| i * 7 % 101, usize::max)), Some(100));
             assert_eq!(on_threads(threads, || join(|| 1, || "two")), (1, "two"));
         }
     }

@@ -1,8 +1,7 @@
 //! Sorts points and triangles along Morton's space-filling curve.
 
-use rayon::prelude::*;
-
 use super::Bounds;
+use crate::parallel;
 
 const BITS: u32 = 10;
 const CROWD: usize = 256;
@@ -29,14 +28,11 @@ pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], b
     let per_sum = CELLS / 3.0 / extent;
     let start = bounds.low.map(|low| low * (CELLS / extent));
     let mut keys = vec![0; faces.len()];
-    let each = |(chunk, (keys, faces)): (usize, (&mut [u64], &[[u32; 3]]))| {
-        for (i, (key, face)) in keys.iter_mut().zip(faces).enumerate() {
-            let [a, b, c] = face.map(|v| positions[v as usize]);
-            let cell = |k: usize| nearest_cell((a[k] + b[k] + c[k]) * per_sum - start[k]);
-            *key = cell_key([cell(0), cell(1), cell(2)], (chunk * CHUNK + i) as u32);
-        }
-    };
-    keys.par_chunks_mut(CHUNK).zip(faces.par_chunks(CHUNK)).enumerate().for_each(each);
+    parallel::fill(&mut keys, CHUNK, |i| {
+        let [a, b, c] = faces[i].map(|v| positions[v as usize]);
+        let cell = |k: usize| nearest_cell((a[k] + b[k] + c[k]) * per_sum - start[k]);
+        cell_key([cell(0), cell(1), cell(2)], i as u32)
+    });
     let middle = |face: u32| {
         let [a, b, c] = faces[face as usize].map(|v| positions[v as usize]);
         // Thirds first: the sum of large coordinates would overflow.
@@ -61,7 +57,7 @@ fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), beat: 
     let mut keys = Vec::with_capacity(order.len());
     for order in order.chunks(BETWEEN_BEATS) {
         beat_if(order.len() == BETWEEN_BEATS, beat);
-        keys.par_extend(order.par_iter().with_min_len(CHUNK).map(key));
+        keys.extend(parallel::map(order.len(), CHUNK, |i| key(&order[i])));
     }
     sort_by_keys(order, keys, middle, beat, depth);
 }
@@ -110,8 +106,9 @@ fn extent(Bounds { low, high }: &Bounds) -> f32 {
 }
 
 fn bounds(order: &[u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync)) -> Bounds {
-    let point = |&face: &u32| Bounds::from_points(&[middle(face)]);
-    order.par_iter().with_min_len(CHUNK).map(point).reduce(|| Bounds::EMPTY, |a, b| a.union(&b))
+    let point = |all: Bounds, &face: &u32| all.union(&Bounds::from_points(&[middle(face)]));
+    let of_chunk = |_, order: &[u32]| order.iter().fold(Bounds::EMPTY, point);
+    parallel::chunks(order, CHUNK, of_chunk).into_iter().fold(Bounds::EMPTY, |a, b| a.union(&b))
 }
 
 fn spread(x: u32) -> u32 {

@@ -1,10 +1,10 @@
 //! Visual importance of components, from views in many directions.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::geometry::triangle::unit_normal;
 use crate::linalg::{Isa, Work};
+use crate::parallel;
 
 use super::parallel_views::{axis, project, rasterize, to_pixels};
 
@@ -65,8 +65,7 @@ pub fn exposures(positions: &[[f32; 3]], faces: &[[u32; 3]], labels: Labels, tol
     let scene =
         PixelScene { positions: &scaled, faces, normals: &normals, labels, tolerance: (tolerance * scale) as f32 };
     let of_axis = |number: usize| scene.exposures_along(side, axis(number, AXES));
-    let none = || vec![Exposure::default(); labels.n_components];
-    let mut all = (0..AXES).into_par_iter().map(of_axis).reduce(none, merge);
+    let mut all = parallel::reduce(AXES, of_axis, merge).unwrap_or_default();
     for exposure in &mut all {
         exposure.replacements.sort_unstable();
         exposure.replacements.dedup();

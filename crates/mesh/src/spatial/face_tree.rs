@@ -5,13 +5,13 @@
 //! nodes.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Bounds;
 use super::curve_order::{curve_order, curve_order_of_faces};
 use super::nearest_on_triangles::{hit_triangle, limit, unit_exponent};
 use super::needle_tree::NeedleTree;
 use super::triangle_pieces;
+use crate::parallel;
 
 const WIDTH: usize = 8;
 /// Additional pieces per triangle above which thin triangles are cut.
@@ -115,7 +115,8 @@ impl<'a> FaceTree<'a> {
         let mut tree = Self::without_nodes(positions, faces);
         // Whole numbers have one sum in any order, and in that of the mesh corners are near each other in memory.
         let wanted = |face: usize| f64::from(triangle_pieces::wanted_cuts(&tree.corners(face as u32)));
-        let cuts: f64 = (0..faces.len()).into_par_iter().with_min_len(CHUNK).map(wanted).sum();
+        let count = |chunk: usize, faces: &[[u32; 3]]| (0..faces.len()).map(|i| wanted(chunk * CHUNK + i)).sum::<f64>();
+        let cuts: f64 = parallel::chunks(faces, CHUNK, count).into_iter().sum();
         if triangle_pieces::are_needles(cuts, faces.len()) {
             tree.whole =
                 tree.order.iter().map(|&face| tree.bounds(face)).fold(Bounds::EMPTY, |all, bounds| all.union(&bounds));
@@ -248,8 +249,7 @@ impl<'a> FaceTree<'a> {
 
     fn over_triangles(&mut self, cuts: f64) -> Vec<(PackedNode, Bounds)> {
         if cuts <= NEEDLES * self.order.len() as f64 {
-            let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
-            return self.order.par_chunks(WIDTH).with_min_len(CHUNK).map(node).collect();
+            return nodes_over(&self.order, |face| self.bounds(face));
         }
         let triangles: Vec<_> = (0..self.faces.len() as u32).map(|face| self.corners(face)).collect();
         let boxes = triangle_pieces::boxes(&triangles);
@@ -258,9 +258,7 @@ impl<'a> FaceTree<'a> {
             std::array::from_fn(|k| 0.5 * (bounds.low[k] + bounds.high[k]))
         };
         let order = curve_order(boxes.len(), middle, || ());
-        let bounds = |&piece: &u32| boxes[piece as usize].0;
-        let nodes = order.par_chunks(WIDTH).with_min_len(CHUNK).map(|pieces| node_over(pieces.iter().map(bounds)));
-        let nodes = nodes.collect();
+        let nodes = nodes_over(&order, |piece| boxes[piece as usize].0);
         self.pieces = Some(order.iter().map(|&piece| boxes[piece as usize].1).collect());
         nodes
     }
@@ -477,6 +475,12 @@ fn height_above(p: DVec3, corners: [[f32; 3]; 3]) -> f64 {
     let is_inside = to_b > 0.0 && to_c > 0.0 && to_b + to_c < square;
     let height = normal.dot(ap);
     if is_inside { height * height / square } else { f64::INFINITY }
+}
+
+/// Returns the lowest nodes, each over the next items in order.
+fn nodes_over(order: &[u32], bounds: impl Fn(u32) -> Bounds + Sync) -> Vec<(PackedNode, Bounds)> {
+    let node = |items: &[u32]| node_over(items.iter().map(|&item| bounds(item)));
+    parallel::map(order.len().div_ceil(WIDTH), CHUNK, |i| node(&order[i * WIDTH..order.len().min((i + 1) * WIDTH)]))
 }
 
 #[inline(always)]

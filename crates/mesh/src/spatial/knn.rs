@@ -1,6 +1,6 @@
 //! Nearest points by a k-d tree (the k-nn graphs of Secs. 3.2 and 3.3).
 
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Finds the `k` nearest other points of every point, nearest first; ties go to the lower index.
 ///
@@ -22,7 +22,7 @@ pub fn nearest_neighbours(points: &[[f32; 3]], k: usize) -> Vec<u32> {
     }
     let tree = Tree::new(points);
     let mut in_tree_order = vec![0u32; points.len() * k];
-    in_tree_order.par_chunks_mut(QUERIES * k).enumerate().for_each(|(block, rows)| {
+    parallel::chunks_mut(&mut in_tree_order, QUERIES * k, |block, rows| {
         let mut nearest = Nearest::new(k);
         let mut before = None;
         for (i, row) in rows.chunks_exact_mut(k).enumerate() {
@@ -59,7 +59,7 @@ pub fn nearest_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u3
     }
     let tree = Tree::new(points);
     let mut indices = vec![0u32; queries.len() * k];
-    indices.par_chunks_mut(QUERIES * k).zip(queries.par_chunks(QUERIES)).for_each(|(rows, queries)| {
+    parallel::each(indices.chunks_mut(QUERIES * k).zip(queries.chunks(QUERIES)), |(rows, queries)| {
         let mut nearest = Nearest::new(k);
         for (row, &point) in rows.chunks_exact_mut(k).zip(queries) {
             tree.search(&mut nearest, &NeighbourQuery { point, skipped: usize::MAX }, f32::INFINITY);
@@ -207,7 +207,7 @@ fn split(points: &[[f32; 3]], order: &mut [u32], node: KdNode, splits: &mut Vec<
         split(points, upper, right, splits);
     } else {
         let mut of_upper = Vec::new();
-        rayon::join(|| split(points, lower, left, splits), || split(points, upper, right, &mut of_upper));
+        parallel::join(|| split(points, lower, left, splits), || split(points, upper, right, &mut of_upper));
         splits.append(&mut of_upper);
     }
 }

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::geometry::extent;
 use crate::geometry::triangle::area_normal_f64;
+use crate::parallel;
 
 const LEAF: usize = 4;
 const MARGIN: f64 = 1e-13;
@@ -148,7 +149,7 @@ fn grow(nodes: &mut [NeedleNode], items: &mut [NeedleItem], [at, start]: [usize;
     own.first = second_at as u32;
     let (one, two) = ([at + 1, start], [second_at, start + middle]);
     if after.len() > PARALLEL {
-        rayon::join(|| grow(first, before, one), || grow(second, after, two));
+        parallel::join(|| grow(first, before, one), || grow(second, after, two));
     } else {
         grow(first, before, one);
         grow(second, after, two);

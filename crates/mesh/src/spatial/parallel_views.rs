@@ -1,10 +1,10 @@
 //! Visibility of triangles in parallel projections.
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 use crate::geometry::extent;
 use crate::linalg::{Isa, Work};
+use crate::parallel;
 
 /// Pixels per triangle, to find visible triangles and to sum visible areas; `SIDE` is the range of a view's side in
 /// pixels.
@@ -73,11 +73,11 @@ fn visible_pixels(side: usize, scaled: &[Vec3], faces: &[[u32; 3]], n_axes: usiz
         }
         n
     };
-    let none = || vec![0; faces.len()];
-    (0..n_axes).into_par_iter().map(seen).reduce(none, |mut all, one| {
+    let add = |mut all: Vec<u32>, one: Vec<u32>| {
         all.iter_mut().zip(one).for_each(|(all, one)| *all += one);
         all
-    })
+    };
+    parallel::reduce(n_axes, seen, add).unwrap_or_else(|| vec![0; faces.len()])
 }
 
 /// Scales positions so that they fit any view of `side` pixels; also returns the scale in pixels per unit.
@@ -86,8 +86,8 @@ pub(super) fn to_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64)
     let (low, high) = extent(positions.iter().map(point));
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let scale = if radius > 0.0 { 0.5 * (side - 1) as f64 / radius } else { 0.0 };
-    let scaled = positions.par_iter().with_min_len(4096).map(|p| ((point(p) - middle) * scale).as_vec3()).collect();
-    (scaled, scale)
+    let scaled = |i: usize| ((point(&positions[i]) - middle) * scale).as_vec3();
+    (parallel::map(positions.len(), 4096, scaled), scale)
 }
 
 pub(super) fn axis(number: usize, n_axes: usize) -> Vec3 {

@@ -2,10 +2,12 @@
 
 use super::knn::nearest_neighbours;
 use crate::geometry::eigenvalues;
+use crate::parallel;
 use glam::DVec3;
-use rayon::prelude::*;
 
 const NEIGHBOURS: usize = 10;
+/// Fewest points of a thread at once.
+const ROWS: usize = 64;
 
 /// Computes the curvature of each point from the covariance of the point and its 10 nearest.
 ///
@@ -28,9 +30,9 @@ pub fn point_curvature(points: &[[f32; 3]]) -> Vec<f32> {
     if width == 0 {
         return vec![0.0; points.len()];
     }
-    let rows = || neighbours.par_chunks(width).enumerate();
-    let raw: Vec<f64> = rows().map(|(i, row)| flatness(points, i, row)).collect();
-    rows().map(|(i, row)| smooth(points, &raw, i, row) as f32).collect()
+    let row = |i: usize| &neighbours[i * width..][..width];
+    let raw: Vec<f64> = parallel::map(points.len(), ROWS, |i| flatness(points, i, row(i)));
+    parallel::map(points.len(), ROWS, |i| smooth(points, &raw, i, row(i)) as f32)
 }
 
 fn offsets(points: &[[f32; 3]], i: usize, row: &[u32]) -> Vec<DVec3> {

@@ -1,10 +1,10 @@
 //! A tree of boxes over triangles, split by the surface area heuristic, and its one descent for all searches.
 
 use glam::Vec3A;
-use rayon::prelude::*;
 
 use super::Bounds;
 use super::triangle_pieces::boxes;
+use crate::parallel;
 
 const LEAF: usize = 4;
 const BINS: usize = 16;
@@ -210,9 +210,7 @@ fn grow_in_parallel(items: &mut [BoxItem], first: usize, depth: usize) -> Vec<Tr
     }
     nodes.push(NO_CHILDREN);
     let parts = with_starts(quarters(items, depth), first);
-    let grow_part =
-        |(start, part): (usize, &mut [BoxItem])| (bounds_of(part), grow_in_parallel(part, start, depth + 2));
-    let grown: Vec<(WideBounds, Vec<TriangleNode>)> = parts.into_par_iter().map(grow_part).collect();
+    let grown = parallel::each(parts, |(start, part)| (bounds_of(part), grow_in_parallel(part, start, depth + 2)));
     for (child, (bounds, below)) in grown.into_iter().enumerate() {
         let shift = nodes.len() as u32;
         nodes[0].set(child, &bounds, shift, 0);
