@@ -7,7 +7,7 @@ use neural_mesh_io::io;
 #[cfg(test)]
 use neural_mesh_measure::metrics;
 #[doc(hidden)]
-pub use neural_mesh_mesh::{geometry, linalg, mesh, spatial};
+pub use neural_mesh_mesh::{geometry, linalg, mesh, parallel, spatial};
 #[doc(hidden)]
 pub use neural_mesh_network::{autodiff, model};
 #[doc(hidden)]

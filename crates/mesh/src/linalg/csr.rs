@@ -164,12 +164,10 @@ impl Csr {
     pub fn from_equal_rows(n_rows: usize, n_cols: usize, k: usize, mut columns: Vec<u32>) -> Self {
         assert_eq!(columns.len(), n_rows * k, "k columns for each row");
         assert!(columns.len() <= u32::MAX as usize, "at most 2^32 - 1 entries");
-        parallel::chunks_mut(&mut columns, BLOCK * k.max(1), |_, rows| {
-            for row in rows.chunks_mut(k) {
-                row.sort_unstable();
-                assert!(row.last().is_none_or(|&col| (col as usize) < n_cols), "columns of {n_cols}");
-                debug_assert!(row.is_sorted_by(|a, b| a < b), "each column once in a row");
-            }
+        parallel::rows_mut(&mut columns, k, BLOCK, |_, row| {
+            row.sort_unstable();
+            assert!(row.last().is_none_or(|&col| (col as usize) < n_cols), "columns of {n_cols}");
+            debug_assert!(row.is_sorted_by(|a, b| a < b), "each column once in a row");
         });
         Self { offsets: (0..=n_rows).map(|row| (row * k) as u32).collect(), columns, n_cols }
     }

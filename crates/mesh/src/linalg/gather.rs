@@ -59,17 +59,13 @@ pub fn gather_backward(n_rows: usize, indices: &[u32], gradient: &Matrix) -> Mat
 pub fn triple_extremes(x: &Matrix, triples: &[[u32; 3]]) -> Matrix {
     let n_cols = x.n_cols();
     let mut result = Matrix::zeros(triples.len(), 3 * n_cols);
-    let width = (3 * n_cols).max(1);
-    let tasks = result.data_mut().chunks_mut(width * MIN_TRIPLES).zip(triples.chunks(MIN_TRIPLES));
-    parallel::each(tasks, |(rows, triples)| {
-        for (row, triple) in rows.chunks_exact_mut(width).zip(triples) {
-            let [i, j, k] = triple.map(|row| x.row(row as usize));
-            for col in 0..n_cols {
-                let column = [i[col], j[col], k[col]];
-                row[col] = differences(column).into_iter().fold(f32::INFINITY, f32::min);
-                row[n_cols + col] = differences(column).into_iter().fold(f32::NEG_INFINITY, f32::max);
-                row[2 * n_cols + col] = (column[0] + column[1] + column[2]) / 3.0;
-            }
+    parallel::rows_mut(result.data_mut(), 3 * n_cols, MIN_TRIPLES, |number, row| {
+        let [i, j, k] = triples[number].map(|row| x.row(row as usize));
+        for col in 0..n_cols {
+            let column = [i[col], j[col], k[col]];
+            row[col] = differences(column).into_iter().fold(f32::INFINITY, f32::min);
+            row[n_cols + col] = differences(column).into_iter().fold(f32::NEG_INFINITY, f32::max);
+            row[2 * n_cols + col] = (column[0] + column[1] + column[2]) / 3.0;
         }
     });
     result

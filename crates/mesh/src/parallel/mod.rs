@@ -3,7 +3,9 @@
 //! What rayon has is generic down to its threads, and each call of it takes a second of compiling: here all calls meet in
 //! [`run`], which is compiled once. Results have the same bits on any number of threads.
 
-use std::sync::{Mutex, PoisonError};
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
@@ -32,16 +34,26 @@ pub fn join<A: Send, B: Send>(one: impl FnOnce() -> A + Send, other: impl FnOnce
 
 /// Calls `act` with each task, and returns what it gave in their order.
 pub fn each<T: Send, R: Send>(tasks: impl IntoIterator<Item = T>, act: impl Fn(T) -> R + Sync) -> Vec<R> {
-    let tasks = tasks.into_iter().map(|task| Mutex::new((Some(task), None)));
-    let slots: Vec<Mutex<(Option<T>, Option<R>)>> = tasks.collect();
+    // Plain loops: adapters of iterators would be compiled for each kind of task once more.
+    let mut slots = Vec::new();
+    for task in tasks {
+        slots.push(Mutex::new((Some(task), None)));
+    }
     run(slots.len(), &|number| {
-        let slot = || slots[number].lock().unwrap_or_else(PoisonError::into_inner);
-        let task = slot().0.take();
-        let made = task.map(&act);
-        slot().1 = made;
+        if let Some(task) = open(&slots[number]).0.take() {
+            let made = act(task);
+            open(&slots[number]).1 = Some(made);
+        }
     });
-    let made = slots.into_iter().map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner).1);
-    made.map(|made| made.expect("each number is run")).collect()
+    let mut all = Vec::with_capacity(slots.len());
+    for slot in &slots {
+        all.push(open(slot).1.take().expect("each number is run"));
+    }
+    all
+}
+
+fn open<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
+    slot.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Returns the value of each number below `n`; no thread takes fewer than `least` at once.
@@ -56,6 +68,19 @@ pub fn map<R: Send>(n: usize, least: usize, value: impl Fn(usize) -> R + Sync) -
     all
 }
 
+/// Lists what each of some numbers gives, in order; no thread takes fewer than `least` numbers at once.
+pub fn flat_map<I: IntoIterator<Item: Send>>(
+    numbers: Range<usize>,
+    least: usize,
+    items: impl Fn(usize) -> I + Sync,
+) -> impl Iterator<Item = I::Item> {
+    let size = piece(numbers.len(), least);
+    let pieces = each(numbers.clone().step_by(size), |start| {
+        (start..numbers.end.min(start + size)).flat_map(&items).collect::<Vec<_>>()
+    });
+    pieces.into_iter().flatten()
+}
+
 /// Merges the values of all numbers below `n`, in any order; `None` if there are none.
 ///
 /// Each thread holds one value, and another while it is merged.
@@ -63,6 +88,19 @@ pub fn reduce<R: Send>(n: usize, value: impl Fn(usize) -> R + Sync, merge: impl 
     let n_tasks = rayon::current_num_threads().min(n);
     let merged = each(0..n_tasks, |task| (task..n).step_by(n_tasks).map(&value).reduce(&merge));
     merged.into_iter().flatten().reduce(merge)
+}
+
+/// Returns whether `is_so` of a number below `n`; no number is asked for once the answer is known.
+pub fn any(n: usize, least: usize, is_so: impl Fn(usize) -> bool + Sync) -> bool {
+    let is_found = AtomicBool::new(false);
+    let size = piece(n, least);
+    run(n.div_ceil(size), &|piece| {
+        let mut numbers = piece * size..n.min((piece + 1) * size);
+        if numbers.any(|number| is_found.load(Relaxed) || is_so(number)) {
+            is_found.store(true, Relaxed);
+        }
+    });
+    is_found.into_inner()
 }
 
 /// Sets each item to the value of its number; no thread takes fewer than `least` at once.
@@ -78,6 +116,15 @@ pub fn change<T: Send>(items: &mut [T], least: usize, act: impl Fn(usize, &mut T
     });
 }
 
+/// Calls `act` with the number of each row of `width` items and the row; no thread takes fewer than `least` rows at once.
+pub fn rows_mut<T: Send>(items: &mut [T], width: usize, least: usize, act: impl Fn(usize, &mut [T]) + Sync) {
+    let width = width.max(1);
+    let size = piece(items.len() / width, least);
+    chunks_mut(items, size * width, |chunk, items| {
+        (chunk * size..).zip(items.chunks_mut(width)).for_each(|(number, row)| act(number, row));
+    });
+}
+
 /// Calls `act` with the number of each chunk of `size` items and the chunk; the last may be shorter.
 pub fn chunks_mut<T: Send>(items: &mut [T], size: usize, act: impl Fn(usize, &mut [T]) + Sync) {
     each(items.chunks_mut(size).enumerate(), |(chunk, items)| act(chunk, items));
@@ -88,9 +135,13 @@ pub fn chunks<T: Sync, R: Send>(items: &[T], size: usize, act: impl Fn(usize, &[
     each(items.chunks(size).enumerate(), |(chunk, items)| act(chunk, items))
 }
 
-/// Returns the number of rows in a piece of `n` rows.
+/// Returns the number of rows in a piece of `n` rows; one thread takes all at once.
 fn piece(n: usize, least: usize) -> usize {
-    n.div_ceil(PIECES * rayon::current_num_threads()).max(least).max(1)
+    let n_pieces = match rayon::current_num_threads() {
+        1 => 1,
+        n_threads => PIECES * n_threads,
+    };
+    n.div_ceil(n_pieces).max(least).max(1)
 }
 
 #[cfg(test)]
@@ -114,6 +165,13 @@ mod tests {
                     on_threads(threads, || change(&mut filled, least, |i, item| *item += i));
                     assert!(filled.iter().enumerate().all(|(i, &item)| item == i * i + i));
                 }
+                let twice = on_threads(threads, || flat_map(5..n.max(5), 7, |i| [i, i]).collect::<Vec<_>>());
+                assert_eq!(twice, (5..n.max(5)).flat_map(|i| [i, i]).collect::<Vec<_>>());
+                let asked = |wanted: usize| on_threads(threads, || any(n, 3, |i| i == wanted));
+                assert_eq!([asked(0), asked(n), asked(n / 2)], [n > 0, false, n > 0]);
+                let mut rows = vec![0; 3 * n];
+                on_threads(threads, || rows_mut(&mut rows, 3, 2, |i, row| row.copy_from_slice(&[i, i + 1, i + 2])));
+                assert_eq!(rows, (0..n).flat_map(|i| [i, i + 1, i + 2]).collect::<Vec<_>>());
                 let texts = squares.iter().map(|square| square.to_string());
                 assert_eq!(on_threads(threads, || each(texts.clone(), |text| text)), texts.collect::<Vec<_>>());
                 let sums = on_threads(threads, || chunks(&squares, 3, |at, some| (at, some.iter().sum::<usize>())));

@@ -1,11 +1,11 @@
 //! Surfaces that are invisible from outside.
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 use crate::geometry::triangle::{area_normal, area_normal_f64};
 use crate::linalg::Rows;
 use crate::mesh::TriMesh;
+use crate::parallel;
 use crate::spatial::{Occluders, visible_areas, visible_faces};
 
 use super::input::Input;
@@ -82,7 +82,7 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
         !faces.is_empty()
             && !any_ray_escapes(&occluders, &faces.iter().map(|&face| corners(face)).collect::<Vec<_>>(), n_rays, start)
     };
-    (0..n).into_par_iter().map(is_hidden).collect()
+    parallel::map(n, 1, is_hidden)
 }
 
 /// Returns whether one of `n_rays` rays from the triangles meets nothing beyond `start`.
@@ -95,7 +95,7 @@ fn any_ray_escapes(occluders: &Occluders, triangles: &[[DVec3; 3]], n_rays: usiz
         })
         .collect();
     let all = sums.last().copied().unwrap_or(0.0);
-    (0..n_rays).into_par_iter().with_min_len(256).any(|ray| {
+    parallel::any(n_rays, 256, |ray| {
         let place = (ray as f64 + 0.5) / n_rays as f64 * all;
         let [a, b, c] = triangles[sums.partition_point(|&sum| sum <= place).min(triangles.len() - 1)];
         // Two numbers choose the point on the face, two the direction.

@@ -2,7 +2,7 @@
 
 use super::sample_vertices::gumbel_keys;
 use crate::linalg::Csr;
-use rayon::prelude::*;
+use crate::parallel;
 use std::collections::VecDeque;
 
 /// Largest distance of a score from the mean of all scores.
@@ -113,12 +113,12 @@ fn centre_scores(scores: &[f32]) -> Vec<f64> {
 
 /// Returns `sqrt(exp(score) / area)` of each vertex, with the mean squared edge as area.
 fn stretches(points: &[[f32; 3]], rings: &Csr, scores: &[f64]) -> Vec<f64> {
-    let stretch = |(v, &score): (usize, &f64)| {
+    let stretch = |v: usize| {
         let ring = rings.row(v);
         let squared: f64 = ring.iter().map(|&w| distance2(points[v], points[w as usize])).sum();
-        if squared > 0.0 { (score.exp() * ring.len() as f64 / squared).sqrt() } else { 0.0 }
+        if squared > 0.0 { (scores[v].exp() * ring.len() as f64 / squared).sqrt() } else { 0.0 }
     };
-    scores.par_iter().enumerate().map(stretch).collect()
+    parallel::map(scores.len(), BLOCK, stretch)
 }
 
 fn distance2(p: [f32; 3], q: [f32; 3]) -> f64 {
@@ -142,9 +142,7 @@ impl<'a> DistanceField<'a> {
             rows.for_each(|v| lengths.extend(rings.row(v).iter().map(|&w| length(v, w as usize))));
             lengths
         };
-        let blocks: Vec<Vec<f64>> =
-            (0..points.len().div_ceil(BLOCK)).into_par_iter().map(|at| of_block(at * BLOCK)).collect();
-        let lengths = blocks.concat();
+        let lengths = parallel::each((0..points.len()).step_by(BLOCK), of_block).concat();
         Self { rings, lengths, distance: vec![f64::INFINITY; points.len()], front: VecDeque::new() }
     }
 

@@ -3,11 +3,10 @@
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-use rayon::prelude::*;
-
 use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::union_find::join_faces;
 use crate::mesh::{Attributes, TriMesh, compact};
+use crate::parallel;
 
 use super::closed::Derivative;
 use super::input::Input;
@@ -67,7 +66,7 @@ impl<'a> SubMesh<'a> {
         let used: Vec<AtomicBool> = (0..mesh.positions().len()).map(|_| AtomicBool::new(false)).collect();
         let mark = |face: &[u32; 3]| face.iter().for_each(|&v| used[v as usize].store(true, Relaxed));
         for faces in pulse.chunks(mesh.faces()) {
-            faces.par_iter().with_min_len(PARALLEL).for_each(mark);
+            parallel::chunks(faces, PARALLEL, |_, faces| faces.iter().for_each(mark));
         }
         let whole = Self::whole(input);
         if used.into_iter().all(AtomicBool::into_inner) { Ok(whole) } else { whole.compact(mesh.faces().to_vec()) }

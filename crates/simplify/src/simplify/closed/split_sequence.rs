@@ -6,10 +6,10 @@
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::linalg::Rows;
 use crate::mesh::pulse::Pulse;
+use crate::parallel;
 
 use super::collapse::RecordedMerge;
 
@@ -189,7 +189,7 @@ impl SplitSequence {
             }
             moves
         };
-        let moves: Vec<Vec<(u32, u32)>> = faces.par_chunks(CHUNK).zip(slots.par_chunks(CHUNK)).map(moves_of).collect();
+        let moves = parallel::each(faces.chunks(CHUNK).zip(slots.chunks(CHUNK)), moves_of);
         self.moves = Rows::new(n, moves.iter().flatten().copied());
         self.face_ends = face_ends;
     }
@@ -227,10 +227,10 @@ fn follow_corners(
 /// Returns whether the corners of all faces move at most so often; takes no memory.
 fn are_moves_within(most: u64, faces: &[[u32; 3]], n_roots: u32, links: &[Link]) -> bool {
     let n_moves = AtomicU64::new(0);
-    faces.par_iter().all(|&face| {
+    !parallel::any(faces.len(), CHUNK, |face| {
         let mut n = 0;
-        follow_corners(face, n_roots, links, |_, _| n += 1);
-        n_moves.fetch_add(n, Relaxed) + n <= most
+        follow_corners(faces[face], n_roots, links, |_, _| n += 1);
+        n_moves.fetch_add(n, Relaxed) + n > most
     })
 }
 

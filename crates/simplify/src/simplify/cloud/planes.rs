@@ -1,9 +1,9 @@
 //! Planes through the neighbours of points.
 
 use crate::geometry::eigenvalues;
+use crate::parallel;
 use crate::spatial::nearest_to;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Plane of least squares through points.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,8 @@ pub(super) fn tangents(normal: DVec3) -> [DVec3; 2] {
 pub(super) fn plane_normals(points: &[[f32; 3]], k: usize) -> Vec<DVec3> {
     let nearest = nearest_to(points, points, k);
     let normal = |some: &[u32]| fit_plane(some.iter().map(|&v| (point(points, v), 1.0))).normal;
-    nearest.par_chunks_exact(k.min(points.len()).max(1)).map(normal).collect()
+    let k = k.min(points.len());
+    parallel::map(points.len(), 64, |v| normal(&nearest[v * k..][..k]))
 }
 
 pub(super) fn point(points: &[[f32; 3]], v: u32) -> DVec3 {

@@ -2,6 +2,7 @@
 //! 2003).
 
 use super::planes::{fit_plane, point, tangents};
+use crate::parallel;
 use crate::spatial::nearest_to;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -74,14 +75,15 @@ fn smooth_once(points: &[[f32; 3]]) -> SmoothedPoints {
     let (means, counts) = cell_means(points, noise);
     let neighbours = choose_neighbours(&means, noise).min(means.len());
     let nearest = nearest_to(&means, points, neighbours);
-    let smooth = |(v, some): (usize, &[u32])| {
+    let smooth = |v: usize| {
+        let some = &nearest[v * neighbours..][..neighbours];
         let around: Vec<(DVec3, f64)> = some.iter().map(|&w| (point(&means, w), counts[w as usize])).collect();
         let mut p = point(points, v as u32);
         (0..ROUNDS).for_each(|_| p = project_to_surface(p, &around));
         let crowding = around.iter().map(|(_, count)| count).sum::<f64>() / around.len() as f64;
         (p.as_vec3().to_array(), crowding as f32)
     };
-    let (points, crowding) = nearest.par_chunks_exact(neighbours).enumerate().map(smooth).unzip();
+    let (points, crowding) = parallel::map(points.len(), 16, smooth).into_iter().unzip();
     SmoothedPoints { points, crowding, neighbours }
 }
 
@@ -102,13 +104,13 @@ impl NeighbourLayers {
         let most = numbers[numbers.len() - 1].min(points.len());
         let nearest = nearest_to(points, &probes, most);
         // Thickness, height and reach.
-        let measure = |(probe, some): (usize, &[u32])| {
+        let measure = |probe: usize, some: &[u32]| {
             let [low, middle, _] = fit_plane(some.iter().map(|&v| (point(points, v), 1.0))).spread;
             let farthest = point(points, some[some.len() - 1]);
             [low / middle.max(f64::MIN_POSITIVE), low, farthest.distance(point(&probes, probe as u32))]
         };
         let of_number = |&k: &usize| -> Vec<[f64; 3]> {
-            nearest.par_chunks_exact(most).map(|some| &some[..k.min(most)]).enumerate().map(measure).collect()
+            parallel::map(probes.len(), 16, |probe| measure(probe, &nearest[probe * most..][..k.min(most)]))
         };
         let layers: Vec<Vec<[f64; 3]>> = numbers.iter().map(of_number).collect();
         let values = |i: usize| layers.iter().map(|some| some.iter().map(|layer| layer[i]).collect()).collect();

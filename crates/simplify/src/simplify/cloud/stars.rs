@@ -2,6 +2,7 @@
 
 use super::planes::{plane_normals, point, tangents};
 use crate::linalg::Csr;
+use crate::parallel;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -42,7 +43,7 @@ pub fn star_triangles(points: &[[f32; 3]], graph: &Csr) -> StarTriangles {
     let normals = plane_normals(points, PLANE);
     let points = &jitter(points, graph);
     let star = |v: u32| star_of(points, normals[v as usize], v, graph.row(v as usize));
-    let mut all: Vec<[u32; 3]> = (0..points.len() as u32).into_par_iter().flat_map_iter(star).collect();
+    let mut all: Vec<[u32; 3]> = parallel::flat_map(0..points.len(), 16, |v| star(v as u32)).collect();
     all.par_sort_unstable();
     let copies = || all.chunk_by(|a, b| a == b);
     StarTriangles {
@@ -61,7 +62,7 @@ fn jitter(points: &[[f32; 3]], graph: &Csr) -> Vec<[f32; 3]> {
         let offset = DVec3::from(STEPS.map(|step| (f64::from(v) * step).fract() - 0.5));
         (point(points, v) + JITTER * reach * offset).as_vec3().to_array()
     };
-    (0..points.len() as u32).into_par_iter().map(move_point).collect()
+    parallel::map(points.len(), 256, |v| move_point(v as u32))
 }
 
 fn star_of(points: &[[f32; 3]], normal: DVec3, v: u32, neighbours: &[u32]) -> Vec<[u32; 3]> {

@@ -6,11 +6,16 @@ use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
 use crate::mesh::half_edges::for_each_edge;
+use crate::mesh::pulse::Pulse;
+use crate::mesh::thread_ranges::indices_where;
+use crate::parallel;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Pull of a vertex to its old position, over its quadric's trace.
 const PULL: f64 = 1e-3;
+
+/// Fewest samples of a thread at once.
+const ROWS: usize = 256;
 
 /// Weight of a boundary's lines relative to the planes of faces.
 const BOUNDARY: f64 = 10.0;
@@ -64,7 +69,7 @@ impl<'a> RegionQuadrics<'a> {
         // At curvature c a region of width h leaves an error of about c^2 h^6. So a density changed by the cube root of
         // the error makes errors equal.
         let error = |quadric: &Quadric| quadric.value(minimum(quadric));
-        let errors: Vec<f64> = self.quadrics.par_iter().map(error).collect();
+        let errors: Vec<f64> = parallel::map(self.quadrics.len(), ROWS, |i| error(&self.quadrics[i]));
         let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
         if mean <= 0.0 {
             return scores.to_vec();
@@ -84,15 +89,16 @@ impl<'a> RegionQuadrics<'a> {
     /// - returns the positions of the samples, n_samples x 3
     pub(in crate::simplify) fn place_samples(&self, faces: &[[u32; 3]]) -> Vec<[f32; 3]> {
         let move_of =
-            |(quadric, &v): (&Quadric, &u32)| (point(self.positions, v) + minimum(quadric)).as_vec3().to_array();
+            |i: usize| (point(self.positions, self.samples[i]) + minimum(&self.quadrics[i])).as_vec3().to_array();
         let mut positions = self.positions.to_vec();
-        let moved: Vec<[f32; 3]> = self.quadrics.par_iter().zip(self.samples).map(move_of).collect();
+        let moved: Vec<[f32; 3]> = parallel::map(self.quadrics.len(), ROWS, move_of);
         self.samples.iter().zip(moved).for_each(|(&v, p)| positions[v as usize] = p);
         for _ in 0..ROUNDS {
             let normal = |positions: &[[f32; 3]], face: &[u32; 3]| area_normal_f64(face.map(|v| point(positions, v)));
-            let has_turned = |face: &&[u32; 3]| normal(&positions, face).dot(normal(self.positions, face)) <= 0.0;
-            let turned: Vec<[u32; 3]> = faces.par_iter().filter(has_turned).copied().collect();
-            turned.as_flattened().iter().for_each(|&v| positions[v as usize] = self.positions[v as usize]);
+            let has_turned = |_, face: &[u32; 3]| normal(&positions, face).dot(normal(self.positions, face)) <= 0.0;
+            let turned = indices_where(Pulse::NONE, faces, has_turned);
+            let corners = turned.iter().flat_map(|&face| faces[face as usize]);
+            corners.for_each(|v| positions[v as usize] = self.positions[v as usize]);
         }
         self.samples.iter().map(|&v| positions[v as usize]).collect()
     }

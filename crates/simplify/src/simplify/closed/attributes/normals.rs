@@ -3,9 +3,9 @@
 //! Minimises `|b - |b| n|^2` over the faces, for the blend `b` of three unit normals and the original's normal `n`.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::mesh::{Channel, Role};
+use crate::parallel;
 
 use super::values::{FitSystem, QUADRATURE, STEPS, ValueFit};
 
@@ -37,9 +37,9 @@ pub fn fit_normals(fit: &ValueFit, nearest: Channel, original: &Channel, wedges:
 
 fn scale_to_blends(scaled: &mut [f32], target: &[f32], values: &[f32], face_wedges: &[[u32; 3]]) {
     let n = 3 * QUADRATURE.len();
-    let faces = scaled.par_chunks_exact_mut(n).zip(target.par_chunks_exact(n)).zip(face_wedges);
-    faces.for_each(|((scaled, target), wedges)| {
-        let corners = wedges.map(|wedge| row(values, wedge));
+    parallel::rows_mut(scaled, n, 256, |face, scaled| {
+        let target = &target[face * n..][..n];
+        let corners = face_wedges[face].map(|wedge| row(values, wedge));
         for ((at, _), (scaled, target)) in QUADRATURE.iter().zip(scaled.chunks_exact_mut(3).zip(target.chunks_exact(3)))
         {
             let length = (corners[0] * at[0] + corners[1] * at[1] + corners[2] * at[2]).length();

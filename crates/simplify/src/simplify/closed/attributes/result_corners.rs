@@ -4,11 +4,11 @@
 //! edges other than seams share a wedge.
 
 use glam::Vec3;
-use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{Attributes, Channel, Role};
+use crate::parallel;
 use crate::simplify::closed::faces_around::{FacesAround, smallest_first};
 use crate::simplify::closed::original::{Original, SeamBoundedSearch, SurfacePoint};
 use crate::simplify::closed::pins::Pins;
@@ -253,14 +253,15 @@ fn closest_points(
     origins: &[Vec<u32>],
     positions: &[Vec3],
 ) -> Vec<SurfacePoint> {
-    let closest = |(&v, origins): (&u32, &Vec<u32>)| sides.closest_point(positions[v as usize], origins);
-    vertices.par_iter().zip(origins).map(closest).collect()
+    let closest = |i: usize| sides.closest_point(positions[vertices[i] as usize], &origins[i]);
+    parallel::map(vertices.len(), 16, closest)
 }
 
 fn interpolate_channel(channel: &Channel, wedges: &[[u32; 3]], surface_points: &[SurfacePoint]) -> Channel {
     let width = channel.width;
     let mut values = vec![0.0; surface_points.len() * width];
-    values.par_chunks_mut(width).zip(surface_points).for_each(|(out, place)| {
+    parallel::rows_mut(&mut values, width, 1024, |number, out| {
+        let place = &surface_points[number];
         let corners = wedges[place.face as usize].map(|wedge| channel.value(wedge));
         blend(channel.role, corners, place.weights, out);
     });

@@ -1,10 +1,10 @@
 //! Least-squares fit of corner values to the original, at quadrature points on each face's side of the seams.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{Channel, same_values};
+use crate::parallel;
 use crate::simplify::closed::original::{SeamBoundedSearch, SurfacePoint};
 use crate::simplify::closed::pins::Pins;
 
@@ -52,13 +52,14 @@ pub struct ValueFit<'a> {
 impl<'a> ValueFit<'a> {
     pub fn new(original: &SeamBoundedSearch, wedges: ResultWedges<'a>, positions: &[Vec3], pins: &'a Pins) -> Self {
         let corners = |of: &[u32; 3]| of.map(|wedge| positions[wedges.vertices[wedge as usize] as usize]);
-        let look_up = |of: &[u32; 3]| {
+        let look_up = |face: usize| {
+            let of = &wedges.face_wedges[face];
             // The search starts at the faces of the corners, and so on their side of the seams.
             let starts = of.map(|wedge| wedges.surface_points[wedge as usize].face);
             let [a, b, c] = corners(of);
             QUADRATURE.map(|(at, _)| original.closest_point(a * at[0] + b * at[1] + c * at[2], &starts))
         };
-        let points = wedges.face_wedges.par_iter().map(look_up).collect();
+        let points = parallel::map(wedges.face_wedges.len(), 16, look_up);
         let area_normals: Vec<Vec3> = wedges.face_wedges.iter().map(|of| area_normal(corners(of))).collect();
         let areas = area_normals.iter().map(|normal| normal.length()).collect();
         Self { wedges, points, area_normals, areas, pins }
@@ -84,8 +85,9 @@ impl<'a> ValueFit<'a> {
     /// Interpolates the original channel at the quadrature points; returns n_faces x 6 x width values.
     pub(super) fn target_values(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
         let mut target = vec![0.0; self.points.len() * QUADRATURE.len() * original.width];
-        let surface_points = self.points.as_flattened().par_iter();
-        target.par_chunks_exact_mut(original.width).zip(surface_points).for_each(|(out, place)| {
+        let surface_points = self.points.as_flattened();
+        parallel::rows_mut(&mut target, original.width, 1024, |number, out| {
+            let place = &surface_points[number];
             let corners = wedges[place.face as usize].map(|wedge| original.value(wedge));
             blend(original.role, corners, place.weights, out);
         });

@@ -1,6 +1,6 @@
 //! Parallel removal of rows from arrays.
 
-use rayon::prelude::*;
+use crate::parallel;
 
 const CHUNK: usize = 1 << 14;
 
@@ -12,7 +12,7 @@ pub(super) struct Compaction {
 impl Compaction {
     pub fn new(n: usize, is_kept: impl Fn(usize) -> bool + Sync) -> Self {
         let mut n_before = vec![0; n + 1];
-        let count = |(task, counts): (usize, &mut [u32])| {
+        let count = |(task, counts): (usize, &mut [u32])| -> u32 {
             let mut n_left = 0;
             for (row, count) in (task * CHUNK..).zip(counts) {
                 n_left += u32::from(is_kept(row));
@@ -21,10 +21,10 @@ impl Compaction {
             n_left
         };
         // Each task counts its own rows; the offsets of the tasks are added afterwards.
-        let task_counts: Vec<u32> = n_before[1..].par_chunks_mut(CHUNK).enumerate().map(count).collect();
+        let task_counts = parallel::each(n_before[1..].chunks_mut(CHUNK).enumerate(), count);
         let firsts: Vec<u32> = task_counts.iter().scan(0, |sum, n| Some(std::mem::replace(sum, *sum + n))).collect();
         let add = |(counts, first): (&mut [u32], u32)| counts.iter_mut().for_each(|count| *count += first);
-        n_before[1..].par_chunks_mut(CHUNK).zip(firsts).for_each(add);
+        parallel::each(n_before[1..].chunks_mut(CHUNK).zip(firsts), add);
         Self { n_before }
     }
 
@@ -41,7 +41,7 @@ impl Compaction {
     pub fn compact_rows<T: Copy + Send>(&self, rows: &mut [T], change: impl Fn(T) -> T + Sync) {
         // One range per thread: all rows but those of the first range move twice.
         let n_rows = rows.len().div_ceil(rayon::current_num_threads()).max(CHUNK);
-        let compact_range = |(task, rows): (usize, &mut [T])| {
+        let compact_range = |task: usize, rows: &mut [T]| {
             let n_before = &self.n_before[task * n_rows..][..rows.len() + 1];
             for from in 0..rows.len() {
                 if n_before[from] < n_before[from + 1] {
@@ -49,7 +49,7 @@ impl Compaction {
                 }
             }
         };
-        rows.par_chunks_mut(n_rows).enumerate().for_each(compact_range);
+        parallel::chunks_mut(rows, n_rows, compact_range);
         // Each task moved rows within its own range; now the ranges are joined.
         for from in (0..rows.len()).step_by(n_rows).skip(1) {
             let [to, end] = [from, rows.len().min(from + n_rows)].map(|row| self.n_before[row] as usize);

@@ -2,11 +2,11 @@
 //! faces.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::linalg::{Isa, Work};
 use crate::mesh::pulse::PARALLEL;
 use crate::mesh::thread_ranges::indices_where;
+use crate::parallel;
 use crate::simplify::closed::prepare::area_weights::AreaWeights;
 use crate::simplify::closed::prepare::surface::{add, line_along, plane_of, planes_around};
 
@@ -42,14 +42,14 @@ impl Collapse<'_> {
         let is_stale = |_: u32, node: &CollapseVertex| node.corner != REMOVED && node.changed.is_in(pass);
         let stale = indices_where(self.pulse.counting_if(false), &self.nodes[..self.n_inner], is_stale);
         let mut planes = vec![[0.0; 6]; stale.len()];
-        planes.par_chunks_mut(CHUNK).zip(stale.par_chunks(CHUNK)).for_each(|(planes, stale)| {
+        parallel::each(planes.chunks_mut(CHUNK).zip(stale.chunks(CHUNK)), |(planes, stale)| {
             self.pulse.beat(0);
             Isa::best().run(PlaneSumTask { collapse: self, planes, vertices: stale });
         });
         let growing_pull = self.poses.growing_pull();
         // `stale` ascends, so each chunk of nodes has a range of it.
         let first = |chunk: usize| stale.partition_point(|&v| (v as usize) < chunk * PARALLEL);
-        self.nodes.par_chunks_mut(PARALLEL).enumerate().for_each(|(chunk, nodes)| {
+        parallel::chunks_mut(&mut self.nodes, PARALLEL, |chunk, nodes| {
             let range = first(chunk)..first(chunk + 1);
             for (&v, planes) in stale[range.clone()].iter().zip(&planes[range]) {
                 let node = &mut nodes[v as usize - chunk * PARALLEL];

@@ -1,14 +1,13 @@
 //! Passes of a collapse: merges at the cheapest prices of the present surface.
 
-use rayon::prelude::*;
-
 use crate::linalg::{Isa, Work};
 use crate::mesh::pulse::PARALLEL;
 use crate::mesh::thread_ranges::indices_where;
+use crate::parallel;
 use crate::simplify::limits::Limit;
 
 use super::cheapest_edge::CheapestEdge;
-use super::pair::{CollapseVertex, LastChange, WIDTH, prices};
+use super::pair::{LastChange, WIDTH, prices};
 use super::state::{Collapse, CollapseEnd, REMOVED};
 use super::stretch::Stretch;
 
@@ -229,9 +228,8 @@ impl Collapse<'_> {
             .max(LEAST_VISITS.min(n_merges))
             .saturating_mul(VISIT_GROWTH.pow(n_idle_passes as u32));
         // A vertex whose cheaper edges failed counts by the price of its next edge.
-        let price = |(cheapest, node): (&CheapestEdge, &CollapseVertex)| cheapest.price().max(node.wait);
-        let priced = self.cheapest.par_iter().zip(&self.nodes).with_min_len(PARALLEL);
-        let prices: Vec<f32> = priced.map(price).collect();
+        let price = |v: usize| self.cheapest[v].price().max(self.nodes[v].wait);
+        let prices: Vec<f32> = parallel::map(self.cheapest.len(), PARALLEL, price);
         // The threshold admits as many vertices as merges remain.
         let most_price = if n_idle_passes >= MOST_IDLE_PASSES { f32::MAX } else { nth_price(&prices, n) };
         let most_price = most_price.min(limit.price);
@@ -260,8 +258,7 @@ impl Collapse<'_> {
             self.pulse.beat(0);
             Isa::best().run(Pricing { collapse: self, stretch, is_unknown: &is_unknown, others: Vec::new() })
         };
-        let stretches = self.split_into_stretches(&mut cheapest).into_par_iter();
-        let others: Vec<Vec<(u32, CheapestEdge)>> = stretches.map(price_stretch).collect();
+        let others = parallel::each(self.split_into_stretches(&mut cheapest), price_stretch);
         for (v, edge) in others.into_iter().flatten() {
             let cheapest = &mut cheapest[v as usize];
             *cheapest = edge.min(*cheapest);

@@ -4,13 +4,13 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use glam::{DMat4, DVec3, Vec3};
-use rayon::prelude::*;
 
 use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::thread_ranges::{split_rows, thread_ranges};
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold_with};
+use crate::parallel;
 
 use super::area_weights::AreaWeights;
 
@@ -56,12 +56,11 @@ impl Normalisation {
     fn from_positions(positions: &[[f32; 3]]) -> Self {
         // Minima and maxima are exact, so a parallel reduction gives the same box.
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = positions
-            .par_iter()
-            .with_min_len(PARALLEL)
-            .map(|&p| DVec3::from(p.map(f64::from)))
-            .map(|p| (p, p))
-            .reduce(|| none, |(low, high), (l, h)| (low.min(l), high.max(h)));
+        let wider = |(low, high): (DVec3, DVec3), (l, h): (DVec3, DVec3)| (low.min(l), high.max(h));
+        let of_chunk = |_, positions: &[[f32; 3]]| {
+            positions.iter().map(|&p| DVec3::from(p.map(f64::from))).fold(none, |all, p| wider(all, (p, p)))
+        };
+        let (low, high) = parallel::chunks(positions, CHUNK, of_chunk).into_iter().fold(none, wider);
         let diagonal = (high - low).length();
         // A power of two scales without rounding.
         let exponent = if diagonal > 0.0 { -diagonal.log2().round() } else { 0.0 };
@@ -124,8 +123,7 @@ impl<'a> PreparedSurface<'a> {
     pub fn edges_with_lines(&self) -> Vec<[u32; 2]> {
         // A ghost face has one real edge: the boundary's.
         let mut edges: Vec<[u32; 2]> = self.rings.ghost_faces().into_iter().map(|[w, v, _]| [v, w]).collect();
-        let vertices = (0..self.positions.len() as u32).into_par_iter().with_min_len(PARALLEL);
-        edges.par_extend(vertices.flat_map_iter(|v| self.folds_from(v)));
+        edges.extend(parallel::flat_map(0..self.positions.len(), PARALLEL, |v| self.folds_from(v as u32)));
         edges
     }
 
@@ -185,10 +183,10 @@ impl<'a> PreparedSurface<'a> {
     }
 
     pub fn weigh(&mut self, importance: Vec<f32>) {
-        let weigh = |(quadric, factor): (&mut [f32; 6], &f32)| quadric.iter_mut().for_each(|entry| *entry *= factor);
         for (quadrics, importance) in self.quadrics.chunks_mut(CHUNK).zip(importance.chunks(CHUNK)) {
             self.pulse.beat(0);
-            quadrics.par_iter_mut().zip(importance).with_min_len(PARALLEL).for_each(weigh);
+            let weigh = |v: usize, quadric: &mut [f32; 6]| quadric.iter_mut().for_each(|entry| *entry *= importance[v]);
+            parallel::change(quadrics, PARALLEL, weigh);
         }
         self.importance = importance;
     }
@@ -247,8 +245,7 @@ fn sum_faces(
     let shares = thread_ranges(positions.len());
     let sums =
         split_rows(&shares, &mut normals, |v| v + 1).into_iter().zip(split_rows(&shares, &mut quadrics, |v| v + 1));
-    let parts: Vec<_> = shares.iter().zip(sums).collect();
-    parts.into_par_iter().for_each(|(share, (normals, quadrics))| {
+    parallel::each(shares.iter().zip(sums), |(share, (normals, quadrics))| {
         let pulse = pulse.counting_if(share.start == 0);
         for faces in pulse.chunks(faces) {
             add_faces(positions, (faces, area_weights), share, normals, quadrics);
@@ -362,13 +359,16 @@ pub fn folds_around(centre: Vec3, n: usize, place: impl Fn(usize) -> Option<Vec3
 fn support_weightless(pulse: Pulse, quadrics: &mut [[f32; 6]]) {
     let weight = |q: &[f32; 6]| q[0] + q[3] + q[5];
     // Chunks do not depend on the number of threads.
-    let sum = |chunk: &[[f32; 6]]| chunk.iter().map(|q| f64::from(weight(q))).sum();
-    let sums: Vec<f64> = quadrics.par_chunks(PARALLEL).map(sum).collect();
+    let sum = |_, chunk: &[[f32; 6]]| chunk.iter().map(|q| f64::from(weight(q))).sum::<f64>();
+    let sums = parallel::chunks(quadrics, PARALLEL, sum);
     pulse.beat(0);
     // Light vertices get the least weight on the diagonal alone: a pull to the vertex in every direction.
     let floor = least_weight(sums.iter().sum(), quadrics.len()) as f32;
-    let too_light = quadrics.par_iter_mut().with_min_len(PARALLEL).filter(|q| weight(q) < floor);
-    too_light.for_each(|q| [0, 3, 5].into_iter().for_each(|diagonal| q[diagonal] += floor));
+    parallel::change(quadrics, PARALLEL, |_, q| {
+        if weight(q) < floor {
+            [0, 3, 5].into_iter().for_each(|diagonal| q[diagonal] += floor);
+        }
+    });
 }
 
 pub fn least_weight(total: f64, n_vertices: usize) -> f64 {

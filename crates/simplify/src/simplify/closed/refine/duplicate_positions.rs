@@ -3,11 +3,11 @@
 use std::hash::BuildHasher;
 
 use glam::Vec3;
-use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use crate::mesh::Frame;
-use crate::mesh::pulse::Pulse;
+use crate::mesh::pulse::{PARALLEL, Pulse};
+use crate::parallel;
 use crate::simplify::closed::pins::Pins;
 use crate::spatial::Bounds;
 
@@ -53,11 +53,10 @@ pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
     let n_bits = (BITS * positions.len()).next_power_of_two().max(64);
     let bit_of = |key: [u64; 3]| (FxBuildHasher.hash_one(key) >> 8) as usize & (n_bits - 1);
     let (mut once, mut twice) = (vec![0u64; n_bits / 64], vec![0u64; n_bits / 64]);
-    let (mut any, mut bits) = (0, Vec::new());
+    let mut any = 0;
     for positions in positions.chunks(BATCH) {
         pulse.beat(positions.len());
-        positions.par_iter().map(|&position| bit_of(written_key(frame, position))).collect_into_vec(&mut bits);
-        for bit in &bits {
+        for bit in parallel::map(positions.len(), PARALLEL, |i| bit_of(written_key(frame, positions[i]))) {
             let mask = 1 << (bit % 64);
             any |= once[bit / 64] & mask;
             twice[bit / 64] |= once[bit / 64] & mask;

@@ -1,11 +1,11 @@
 //! Least-squares fit of the output vertices to the original surface.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
-use crate::mesh::pulse::Pulse;
+use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::thread_ranges::{add_faces, indices_where, split_rows, thread_ranges};
+use crate::parallel;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 use crate::simplify::closed::prepare::surface::outer;
@@ -119,8 +119,7 @@ struct WeightedSums<'a> {
 fn add_all(sums: &mut [FaceSums], found: &[Option<Match>]) {
     // Each thread owns a range of faces and scans all matches, so every sum has one order.
     let shares = thread_ranges(sums.len());
-    let parts: Vec<_> = shares.iter().zip(split_rows(&shares, sums, |f| f + 1)).collect();
-    parts.into_par_iter().for_each(|(share, sums)| {
+    parallel::each(shares.iter().zip(split_rows(&shares, sums, |f| f + 1)), |(share, sums)| {
         for found in found.iter().flatten() {
             if let Some(sum) = sums.get_mut((found.projection.face as usize).wrapping_sub(share.start)) {
                 sum.add(found);
@@ -208,13 +207,13 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
     });
     pulse.beat(0);
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
-    let step = |(d, [slope, curvature, area]): (&Vec3, [f32; 3])| {
-        let step = *d * length;
+    let step = |v: usize| {
+        let (step, [slope, curvature, area]) = (directions[v] * length, gains[v]);
         // Long steps would leave the region in which heights were measured.
         let is_near = step.length_squared() <= LONGEST_STEP * LONGEST_STEP * thinning * area;
         if is_near && 2.0 * slope > length * curvature { step } else { Vec3::ZERO }
     };
-    directions.par_iter().zip(gains).map(step).collect()
+    parallel::map(directions.len(), PARALLEL, step)
 }
 
 fn directions(
@@ -233,7 +232,7 @@ fn directions(
         system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[corner] * x);
         system[6..].iter_mut().zip(normal.to_array()).for_each(|(entry, x)| *entry += sum.heights[corner] * x);
     });
-    systems.par_iter().map(|system| solve_block(system, *stay)).collect()
+    parallel::map(systems.len(), PARALLEL, |v| solve_block(&systems[v], *stay))
 }
 
 /// Solves `(A + stay tr(A) I) x = b`, A as an upper triangle; zero without a solution.
@@ -257,7 +256,7 @@ fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
 
 fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -> Vec<Vec3> {
     let output = facets.output;
-    let mut after: Vec<Vec3> = output.positions.par_iter().zip(steps).map(|(p, step)| *p + *step).collect();
+    let mut after: Vec<Vec3> = output.positions.iter().zip(steps).map(|(p, step)| *p + *step).collect();
     // Heights do not show where the surface ends, so boundary vertices stay, like locked ones.
     let stay = output.pins.locked_vertices().chain(boundary.iter().copied());
     stay.for_each(|v| after[v as usize] = output.positions[v as usize]);
@@ -288,10 +287,13 @@ fn boundary_vertices(pulse: Pulse, points: &SamplePoints, output: &Output) -> Ve
     }
     // A directed edge without its opposite is a boundary.
     let is_open = |&[a, b]: &[u32; 2]| output.faces_around().face_along(b, a).is_none();
+    let open_sides = |face: usize| {
+        let [a, b, c] = output.faces()[face];
+        [[a, b], [b, c], [c, a]].into_iter().filter(is_open).flatten()
+    };
     let mut vertices = Vec::new();
-    for faces in pulse.chunks(output.faces()) {
-        let sides = faces.par_iter().flat_map_iter(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        vertices.par_extend(sides.filter(is_open).flatten_iter());
+    for faces in pulse.ranges(0..output.faces().len()) {
+        vertices.extend(parallel::flat_map(faces, PARALLEL, open_sides));
     }
     vertices
 }

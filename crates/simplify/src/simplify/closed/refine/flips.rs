@@ -1,9 +1,9 @@
 //! Edge flips where the other diagonal is nearer to the original.
 
 use glam::Vec3;
-use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
+use crate::parallel;
 use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::output::Output;
 
@@ -56,7 +56,7 @@ fn rank_flips(points: &mut SamplePoints, output: &Output) -> Vec<Diamond> {
     };
     let mut rated: Vec<(f32, Diamond)> = Vec::new();
     for faces in pulse.ranges(0..output.faces().len()) {
-        rated.par_extend((faces.start as u32..faces.end as u32).into_par_iter().flat_map_iter(rate));
+        rated.extend(parallel::flat_map(faces, 512, |f| rate(f as u32)));
     }
     rated.sort_unstable_by(|x, y| y.0.total_cmp(&x.0).then(x.1.faces.cmp(&y.1.faces)));
     rated.into_iter().map(|(_, diamond)| diamond).collect()

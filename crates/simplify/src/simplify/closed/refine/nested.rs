@@ -3,11 +3,11 @@
 use std::sync::OnceLock;
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::geometry::crossing::triangles_cross;
 use crate::geometry::triangle::{area_normal, unit_normal};
 use crate::linalg::Rows;
+use crate::parallel;
 use crate::simplify::closed::dropping::{output_components, vertex_components};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
@@ -140,7 +140,7 @@ fn find_crossings(
         if *n_tests_left == 0 {
             break;
         }
-        for (crossed, n) in faces.par_iter().map(crossed).collect::<Vec<_>>() {
+        for (crossed, n) in parallel::map(faces.len(), 16, |i| crossed(&faces[i])) {
             // The budget is charged in order, after the parallel tests, so that it is deterministic.
             *n_tests_left = n_tests_left.saturating_sub(n + TESTS_PER_CROSSING * crossed.len());
             all.extend(crossed);

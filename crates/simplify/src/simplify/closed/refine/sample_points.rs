@@ -1,10 +1,10 @@
 //! Sample points of the original and their assignment to output faces.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::pulse::Pulse;
+use crate::parallel;
 
 use crate::simplify::closed::prepare::surface::PreparedSurface;
 use crate::simplify::closed::stage_settings::StageSettings;
@@ -100,8 +100,8 @@ impl<'a> SamplePoints<'a> {
         let mut found = vec![None; n_points.min(BATCH)];
         for (batch, faces) in faces.chunks_mut(BATCH).enumerate() {
             let found = &mut found[..faces.len()];
-            let chunks = faces.par_chunks_mut(CHUNK).zip(found.par_chunks_mut(CHUNK)).enumerate();
-            chunks.for_each(|(chunk, (faces, found))| {
+            let chunks = faces.chunks_mut(CHUNK).zip(found.chunks_mut(CHUNK)).enumerate();
+            parallel::each(chunks, |(chunk, (faces, found))| {
                 let first = (batch * BATCH + chunk * CHUNK) as u64;
                 let points = (first..first + faces.len() as u64).map(|i| nth(i, stride));
                 self.assign_run(facets, points.collect(), faces, found);
