@@ -40,10 +40,9 @@ pub fn each<T: Send, R: Send>(tasks: impl IntoIterator<Item = T>, act: impl Fn(T
         slots.push(Mutex::new((Some(task), None)));
     }
     run(slots.len(), &|number| {
-        if let Some(task) = open(&slots[number]).0.take() {
-            let made = act(task);
-            open(&slots[number]).1 = Some(made);
-        }
+        let task = open(&slots[number]).0.take();
+        let made = task.map(&act);
+        open(&slots[number]).1 = made;
     });
     let mut all = Vec::with_capacity(slots.len());
     for slot in &slots {
