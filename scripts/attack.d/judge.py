@@ -52,14 +52,19 @@ def may_not_be_refused(subject, done):
 
 
 def targets_of(done):
-    """The sizes asked for, less those that the report leaves out since they repeat the level before."""
+    """The option, the size asked for and the least size that a result stands for: levels that repeat the one before are left out of
+    the report, and it gets their outcome."""
     if "--lods" not in done.options:
-        return [done.options[:2]]
-    ratios = value_of(done.options, "--lods").split(",")
+        return [[*done.options[:2], done.options[1]]]
     notes = [note for note in (done.report or {}).get("notes", []) if note.startswith("levels left out: ")]
-    for left_out in (size for note in notes for size in note.split(": ")[1].split(", ")):
-        ratios = [ratio for ratio in ratios if abs(100 * float(ratio) - float(left_out.rstrip("%"))) > 1e-9]
-    return [["--ratio", ratio] for ratio in ratios]
+    left_out = [float(size.rstrip("%")) for note in notes for size in note.split(": ")[1].split(", ")]
+    targets = []
+    for ratio in value_of(done.options, "--lods").split(","):
+        if targets and any(abs(100 * float(ratio) - size) <= 1e-9 for size in left_out):
+            targets[-1][2] = ratio
+        else:
+            targets.append(["--ratio", ratio, ratio])
+    return targets
 
 
 def is_scene(subject, done):
@@ -162,12 +167,13 @@ def of_surface(subject, result):
 
 def of_size(subject, done, result):
     """Judges the size; split vertices count once, and the report has their number."""
-    name, asked = result.target
+    name, asked, least_asked = result.target
     if name not in ("--ratio", "--vertices", "--faces"):
         return
     before, after = subject.figures, result.figures
     key = "faces" if name == "--faces" else "vertices"
-    asked = max(int(before.vertices * float(asked) * (1 + 1e-12)), 1) if name == "--ratio" else int(asked)
+    count = (lambda ratio: max(int(before.vertices * float(ratio) * (1 + 1e-12)), 1)) if name == "--ratio" else int
+    asked, least_asked = count(asked), count(least_asked)
     size, whole = getattr(after, key), getattr(before, key)
     if asked >= whole:
         yield from of_unchanged(subject, done, result)
@@ -181,7 +187,7 @@ def of_size(subject, done, result):
     least = min(asked - step, rest if key == "faces" else 0.4 * rest)
     if result.outcome == "reached" and not least <= size <= asked + split * (2 if key == "faces" else 1):
         yield "size", text
-    elif result.outcome != "reached" and size + split <= asked:
+    elif result.outcome != "reached" and size + split <= least_asked:
         yield "size", text
 
 
