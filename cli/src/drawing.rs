@@ -5,10 +5,10 @@ use std::path::Path;
 use neural_mesh::job::{Document, JobOutcome, JobReport, PlacedSurface};
 use neural_mesh::metrics::farthest_point;
 use neural_mesh::picture::{
-    CornerNormals, DecodedMaterials, Image, PictureOptions, ShadedMesh, encode_png, encode_webp, render_shaded,
+    CornerNormals, DecodedMaterials, Image, PictureOptions, ShadedMesh, encode_jpeg, encode_png, encode_webp,
+    render_shaded,
 };
 
-use crate::compare::images::encode_jpeg;
 use crate::failure::{Failure, display_path};
 use crate::files::{self, PendingFile};
 use crate::messages;

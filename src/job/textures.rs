@@ -7,14 +7,11 @@ use std::sync::Mutex;
 use crate::io::{ImageConverter, ImageUse};
 use crate::mesh::{linear_light, srgb};
 use crate::picture::{
-    Image, ImageFormat, decode_image, decode_numbers, encode_png, encode_png_opaque, encode_webp, image_problem,
-    image_size,
+    Image, ImageFormat, decode_image, decode_numbers, encode_jpeg, encode_png, encode_png_opaque, encode_webp,
+    image_problem, image_size,
 };
-use jpeg_encoder::{ColorType, Encoder};
 use resize::px::PixelFormat;
 use resize::{Filter, Resizer, Type};
-
-const QUALITY: u8 = 90;
 
 // Resized images by hash of bytes and use; `None` for unchanged ones.
 type ResizedImages = HashMap<(u64, ImageUse), Option<Vec<u8>>>;
@@ -83,7 +80,7 @@ fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     match ImageFormat::from_signature(file)? {
         ImageFormat::Png | ImageFormat::Ktx2 => {}
         ImageFormat::WebP => return encode_webp(&smaller),
-        _ => return jpeg(&smaller),
+        _ => return encode_jpeg(&smaller),
     }
     let is_opaque = smaller.rgba.as_chunks::<4>().0.iter().all(|pixel| pixel[3] == u8::MAX);
     Some(if is_opaque { encode_png_opaque(&smaller) } else { encode_png(&smaller) })
@@ -184,13 +181,6 @@ fn normalise(pixel: &mut [u8; 4]) {
     }
 }
 
-fn jpeg(image: &Image) -> Option<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let [width, height] = [u16::try_from(image.width).ok()?, u16::try_from(image.height).ok()?];
-    Encoder::new(&mut bytes, QUALITY).encode(&image.rgba, width, height, ColorType::Rgba).ok()?;
-    Some(bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -242,7 +232,7 @@ mod tests {
 
     #[test]
     fn a_jpeg_and_a_webp_stay_such_and_what_is_neither_is_said() {
-        let file = jpeg(&image(64, 32, |_| [40, 80, 120, 255])).unwrap();
+        let file = encode_jpeg(&image(64, 32, |_| [40, 80, 120, 255])).unwrap();
         let textures = Textures::new(16);
         let webp = encode_webp(&image(64, 32, |_| [40, 80, 120, 9])).unwrap();
         let small = textures.convert(&webp, ImageUse::Numbers).unwrap();

@@ -2,16 +2,13 @@
 
 use std::sync::Arc;
 
-use jpeg_encoder::{ColorType, Encoder};
-use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, image_problem, shrink};
+use neural_mesh::picture::{ImageFormat, decode_image, encode_jpeg, encode_png, image_problem, shrink};
 use rayon::prelude::*;
 
 /// Largest sides of images in pixels, tried in turn while the total is too large.
 const ALLOWED_SIDES: [usize; 5] = [2048, 1024, 512, 256, 128];
 /// Bound on the total size of all images in bytes, before base64.
 const MAX_BYTES: usize = 16 << 20;
-/// JPEG quality, 1 to 100.
-const QUALITY: u8 = 90;
 
 #[derive(Default)]
 pub struct Gallery {
@@ -101,14 +98,6 @@ fn fit_image(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
         return smaller();
     }
     Some(FittedImage { bytes, kind, width: image.width, height: image.height })
-}
-
-/// Encodes an image as a JPEG, without its alpha; `None` beyond 65535 pixels a side.
-pub fn encode_jpeg(Image { width, height, rgba }: &Image) -> Option<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let sides = [*width, *height].map(|side| u16::try_from(side).ok());
-    Encoder::new(&mut bytes, QUALITY).encode(rgba, sides[0]?, sides[1]?, ColorType::Rgba).ok()?;
-    Some(bytes)
 }
 
 #[cfg(test)]

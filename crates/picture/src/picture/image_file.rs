@@ -3,6 +3,7 @@
 use std::io::Cursor;
 
 use image_webp::{ColorType, WebPDecoder, WebPEncoder};
+use jpeg_encoder::{Encoder, ImageBuffer, JpegColorType, rgb_to_ycbcr};
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
@@ -13,6 +14,8 @@ use super::pixels::{MOST_PIXELS, add_opacity, check_size};
 use super::{Image, ktx2};
 
 const WEBP_BYTES: usize = 16;
+/// Quality of JPEG files, 1 to 100.
+const QUALITY: u8 = 90;
 
 /// Format of image files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,6 +169,52 @@ pub fn encode_webp(image: &Image) -> Option<Vec<u8>> {
     let [width, height] = [u32::try_from(image.width).ok()?, u32::try_from(image.height).ok()?];
     WebPEncoder::new(&mut bytes).encode(&image.rgba, width, height, ColorType::Rgba8).ok()?;
     Some(bytes)
+}
+
+/// Encodes an image as a JPEG, without its alpha; `None` if it has no pixels or a side above 65,535.
+///
+/// ```
+/// # use neural_mesh_picture as neural_mesh;
+/// use neural_mesh::picture::{Image, decode_image, encode_jpeg};
+/// let grey = Image { width: 2, height: 1, rgba: vec![128, 128, 128, 255, 128, 128, 128, 255] };
+/// assert_eq!(decode_image(&encode_jpeg(&grey).unwrap()), Some(grey));
+/// ```
+pub fn encode_jpeg(image: &Image) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let [width, height] = [u16::try_from(image.width).ok()?, u16::try_from(image.height).ok()?];
+    Encoder::new(&mut bytes, QUALITY).encode_image(JpegPixels { rgba: &image.rgba, width, height }).ok()?;
+    Some(bytes)
+}
+
+/// Pixels as the encoder reads them: its own types are nine, and the encoder would be compiled for each.
+struct JpegPixels<'a> {
+    rgba: &'a [u8],
+    width: u16,
+    height: u16,
+}
+
+impl ImageBuffer for JpegPixels<'_> {
+    fn get_jpeg_color_type(&self) -> JpegColorType {
+        JpegColorType::Ycbcr
+    }
+
+    fn width(&self) -> u16 {
+        self.width
+    }
+
+    fn height(&self) -> u16 {
+        self.height
+    }
+
+    fn fill_buffers(&self, row: u16, buffers: &mut [Vec<u8>; 4]) {
+        let n = 4 * usize::from(self.width);
+        for pixel in self.rgba[usize::from(row) * n..][..n].chunks_exact(4) {
+            let (y, cb, cr) = rgb_to_ycbcr(pixel[0], pixel[1], pixel[2]);
+            buffers[0].push(y);
+            buffers[1].push(cb);
+            buffers[2].push(cr);
+        }
+    }
 }
 
 fn decode_png(bytes: &[u8], meaning: PixelMeaning) -> Option<Image> {

@@ -37,7 +37,7 @@ use value_paint::ValuePaint;
 
 pub use corner_normals::CornerNormals;
 pub use image::Image;
-pub use image_file::{ImageFormat, decode_image, decode_numbers, encode_webp, image_problem, image_size};
+pub use image_file::{ImageFormat, decode_image, decode_numbers, encode_jpeg, encode_webp, image_problem, image_size};
 pub use png_file::{encode_png, encode_png_opaque};
 pub use shaded_mesh::ShadedMesh;
 pub use surface_materials::{DecodedMaterials, PaintedCorner, SurfaceMaterials};
