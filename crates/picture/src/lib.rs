@@ -5,7 +5,7 @@
 #[doc(hidden)]
 pub use neural_mesh_measure::metrics;
 #[doc(hidden)]
-pub use neural_mesh_mesh::{geometry, linalg, mesh, spatial};
+pub use neural_mesh_mesh::{geometry, linalg, mesh, parallel, spatial};
 
 pub mod appearance;
 #[cfg(feature = "bake")]

@@ -5,6 +5,6 @@
 #[cfg(test)]
 use neural_mesh_measure::metrics;
 #[doc(hidden)]
-pub use neural_mesh_mesh::{geometry, linalg, mesh, spatial};
+pub use neural_mesh_mesh::{geometry, linalg, mesh, parallel, spatial};
 
 pub mod repair;

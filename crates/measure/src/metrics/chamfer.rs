@@ -1,8 +1,8 @@
 //! Chamfer distance: the paper's CD (Sec. 4.1).
 
 use glam::DVec3;
-use rayon::prelude::*;
 
+use crate::parallel;
 use crate::spatial::nearest_to;
 
 const CHUNK: usize = 512;
@@ -47,10 +47,10 @@ pub fn chamfer(a: &[DVec3], b: &[DVec3]) -> Option<Chamfer> {
 }
 
 fn mean_squared_distance(from: &[DVec3], to: &[DVec3], nearest: &[u32]) -> f64 {
-    let chunk_sum = |(points, nearest): (&[DVec3], &[u32])| {
-        points.iter().zip(nearest).map(|(p, &at)| p.distance_squared(to[at as usize])).sum::<f64>()
-    };
-    let sums: Vec<f64> = from.par_chunks(CHUNK).zip(nearest.par_chunks(CHUNK)).map(chunk_sum).collect();
+    let sums = parallel::chunks(from, CHUNK, |chunk, points| {
+        let pairs = points.iter().zip(&nearest[chunk * CHUNK..]);
+        pairs.map(|(p, &at)| p.distance_squared(to[at as usize])).sum::<f64>()
+    });
     sums.iter().sum::<f64>() / from.len() as f64
 }
 

@@ -1,7 +1,6 @@
 //! Curvature error between point sets (Potamias et al., point-cloud simplification), as in Table 2.
 
-use rayon::prelude::*;
-
+use crate::parallel;
 use crate::spatial::{nearest_to, point_curvature};
 
 const CHUNK: usize = 512;
@@ -27,10 +26,10 @@ pub fn curvature_error(a: &[[f32; 3]], b: &[[f32; 3]]) -> Option<f64> {
 }
 
 fn mean_squared_difference(from: &[f32], to: &[f32], nearest: &[u32]) -> f64 {
-    let chunk_sum = |(values, nearest): (&[f32], &[u32])| {
-        values.iter().zip(nearest).map(|(value, &at)| f64::from(value - to[at as usize]).powi(2)).sum::<f64>()
-    };
-    let sums: Vec<f64> = from.par_chunks(CHUNK).zip(nearest.par_chunks(CHUNK)).map(chunk_sum).collect();
+    let sums = parallel::chunks(from, CHUNK, |chunk, values| {
+        let pairs = values.iter().zip(&nearest[chunk * CHUNK..]);
+        pairs.map(|(value, &at)| f64::from(value - to[at as usize]).powi(2)).sum::<f64>()
+    });
     sums.iter().sum::<f64>() / from.len() as f64
 }
 

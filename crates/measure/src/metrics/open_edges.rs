@@ -1,13 +1,15 @@
 //! Edges without exactly two faces, among them the paper's WA (Sec. 4.1).
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::mesh::{Edge, TriMesh, edges};
+use crate::parallel;
 use crate::spatial::NearestOnTriangles;
 
 /// Distance from the original's boundary up to which an edge is on it, in edge lengths and mean edge lengths.
 const REACH: f64 = 1.0;
+/// Edges that a thread takes at least.
+const LEAST: usize = 64;
 
 /// Counts of the edges of a simplified mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,11 +59,12 @@ pub fn open_edges(original: &TriMesh, simplified: &TriMesh) -> OpenEdges {
     let boundary = boundary_tree(original);
     let mean = edges.iter().map(|edge| length(simplified, edge)).sum::<f64>() / edges.len().max(1) as f64;
     let irregular: Vec<&Edge> = edges.iter().filter(|edge| edge.n_faces() != 2).collect();
-    let lies_on_boundary = |edge: &Edge| {
+    let is_open = |i: usize| {
+        let edge = irregular[i];
         let reach = REACH * length(simplified, edge).min(mean);
-        edge.n_faces() == 1 && is_on_boundary(&boundary, ends(simplified, edge), reach)
+        edge.n_faces() != 1 || !is_on_boundary(&boundary, ends(simplified, edge), reach)
     };
-    let open = irregular.par_iter().filter(|edge| !lies_on_boundary(edge)).count();
+    let open = parallel::map(irregular.len(), LEAST, is_open).into_iter().filter(|&is_open| is_open).count();
     OpenEdges { edges: edges.len(), without_two_faces: irregular.len(), open }
 }
 

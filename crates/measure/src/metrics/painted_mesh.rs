@@ -1,15 +1,16 @@
 //! Distances for colouring a mesh.
 
-use rayon::prelude::*;
-
 use super::surface::triangles;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
+use crate::parallel;
 use crate::spatial::NearestOnTriangles;
 
 const MOST_POINTS: usize = 120_000;
 
 const MOST_STEPS: usize = 8;
+/// Points that a thread takes at least.
+const LEAST: usize = 64;
 
 /// Distances at which a colour scale may end, weighted by area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,8 +53,8 @@ impl<'a> PaintedMesh<'a> {
             1 => self.mesh.positions().iter().map(|position| position.map(f64::from)).collect(),
             steps => face_points(self.mesh, steps),
         };
-        let distance = |&point: &[f64; 3]| other.nearest(point.into()).map_or(0.0, |hit| hit.distance2.sqrt() as f32);
-        points.par_iter().map(distance).collect()
+        let distance = |i: usize| other.nearest(points[i].into()).map_or(0.0, |hit| hit.distance2.sqrt() as f32);
+        parallel::map(points.len(), LEAST, distance)
     }
 
     /// Returns each point's share of the mesh's area, in the order of [`Self::distances_to`].

@@ -1,17 +1,19 @@
 //! A fast two-sided distance between two meshes.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::{Isa, Work};
 use crate::mesh::TriMesh;
+use crate::parallel;
 use crate::spatial::FaceTree;
 
 use super::certified_distance::{largest_distance_from_faces, measured_faces};
 use super::search_budget::affordable_count;
 
 const CHUNK: usize = 256;
+/// Searches that a thread takes at least.
+const LEAST: usize = 64;
 /// Share of the largest sample distance below which vertices and edge midpoints are ignored.
 const PROBE_SHARE: f64 = 0.7;
 /// Number of farthest points around which the largest distance is searched.
@@ -59,7 +61,7 @@ pub struct QuickDistance {
 /// assert_eq!((distance.mean, distance.max), (0.5, 0.5));
 /// ```
 pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize, seed: u64) -> Option<QuickDistance> {
-    let trees = rayon::join(|| face_tree(original), || face_tree(simplified));
+    let trees = parallel::join(|| face_tree(original), || face_tree(simplified));
     quick_distance_by_trees([original, simplified], [&trees.0, &trees.1], n_samples, seed)
 }
 
@@ -73,7 +75,7 @@ pub(super) fn quick_distance_by_trees(
     if original.faces().is_empty() || simplified.faces().is_empty() || n_samples == 0 {
         return None;
     }
-    let (forward, backward) = rayon::join(
+    let (forward, backward) = parallel::join(
         || one_way_distance([original, simplified], [original_tree, simplified_tree], n_samples, seed),
         || one_way_distance([simplified, original], [simplified_tree, original_tree], n_samples, seed),
     );
@@ -144,7 +146,7 @@ pub fn farthest_point(original: &TriMesh, simplified: &TriMesh, n_samples: usize
     if original.faces().is_empty() || simplified.faces().is_empty() {
         return None;
     }
-    let (own, other) = rayon::join(|| face_tree(original), || face_tree(simplified));
+    let (own, other) = parallel::join(|| face_tree(original), || face_tree(simplified));
     let forward = find_farthest(original, &own, &other, n_samples);
     let backward = find_farthest(simplified, &other, &own, n_samples);
     let farthest = if backward.1 > forward.1 { backward } else { forward };
@@ -163,7 +165,7 @@ fn find_farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: us
         (point, look(point).map_or(0.0, |found| found.1))
     };
     let farther = |x: (DVec3, f64), y: (DVec3, f64)| if y.1 > x.1 { y } else { x };
-    (0..n).into_par_iter().map(far).collect::<Vec<_>>().into_iter().fold((DVec3::ZERO, -1.0), farther)
+    parallel::map(n, LEAST, far).into_iter().fold((DVec3::ZERO, -1.0), farther)
 }
 
 pub(super) fn surface_area(mesh: &TriMesh) -> f64 {
@@ -209,8 +211,8 @@ pub(super) fn one_way_distance(
     let most = |n: usize| MAX_VISITS.max(USUAL_VISITS * n as f64);
     let n_affordable = affordable_count(n_samples, most(n_samples), |i| looks(samples[i].point, f64::NEG_INFINITY));
     let samples = if n_affordable < n_samples { draw(n_affordable) } else { samples };
-    let measure_chunk = |samples: &[CurveSample]| Isa::best().run(SampleDistances { samples, tree: other });
-    let mut found: Vec<FaceDistance> = samples.par_chunks(CHUNK).flat_map_iter(measure_chunk).collect();
+    let measure_chunk = |_, samples: &[CurveSample]| Isa::best().run(SampleDistances { samples, tree: other });
+    let mut found = parallel::chunks(&samples, CHUNK, measure_chunk).concat();
     let mean = found.iter().map(|found| found.distance2.sqrt()).sum::<f64>() / samples.len() as f64;
     // Points well below the farthest sample cannot raise the maximum much: skip them.
     let far = PROBE_SHARE * PROBE_SHARE * largest_distance2(&found);
@@ -237,15 +239,14 @@ fn measure_beyond<T: Sync>(
     let looks =
         |i: usize| tree.find_near_with_cost(place_and_point(&items[i]).1, None, far).map_or(0, |found| found.2.total());
     let n = affordable_count(items.len(), MAX_VISITS.max(USUAL_VISITS * items.len() as f64), looks);
-    let measure_chunk = |chunk: &[usize]| {
+    let measure_chunk = |start: usize| {
         let (places, points): (Vec<usize>, Vec<DVec3>) =
-            chunk.iter().map(|&i| place_and_point(&items[i * items.len() / n])).unzip();
+            (start..n.min(start + CHUNK)).map(|i| place_and_point(&items[i * items.len() / n])).unzip();
         let found = places.into_iter().zip(tree.find_near_in_row(&points, far).0);
         let found = found.map(|(place, (_, distance2))| FaceDistance { place, distance2 });
         found.filter(|found| found.distance2 > far).collect::<Vec<_>>()
     };
-    let numbers: Vec<usize> = (0..n).collect();
-    numbers.par_chunks(CHUNK).flat_map_iter(measure_chunk).collect()
+    parallel::each((0..n).step_by(CHUNK), measure_chunk).concat()
 }
 
 fn largest_distance2(found: &[FaceDistance]) -> f64 {
@@ -313,8 +314,8 @@ pub(super) struct CurveSample {
 /// Draws samples in curve order, evenly by area, or by face if no face has area.
 pub(super) fn curve_samples(mesh: &TriMesh, order: &[u32], n_samples: usize, seed: u64) -> Vec<CurveSample> {
     let mut areas: Vec<f64> = vec![0.0; order.len()];
-    let tasks = areas.par_chunks_mut(AREAS_CHUNK).zip(order.par_chunks(AREAS_CHUNK));
-    tasks.for_each(|(areas, faces)| Isa::best().run(FaceAreas { mesh, faces, areas }));
+    let tasks = areas.chunks_mut(AREAS_CHUNK).zip(order.chunks(AREAS_CHUNK));
+    parallel::each(tasks, |(areas, faces)| Isa::best().run(FaceAreas { mesh, faces, areas }));
     let mut total: f64 = areas.iter().sum();
     if total <= 0.0 {
         areas.fill(1.0);
@@ -368,6 +369,7 @@ impl Work for FaceAreas<'_> {
     }
 }
 
+#[derive(Clone, Copy)]
 struct FaceDistance {
     place: usize,
     distance2: f64,

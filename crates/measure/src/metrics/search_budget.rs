@@ -1,6 +1,6 @@
 //! Work limits for measurements.
 
-use rayon::prelude::*;
+use crate::parallel;
 
 const PROBES: usize = 64;
 const ROUND: [u64; 2] = [64, 16_384];
@@ -23,9 +23,8 @@ pub(super) fn run_within_budget<T: Send>(
     while all.len() < n {
         let affordable_count = (most - looks) / (2 * most_of_one);
         let round = if all.is_empty() { ROUND[0] } else { affordable_count.clamp(ROUND[0], ROUND[1]) };
-        let items = all.len()..n.min(all.len() + round as usize);
-        let found: Vec<(T, u64)> = items.into_par_iter().map(&find).collect();
-        for (found, looked) in found {
+        let first = all.len();
+        for (found, looked) in parallel::map((n - first).min(round as usize), 1, |i| find(first + i)) {
             (looks, most_of_one) = (looks + looked, most_of_one.max(looked));
             all.push(found);
         }

@@ -1,10 +1,10 @@
 //! Two-sided distance in position and normal.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Surface;
 use super::search_budget::affordable_count;
+use crate::parallel;
 
 const CHUNK: usize = 512;
 /// Largest number of triangles and boxes visited: in total, or per point if that is more.
@@ -85,7 +85,7 @@ fn measure_one_way(from: &Surface, to: &Surface) -> Option<OneSidedDistance> {
         return None;
     }
     let samples = affordable_subset(&from.samples, to);
-    let parts: Vec<Sums> = samples.par_chunks(CHUNK).map(|samples| sum_samples(from, to, samples)).collect();
+    let parts = parallel::chunks(&samples, CHUNK, |_, samples| sum_samples(from, to, samples));
     let all = parts.into_iter().fold(Sums::default(), |a, b| Sums {
         distance: a.distance + b.distance,
         distance2: a.distance2 + b.distance2,
@@ -108,9 +108,10 @@ fn measure_one_way(from: &Surface, to: &Surface) -> Option<OneSidedDistance> {
 }
 
 fn farthest_vertex(from: &Surface, to: &Surface) -> f64 {
-    let distance2 = |p: &DVec3| to.nearest.nearest(*p).map_or(0.0, |hit| hit.distance2);
+    let distance2 = |v: usize| to.nearest.nearest(from.vertices[v]).map_or(0.0, |hit| hit.distance2);
     let vertices = affordable_subset(&from.vertices, to);
-    vertices.par_iter().map(|&v| distance2(&from.vertices[v])).reduce(|| 0.0, f64::max).sqrt()
+    let largest = |_, vertices: &[usize]| vertices.iter().map(|&v| distance2(v)).fold(0.0, f64::max);
+    parallel::chunks(&vertices, CHUNK, largest).into_iter().fold(0.0, f64::max).sqrt()
 }
 
 fn affordable_subset(points: &[DVec3], to: &Surface) -> Vec<usize> {

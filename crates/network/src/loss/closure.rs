@@ -2,7 +2,7 @@
 
 use super::Term;
 use crate::linalg::Csr;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Computes the expected number of edges with a wrong number of faces over that of edges with a face.
 ///
@@ -31,7 +31,7 @@ pub fn closure(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], probabilities:
         let kept: Vec<f64> = faces.row(edge).iter().map(|&t| f64::from(probabilities[t as usize])).collect();
         edge_chances(&kept, at_boundary[edge])
     };
-    let edges: Vec<EdgeChances> = (0..faces.n_rows()).into_par_iter().map(count_faces).collect();
+    let edges = parallel::map(faces.n_rows(), 256, count_faces);
     let wrong: f64 = edges.iter().map(|edge| edge.wrong).sum();
     let used: f64 = edges.iter().map(|edge| edge.used).sum();
     if used <= 0.0 {

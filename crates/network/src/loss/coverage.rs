@@ -4,9 +4,12 @@ use super::Term;
 use super::expected_cost::{OptionRows, expected_cost};
 use super::triangles::{barycenters, corners_f64, to_f64};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
+use crate::parallel;
 use crate::spatial::nearest_to;
 use glam::DVec3;
-use rayon::prelude::*;
+
+/// Points that a thread takes together.
+const ROWS: usize = 64;
 
 /// The triangles closest to each point of the original surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,15 +39,15 @@ pub fn near_triangles(points: &[[f32; 3]], triangles: &[[u32; 3]], surface: &[[f
     }
     let by_barycenter = nearest_to(&barycenters(points, triangles), surface, 2 * k);
     let searched = by_barycenter.len() / surface.len().max(1);
-    let row = |(row, &x): (&[u32], &[f32; 3])| {
+    let row = |(row, &x): (usize, &[f32; 3])| {
         let distance2 = |&t: &u32| (distance2_to(corners_f64(points, triangles[t as usize]), to_f64(x)), t);
-        let mut found: Vec<(f64, u32)> = row.iter().map(distance2).collect();
+        let mut found: Vec<(f64, u32)> = by_barycenter[row * searched..][..searched].iter().map(distance2).collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         found.truncate(width);
         found
     };
-    let rows = by_barycenter.par_chunks(searched.max(1)).zip(surface).flat_map_iter(row);
-    let (distances2, triangles) = rows.unzip();
+    let rows = |chunk: usize, points: &[[f32; 3]]| (chunk * ROWS..).zip(points).flat_map(row).collect::<Vec<_>>();
+    let (distances2, triangles) = parallel::chunks(surface, ROWS, rows).into_iter().flatten().unzip();
     NearTriangles { triangles, distances2, width }
 }
 

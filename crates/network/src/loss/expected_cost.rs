@@ -1,7 +1,10 @@
 //! Expected cost of the first option kept, each kept independently with its probability.
 
 use super::Term;
-use rayon::prelude::*;
+use crate::parallel;
+
+/// Rows that a thread takes together.
+const ROWS: usize = 1024;
 
 /// Rows of options, the preferred one first in each.
 pub(super) struct OptionRows<'a> {
@@ -40,11 +43,13 @@ pub(super) fn expected_cost(rows: &OptionRows, probabilities: &[f32]) -> Term {
         return Term::mean(sum, &vec![0.0; probabilities.len()], costs_of_none.len());
     }
     let mut slopes = vec![0.0f64; options.len()];
-    let each = slopes.par_chunks_mut(width).zip(options.par_chunks(width)).zip(costs.par_chunks(width));
-    let values: Vec<f64> = each
-        .zip(costs_of_none)
-        .map(|(((slopes, options), costs), &none)| row_cost(slopes, options, costs, none, probabilities))
-        .collect();
+    let chunks = slopes.chunks_mut(ROWS * width).zip(options.chunks(ROWS * width)).zip(costs.chunks(ROWS * width));
+    let values = parallel::each(chunks.zip(costs_of_none.chunks(ROWS)), |(((slopes, options), costs), of_none)| {
+        let rows = slopes.chunks_mut(width).zip(options.chunks(width)).zip(costs.chunks(width)).zip(of_none);
+        let cost = |(((slopes, options), costs), &none)| row_cost(slopes, options, costs, none, probabilities);
+        rows.map(cost).collect::<Vec<f64>>()
+    });
+    let values = values.concat();
     let mut gradient = vec![0.0f64; probabilities.len()];
     options.iter().zip(&slopes).for_each(|(&option, slope)| gradient[option as usize] += slope);
     Term::mean(values.iter().sum(), &gradient, values.len())

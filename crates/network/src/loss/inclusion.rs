@@ -1,6 +1,6 @@
 //! Inclusion probabilities of Gumbel-top-k sampling (Sec. 3.1), which make the sampler trainable.
 
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Inclusion probability of each vertex, with the data for its gradient.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,8 @@ pub fn inclusion(scores: &[f32], n_samples: usize) -> Inclusion {
     }
     let log_rates = relative_log_rates(scores, n_samples);
     let log_time = solve_log_time(&log_rates, n_samples as f64);
-    let (probabilities, slopes) = log_rates.par_iter().map(|rate| arrival_probability(rate + log_time)).unzip();
+    let chances = parallel::map(log_rates.len(), BLOCK, |i| arrival_probability(log_rates[i] + log_time));
+    let (probabilities, slopes) = chances.into_iter().unzip();
     Inclusion { probabilities: to_f32(probabilities), slopes }
 }
 
@@ -97,11 +98,11 @@ const STEPS: usize = 64;
 
 /// Returns the expected number of arrivals by a time, and its derivative to the time's logarithm.
 fn expected_arrivals(log_rates: &[f64], log_time: f64) -> (f64, f64) {
-    let sum_block = |block: &[f64]| {
+    let sum_block = |_, block: &[f64]| {
         let each = block.iter().map(|rate| arrival_probability(rate + log_time));
         each.fold((0.0, 0.0), |sum, (p, slope)| (sum.0 + p, sum.1 + slope))
     };
-    let blocks: Vec<(f64, f64)> = log_rates.par_chunks(BLOCK).map(sum_block).collect();
+    let blocks = parallel::chunks(log_rates, BLOCK, sum_block);
     blocks.into_iter().fold((0.0, 0.0), |sum, block| (sum.0 + block.0, sum.1 + block.1))
 }
 

@@ -2,8 +2,11 @@
 
 use super::Term;
 use super::triangles::{barycenters, corners_f64, distance2, spread_points};
+use crate::parallel;
 use crate::spatial::nearest_to;
-use rayon::prelude::*;
+
+/// Triangles that a thread takes together.
+const ROWS: usize = 64;
 
 /// Squared distances of Eq. (8), which do not depend on probabilities.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +45,7 @@ pub fn reverse_distances(
     let per_triangle = per_triangle.max(1);
     let centers = barycenters(points, triangles);
     let on = |&triangle: &[u32; 3]| spread_points(corners_f64(points, triangle), per_triangle);
-    let ys: Vec<[f32; 3]> = triangles.par_iter().flat_map_iter(on).collect();
+    let ys = parallel::chunks(triangles, ROWS, |_, some| some.iter().flat_map(on).collect::<Vec<_>>()).concat();
     let nearest_original = nearest_to(original, &ys, 1);
     let nearest_triangles = nearest_to(&centers, &ys, k + 1);
     let width = nearest_triangles.len() / ys.len().max(1);
@@ -56,7 +59,7 @@ pub fn reverse_distances(
         }
         merge_equal(found)
     };
-    let (near, to_near) = (0..triangles.len()).into_par_iter().map(of_triangle).unzip();
+    let (near, to_near) = parallel::map(triangles.len(), ROWS, of_triangle).into_iter().unzip();
     let to_original = |t: usize| {
         let distance = |y: usize| nearest_original.get(y).map_or(0.0, |&x| distance2(original[x as usize], ys[y]));
         (t * per_triangle..(t + 1) * per_triangle).map(distance).sum::<f64>() / per_triangle as f64

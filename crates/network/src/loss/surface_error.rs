@@ -1,9 +1,9 @@
 //! Training loss of the closed assembly: logarithms of mean distance, normal error and largest distance.
 
 use crate::geometry::triangle::area_normal;
+use crate::parallel;
 use crate::spatial::NearestOnTriangles;
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 /// Exponent of the norm that approximates the largest distance.
 const PEAK: i32 = 8;
@@ -32,7 +32,8 @@ pub fn point_errors(original: &[[[f32; 3]; 3]], result: &[[[f32; 3]; 3]]) -> Poi
     let normal = |corners: &[[f32; 3]; 3]| area_normal(corners.map(Vec3::from));
     let normals: Vec<Vec3> = result.iter().map(|corners| normal(corners).normalize_or_zero()).collect();
     let nearest = NearestOnTriangles::new(result);
-    let measure_triangle = |corners: &[[f32; 3]; 3]| {
+    let measure_triangle = |t: usize| {
+        let corners = &original[t];
         let own = normal(corners);
         let place: DVec3 = corners.iter().map(|p| DVec3::from(p.map(f64::from)) / 3.0).sum();
         let (distance, turn) = nearest.nearest(place).map_or((0.0, 0.0), |hit| {
@@ -41,7 +42,7 @@ pub fn point_errors(original: &[[[f32; 3]; 3]], result: &[[[f32; 3]; 3]]) -> Poi
         });
         (0.5 * own.length(), distance, turn)
     };
-    let all: Vec<(f32, f32, f32)> = original.par_iter().map(measure_triangle).collect();
+    let all = parallel::map(original.len(), 64, measure_triangle);
     PointErrors {
         areas: all.iter().map(|x| x.0).collect(),
         distances: all.iter().map(|x| x.1).collect(),

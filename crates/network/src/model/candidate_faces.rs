@@ -2,8 +2,8 @@
 
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Rows};
+use crate::parallel;
 use crate::spatial::coherent_order;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The triangles judged by the Face Classifier.
@@ -34,8 +34,8 @@ impl CandidateFaces {
         if n >= self.triangles.len() {
             return self;
         }
-        let prior = |entries: &[u32; 3]| entries.iter().map(|&at| adjacency[at as usize]).sum::<f32>();
-        let priors: Vec<f32> = self.entries.par_iter().map(prior).collect();
+        let prior = |at: usize| self.entries[at].iter().map(|&at| adjacency[at as usize]).sum::<f32>();
+        let priors = parallel::map(self.entries.len(), 1024, prior);
         let mut descending = priors.clone();
         let least = *descending.select_nth_unstable_by(n, |a, b| b.total_cmp(a)).1;
         // `least` is the prior of the first candidate left out. Candidates of exactly this prior fill the remaining places
@@ -133,14 +133,14 @@ pub fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]>
 /// assert_eq!(only_the_original.triangles, [[0, 2, 3]]);
 /// ```
 pub fn candidate_faces(graph: &Csr, adjacency: &[f32], original: &[[u32; 3]]) -> CandidateFaces {
-    let rows: Vec<u32> = (0..graph.n_rows() as u32).collect();
-    let of_rows = |rows: &[u32]| {
+    let of_rows = |start: usize| {
         let mut found = Vec::new();
-        rows.iter().for_each(|&row| add_candidates(graph, adjacency, original, row, &mut found));
+        let rows = start as u32..graph.n_rows().min(start + ROWS) as u32;
+        rows.for_each(|row| add_candidates(graph, adjacency, original, row, &mut found));
         found.shrink_to_fit();
         found
     };
-    let found: Vec<Vec<([u32; 3], [u32; 3])>> = rows.par_chunks(ROWS).map(of_rows).collect();
+    let found = parallel::each((0..graph.n_rows()).step_by(ROWS), of_rows);
     let n = found.iter().map(Vec::len).sum();
     let (mut triangles, mut entries) = (Vec::with_capacity(n), Vec::with_capacity(n));
     // Each task's list is freed once it is read: there are many candidates before the cut.

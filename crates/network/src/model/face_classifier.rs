@@ -5,6 +5,7 @@ use super::tri_conv::{Layers, tri_convs};
 use super::{Affine, TriConv, triangle_positions};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
+use crate::parallel;
 use crate::spatial::nearest_neighbours;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -45,7 +46,7 @@ fn across_edges(triangles: &[[u32; 3]]) -> Csr {
     edges.par_sort_unstable();
     edges.dedup();
     let number = |edge: [u32; 2]| edges.partition_point(|other| *other < edge) as u32;
-    let numbered: Vec<[u32; 3]> = triangles.par_iter().map(|triangle| ends(triangle).map(number)).collect();
+    let numbered = parallel::map(triangles.len(), 256, |t| ends(&triangles[t]).map(number));
     join_across_edges(&numbered, edges.len())
 }
 

@@ -6,9 +6,9 @@
 //! Lee and Kim 2009, "Interactive Hausdorff distance computation for general polygonal models").
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::mesh::{TriMesh, has_area};
+use crate::parallel;
 use crate::spatial::{self, FaceTree};
 
 mod distance_bounds;
@@ -26,6 +26,8 @@ use target_surface::TargetSurface;
 const MAX_VISITS: [u64; 2] = [150, 1_500_000];
 /// Share of the diagonal below which distances are not resolved.
 const SMALLEST: f64 = 1e-7;
+/// Faces that a thread takes at least.
+const LEAST: usize = 64;
 
 /// Bounds of the Hausdorff distance, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -192,8 +194,11 @@ impl<'a> DirectedSearch<'a> {
         }
         let corners_of = |face: u32| self.face_corners(&self.from.faces()[face as usize]);
         let is_tight_enough = |upper| bounds.is_tight_enough(upper);
-        let upper = |&face: &u32| (face, self.target.upper_bound(&corners_of(face), is_tight_enough));
-        let uppers: Vec<(u32, f64)> = self.faces.par_iter().map(upper).collect();
+        let upper = |i: usize| {
+            let face = self.faces[i];
+            (face, self.target.upper_bound(&corners_of(face), is_tight_enough))
+        };
+        let uppers = parallel::map(self.faces.len(), LEAST, upper);
         let (allowed, faces): (Vec<_>, Vec<_>) = uppers.into_iter().partition(|&(_, upper)| is_tight_enough(upper));
         bounds.upper = allowed.into_iter().map(|(_, upper)| upper).fold(bounds.upper, f64::max);
         let whole = |(face, upper)| SearchItem { upper, part: FacePart::Face(face), n_cuts: 0 };

@@ -2,11 +2,10 @@
 
 use std::collections::BinaryHeap;
 
-use rayon::prelude::*;
-
 use super::distance_bounds::DistanceBounds;
 use super::polygon::{PolygonCorner, bisecting_plane, largest_corner_distance, middle, radius_from, split_polygon};
 use super::target_surface::TargetSurface;
+use crate::parallel;
 
 const MAX_BATCH: usize = 256;
 /// Interval, in cuts of a polygon, at which one cut bisects it.
@@ -61,10 +60,8 @@ pub(super) fn tighten_bounds(
             bounds.upper = bounds.upper.max(first.upper);
             return;
         }
-        let next: Vec<SearchItem> =
-            (0..target.batch_size(MAX_BATCH, SEARCHES_PER_CUT)).map_while(|_| waiting.pop()).collect();
-        let found: Vec<CutResult> = next.into_par_iter().map(|next| target.cut(next, corners_of, bounds)).collect();
-        for found in found {
+        let next = (0..target.batch_size(MAX_BATCH, SEARCHES_PER_CUT)).map_while(|_| waiting.pop());
+        for found in parallel::each(next, |next| target.cut(next, corners_of, bounds)) {
             bounds.raise_lower(found.lower);
             bounds.upper = bounds.upper.max(found.upper);
             waiting.extend(found.waiting);

@@ -3,7 +3,6 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::distance_bounds::DistanceBounds;
 use super::polygon::{CutPlane, PolygonCorner, radius_from};
@@ -11,6 +10,7 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::{Isa, Work};
 use crate::mesh::TriMesh;
+use crate::parallel;
 use crate::spatial::{FaceTree, SearchCost};
 
 /// Squared length below which the difference of two unit normals has no direction.
@@ -93,21 +93,22 @@ impl<'a> TargetSurface<'a> {
             let n = if first == 0 { 2 * MIN_BATCH } else { self.batch_size(MAX_BATCH, 1) };
             let row = &vertices[first..vertices.len().min(first + n)];
             let enough = near_enough(lower);
-            corners.par_extend(row.par_chunks(ROW).flat_map_iter(|row| self.row_corners(from, row, enough)));
+            corners
+                .extend(parallel::chunks(row, ROW, |_, row| self.row_corners(from, row, enough)).into_iter().flatten());
             lower = corners[first..].iter().map(|corner| corner.distance).fold(lower, f64::max);
             is_too_far = lower > bounds.tolerance.too_much;
         }
         corners
     }
 
-    fn row_corners(&self, from: &TriMesh, vertices: &[u32], enough: f64) -> impl Iterator<Item = PolygonCorner> {
+    fn row_corners(&self, from: &TriMesh, vertices: &[u32], enough: f64) -> Vec<PolygonCorner> {
         let point = |&v: &u32| DVec3::from(from.positions()[v as usize].map(f64::from));
         let points: Vec<DVec3> = vertices.iter().map(point).collect();
         let (found, cost) = self.tree.find_near_in_row(&points, enough);
         self.count(points.len(), cost);
         let corner =
             |(point, (face, distance2)): (DVec3, (u32, f64))| PolygonCorner { point, distance: distance2.sqrt(), face };
-        points.into_iter().zip(found).map(corner)
+        points.into_iter().zip(found).map(corner).collect()
     }
 
     fn count(&self, n_searches: usize, cost: SearchCost) {
