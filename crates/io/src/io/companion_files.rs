@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::extra::Extra;
 use super::folder::{FileProblem, Folder, inner_path};
 use super::{ImageConverter, ImageUse, OutputFile, OutputFolder, shorten_name};
+use crate::parallel;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CompanionFile {
@@ -106,7 +106,7 @@ impl<'a> FileFinder<'a> {
     pub fn into_files(self) -> Vec<OutputFile> {
         let Self { mut files, images, converter, .. } = self;
         // Conversion is slow, and files are independent.
-        files.par_iter_mut().for_each(|file| {
+        parallel::each(&mut files, |file| {
             let converted = images
                 .get(&file.path)
                 .zip(converter)

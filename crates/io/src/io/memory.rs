@@ -30,9 +30,21 @@ pub(super) fn reserve<T>(list: &mut Vec<T>, n: usize) -> Result<(), ReadError> {
 #[cfg(any(test, feature = "gltf"))]
 pub(super) fn allocate_zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, ReadError> {
     let mut list = Vec::new();
-    reserve(&mut list, n)?;
-    list.resize(n, T::default());
+    add_zeros(&mut list, n)?;
     Ok(list)
+}
+
+/// Adds `n` zeros to a list. One without memory gets it from the system, which clears it where it is first written.
+pub(super) fn add_zeros<T: Clone + Default>(list: &mut Vec<T>, n: usize) -> Result<(), ReadError> {
+    if list.capacity() > 0 {
+        reserve(list, n)?;
+        list.resize(list.len() + n, T::default());
+    } else {
+        // Fails where memory is too small, at which `vec!` would end the program.
+        reserve(&mut Vec::<T>::new(), n)?;
+        *list = vec![T::default(); n];
+    }
+    Ok(())
 }
 
 pub(super) fn io_error(error: io::Error) -> ReadError {

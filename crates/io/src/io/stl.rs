@@ -2,15 +2,14 @@
 
 use std::path::Path;
 
-use rayon::prelude::*;
-
 use super::format::{announced_stl_faces, is_binary_stl};
-use super::memory::reserve;
+use super::memory::add_zeros;
 use super::runs::{FileOutline, PieceReceiver, cut_error, each_run_of_rows, open_at, read_beginning, unreadable};
 use super::text::Text;
 use super::write::{Content, push_singles};
 use super::{ReadError, WriteError};
 use crate::mesh::{Fans, RawMesh};
+use crate::parallel;
 
 const REMEDY: &str = "export the mesh again";
 const BLOCK: usize = 1 << 14;
@@ -47,7 +46,7 @@ pub(super) fn outline(path: &Path) -> Result<Option<FileOutline>, ReadError> {
 pub(super) fn each_piece(path: &Path, n_faces: u64, take: &mut PieceReceiver) -> Result<(), ReadError> {
     let mut piece = RawMesh::default();
     each_run_of_rows(open_at(path, HEAD as u64)?, RECORD, n_faces, |records| {
-        piece.positions.clear();
+        piece.positions.resize(3 * (records.len() / RECORD), [0.0; 3]);
         decode_corners(records, &mut piece.positions);
         take(&piece);
     })
@@ -82,20 +81,19 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
         return Err(ReadError::byte(80, what, "the file is cut or damaged, export the mesh again"));
     }
     let mut positions = Vec::new();
-    reserve(&mut positions, 3 * records.len())?;
+    add_zeros(&mut positions, 3 * records.len())?;
     decode_corners(&bytes[HEAD..HEAD + RECORD * records.len()], &mut positions);
     // No two faces share vertices; cleanup welds them.
     let faces = (0..count).map(|face| [0, 1, 2].map(|corner| face.saturating_mul(3).saturating_add(corner))).collect();
     Ok(RawMesh { positions, faces, ..RawMesh::default() })
 }
 
-fn decode_corners(records: &[u8], positions: &mut Vec<[f64; 3]>) {
+fn decode_corners(records: &[u8], positions: &mut [[f64; 3]]) {
     let corner = |record: &[u8], corner: usize| {
         let (floats, _) = record[12 + 12 * corner..24 + 12 * corner].as_chunks::<4>();
         std::array::from_fn(|axis| f64::from(f32::from_le_bytes(floats[axis])))
     };
-    let corners = (0..3 * (records.len() / RECORD)).into_par_iter().with_min_len(BLOCK);
-    positions.par_extend(corners.map(|i| corner(&records[RECORD * (i / 3)..][..RECORD], i % 3)));
+    parallel::fill(positions, BLOCK, |i| corner(&records[RECORD * (i / 3)..][..RECORD], i % 3));
 }
 
 fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
@@ -136,12 +134,13 @@ pub(super) fn write_binary(content: &Content) -> Result<Vec<u8>, WriteError> {
     let mut out = vec![0; 84 + 50 * content.faces.len()];
     out[..80].fill(b' ');
     out[80..84].copy_from_slice(&(content.faces.len() as u32).to_le_bytes());
-    let records = out[84..].par_chunks_exact_mut(50).with_min_len(BLOCK);
-    records.zip(content.faces).for_each(|(record, face)| {
-        let corners = face.map(|vertex| positions[vertex as usize]);
-        let floats = normal(corners).into_iter().chain(corners.into_iter().flatten());
-        for (bytes, float) in record.chunks_exact_mut(4).zip(floats) {
-            bytes.copy_from_slice(&float.to_le_bytes());
+    parallel::chunks_mut(&mut out[84..], 50 * BLOCK, |block, records| {
+        for (record, face) in records.chunks_exact_mut(50).zip(&content.faces[block * BLOCK..]) {
+            let corners = face.map(|vertex| positions[vertex as usize]);
+            let floats = normal(corners).into_iter().chain(corners.into_iter().flatten());
+            for (bytes, float) in record.chunks_exact_mut(4).zip(floats) {
+                bytes.copy_from_slice(&float.to_le_bytes());
+            }
         }
     });
     Ok(out)

@@ -2,16 +2,17 @@
 //!
 //! Singles get the fewest digits that read back as the same single; far from the origin and for thin faces, all digits.
 
-use rayon::prelude::*;
-
 use super::{WriteError, number};
 use crate::mesh::{Frame, TriMesh, has_area};
+use crate::parallel;
 
 // From 2^24 on, the shortest text of a whole number has other digits.
 const WHOLE: f32 = 16_777_216.0;
 /// Distance from the origin, in diagonals, beyond which the fewest digits err by more than a millionth of the diagonal.
 const FAR: f64 = 32.0;
 const ROUNDING: f64 = 1.2e-7;
+/// Faces that a thread looks at together.
+const BLOCK: usize = 1 << 14;
 
 pub(super) struct Content<'a> {
     positions: Positions<'a>,
@@ -106,7 +107,8 @@ impl<'a> Content<'a> {
         let is_near = |axis: usize| low[axis].abs().max(high[axis].abs()) <= FAR * diagonal;
         // Distance is tested first, since it is cheap; areas need every face.
         let near = Self { single: std::array::from_fn(|axis| self.single[axis] && is_near(axis)), ..self };
-        if near.single == [false; 3] || !near.faces.par_iter().any(|face| near.loses_area(face)) {
+        let lose_area = |_, faces: &[[u32; 3]]| faces.iter().any(|face| near.loses_area(face));
+        if near.single == [false; 3] || !parallel::chunks(near.faces, BLOCK, lose_area).contains(&true) {
             return near;
         }
         Self { single: [false; 3], ..near }

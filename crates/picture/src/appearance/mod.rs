@@ -2,9 +2,8 @@
 
 mod figures;
 
-use rayon::prelude::*;
-
 use crate::metrics::{flip, psnr, silhouette_iou, ssim};
+use crate::parallel;
 use crate::picture::{Image, ShadedMesh, view_shaded};
 
 pub use figures::figures;
@@ -55,11 +54,9 @@ pub fn appearance<'a>(
     if meshes[0].mesh.faces().is_empty() {
         return None;
     }
-    let views: Vec<_> =
-        VIEWS.into_iter().flat_map(|view| DISTANCES.map(|distance| (view, height / distance))).collect();
-    let compared: Option<Vec<_>> =
-        views.par_iter().map(|&(view, height)| compare_views(&meshes, view, height)).collect();
-    let compared = compared?;
+    let views = VIEWS.into_iter().flat_map(|view| DISTANCES.map(|distance| (view, height / distance)));
+    let compared = parallel::each(views, |(view, height)| compare_views(&meshes, view, height));
+    let compared = compared.into_iter().collect::<Option<Vec<_>>>()?;
     let mean = |of: fn(&Appearance) -> f64| {
         compared.iter().map(|(of_view, _)| of(of_view)).sum::<f64>() / compared.len() as f64
     };

@@ -1,8 +1,7 @@
 //! Extension of charts beyond their borders, since viewers blend neighbouring texels.
 
-use rayon::prelude::*;
-
 use super::texel::{Texel, TexelPlace};
+use crate::parallel;
 
 /// Distance in texels to which charts are extended: five mipmap levels stay clean.
 const REACH: usize = 32;
@@ -10,15 +9,18 @@ const REACH: usize = 32;
 /// Gives each texel outside the charts the content of the nearest chart texel within [`REACH`].
 pub(super) fn dilate(texels: &mut [Texel], size: usize) {
     let nearest = nearest_rows(texels, size);
-    let rows = texels.par_chunks(size).zip(nearest.par_chunks(size)).enumerate();
-    let found: Vec<Vec<(usize, usize)>> = rows.map(|(row, (texels, nearest))| sources(row, texels, nearest)).collect();
+    let rows = texels.chunks(size).zip(nearest.chunks(size)).enumerate();
+    let found = parallel::each(rows, |(row, (texels, nearest))| sources(row, texels, nearest));
     // Any colour of the charts is better than black in the coarsest levels.
     let fallback = texels.iter().find(|texel| texel.place != TexelPlace::Outside).copied().unwrap_or_default();
     for (to, from) in found.into_iter().flatten() {
         texels[to] = Texel { place: TexelPlace::Dilated, ..texels[from] };
     }
-    let beyond = texels.par_iter_mut().filter(|texel| texel.place == TexelPlace::Outside);
-    beyond.for_each(|texel| *texel = Texel { place: TexelPlace::Outside, ..fallback });
+    parallel::change(texels, 1 << 14, |_, texel| {
+        if texel.place == TexelPlace::Outside {
+            *texel = Texel { place: TexelPlace::Outside, ..fallback };
+        }
+    });
 }
 
 // Returns for each texel the row of the nearest chart texel in its column within `REACH`, or `u32::MAX`.

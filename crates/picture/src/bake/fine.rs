@@ -1,13 +1,13 @@
 //! Queries of the original surface and its materials.
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 use super::BakeSource;
 use super::frames::corner_normals;
 use super::original_materials::{MaterialSample, OriginalMaterials, SamplePlace};
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{Attributes, TriMesh};
+use crate::parallel;
 use crate::spatial::{Hit, NearestOnTriangles};
 
 /// Largest angle in degrees between faces that share normals if the file has none.
@@ -52,9 +52,9 @@ pub(super) struct QueryResult {
 impl<'a> FineSurface<'a> {
     pub fn new(original: &BakeSource<'a>, coarse: &TriMesh) -> (Self, Vec<String>) {
         let mesh = original.mesh;
-        let triangles: Vec<[[f32; 3]; 3]> = mesh.faces().par_iter().map(|face| corners(mesh, face)).collect();
-        let of_faces =
-            triangles.par_iter().map(|corners| area_normal(corners.map(Vec3::from)).normalize_or_zero()).collect();
+        let triangles: Vec<[[f32; 3]; 3]> = mesh.faces().iter().map(|face| corners(mesh, face)).collect();
+        let normal = |face: usize| area_normal(triangles[face].map(Vec3::from)).normalize_or_zero();
+        let of_faces = parallel::map(triangles.len(), 1024, normal);
         let normals = file_normals(original.attributes).unwrap_or_else(|| corner_normals(mesh, SMOOTH));
         let (materials, notes) = OriginalMaterials::new(original, &normals);
         let tree = NearestOnTriangles::new(&triangles);
@@ -124,11 +124,14 @@ fn file_normals(attributes: &Attributes) -> Option<Vec<[Vec3; 3]>> {
 }
 
 fn largest_distance(tree: &NearestOnTriangles, coarse: &TriMesh) -> f64 {
+    let (positions, faces) = (coarse.positions(), coarse.faces());
     let middle = |face: &[u32; 3]| {
         corners(coarse, face).iter().map(|corner| DVec3::from(corner.map(f64::from))).sum::<DVec3>() / 3.0
     };
-    let distance = |p: DVec3| tree.nearest(p).map_or(0.0, |hit| hit.distance2.sqrt());
-    let at_corners = coarse.positions().par_iter().map(|p| distance(DVec3::from(p.map(f64::from))));
-    let in_faces = coarse.faces().par_iter().map(|face| distance(middle(face)));
-    at_corners.chain(in_faces).reduce(|| 0.0, f64::max)
+    let distance = |i: usize| {
+        let corner = positions.get(i).map(|p| DVec3::from(p.map(f64::from)));
+        let point = corner.unwrap_or_else(|| middle(&faces[i - positions.len()]));
+        tree.nearest(point).map_or(0.0, |hit| hit.distance2.sqrt())
+    };
+    parallel::map(positions.len() + faces.len(), 64, distance).into_iter().fold(0.0, f64::max)
 }

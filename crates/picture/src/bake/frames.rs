@@ -2,7 +2,6 @@
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::unfold::Charts;
@@ -10,6 +9,7 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::thread_ranges::corner_rows;
 use crate::mesh::{Attributes, Channel, Role, TriMesh};
+use crate::parallel;
 
 /// Largest angle in degrees between faces that share normals.
 // Beyond, directions of the original may leave the range of a normal map.
@@ -64,13 +64,13 @@ impl Frames {
 /// Each mean covers the faces joined to the corner's face over edges of at most `degrees`.
 pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
     let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(mesh.positions()[v as usize]));
-    let of_faces: Vec<Vec3> =
-        mesh.faces().par_iter().map(|face| area_normal(corners(face)).normalize_or_zero()).collect();
+    let normal = |face: usize| area_normal(corners(&mesh.faces()[face])).normalize_or_zero();
+    let of_faces = parallel::map(mesh.faces().len(), 1024, normal);
     let around = corner_rows(Pulse::NONE, mesh.positions().len(), mesh.faces(), |face, _| face);
     let least = degrees.to_radians().cos() - 1e-5;
     let place = |face: u32, vertex: u32| mesh.faces()[face as usize].iter().position(|&v| v == vertex).unwrap_or(0);
-    let normals = |vertex: u32| {
-        let faces = around.row(vertex as usize);
+    let normals = |vertex: usize| {
+        let (faces, vertex) = (around.row(vertex), vertex as u32);
         // All pairs of faces are compared, which would take too long at a hub.
         let fans = if faces.len() > HUB { vec![0; faces.len()] } else { fans(mesh, faces, vertex, &of_faces, least) };
         let mut sums = vec![Vec3::ZERO; faces.len()];
@@ -81,10 +81,9 @@ pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
         let normal = |(&face, &fan): (&u32, &usize)| sums[fan].try_normalize().unwrap_or(of_faces[face as usize]);
         faces.iter().zip(&fans).map(normal).collect::<Vec<Vec3>>()
     };
-    let n_vertices = mesh.positions().len() as u32;
-    let of_vertices: Vec<Vec<Vec3>> = (0..n_vertices).into_par_iter().map(normals).collect();
+    let of_vertices = parallel::map(mesh.positions().len(), 256, normals);
     let mut all = vec![[Vec3::ZERO; 3]; mesh.faces().len()];
-    for (vertex, normals) in (0..n_vertices).zip(of_vertices) {
+    for (vertex, normals) in (0..).zip(of_vertices) {
         for (&face, normal) in around.row(vertex as usize).iter().zip(normals) {
             all[face as usize][place(face, vertex)] = normal;
         }

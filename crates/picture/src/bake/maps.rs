@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::BakeOptions;
 use super::texel::{Texel, to_byte};
 use crate::mesh::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
+use crate::parallel;
 use crate::picture::{Image, encode_png_opaque};
 
 const STRAIGHT: [u8; 3] = [128, 128, 255];
+/// Texels that a thread takes at least.
+const BLOCK: usize = 1 << 14;
 
 /// Makes the material from size x size texels; uniform values become the original's exact factors instead of textures.
 pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Look {
@@ -17,7 +18,7 @@ pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Lo
     let colour = common_value(texels, |texel| texel.colour);
     let is_straight = common_value(texels, |texel| texel.normal) == Some(STRAIGHT);
     // The two slowest encodings run in parallel.
-    let (texture, normal_texture) = rayon::join(
+    let (texture, normal_texture) = parallel::join(
         || colour.is_none().then(|| map(|texel| texel.colour)),
         || (!is_straight).then(|| map(|texel| texel.normal)),
     );
@@ -69,7 +70,8 @@ fn roughness_and_metal(texels: &[Texel], looks: &Looks, options: &BakeOptions) -
 
 fn common_value<T: PartialEq + Sync + Send + Copy>(texels: &[Texel], of: fn(&Texel) -> T) -> Option<T> {
     let first = of(texels.first()?);
-    texels.par_iter().all(|texel| of(texel) == first).then_some(first)
+    let are_equal = |_, texels: &[Texel]| texels.iter().all(|texel| of(texel) == first);
+    (!parallel::chunks(texels, BLOCK, are_equal).contains(&false)).then_some(first)
 }
 
 fn common_factor<T: PartialEq>(looks: &Looks, of: fn(&Look) -> T) -> Option<T> {
@@ -86,11 +88,11 @@ fn linear_factor(bytes: Option<[u8; 3]>, exact: Option<[f32; 3]>) -> [f32; 3] {
 }
 
 fn texture(texels: &[Texel], size: usize, of: fn(&Texel) -> [u8; 3]) -> BaseTexture {
-    let pixels = |texel: &Texel| {
-        let [r, g, b] = of(texel);
+    let mut rgba = vec![[0; 4]; texels.len()];
+    parallel::fill(&mut rgba, BLOCK, |i| {
+        let [r, g, b] = of(&texels[i]);
         [r, g, b, 255]
-    };
-    let rgba: Vec<[u8; 4]> = texels.par_iter().map(pixels).collect();
+    });
     let image = Image { width: size, height: size, rgba: rgba.into_flattened() };
     let image: Arc<[u8]> = encode_png_opaque(&image).into();
     BaseTexture { image, channel: String::new(), wrap: [Wrap::Repeat; 2] }

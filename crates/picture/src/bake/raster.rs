@@ -1,7 +1,6 @@
 //! Texels of all charts.
 
 use glam::{DVec2, DVec3, Mat3, Vec3};
-use rayon::prelude::*;
 
 use super::fine::{FineSurface, SurfaceQuery};
 use super::frames::Frames;
@@ -11,6 +10,7 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::area_normal;
 use crate::linalg::Rows;
 use crate::mesh::{TriMesh, srgb};
+use crate::parallel;
 
 /// Distance in texels to which a border extends a chart; bilinear filtering reaches no farther.
 const BORDER: f64 = 1.0;
@@ -31,7 +31,7 @@ struct Canvas<'a> {
 pub(super) fn draw_texels(mesh: &TriMesh, charts: &Charts, frames: &Frames, fine: &FineSurface) -> Vec<Texel> {
     let canvas = Canvas { mesh, charts, frames, fine, faces: rows(charts) };
     let mut texels = vec![Texel::default(); charts.size * charts.size];
-    texels.par_chunks_mut(charts.size).enumerate().for_each(|(row, line)| canvas.draw_row(row, line));
+    parallel::chunks_mut(&mut texels, charts.size, |row, line| canvas.draw_row(row, line));
     texels
 }
 

@@ -27,9 +27,9 @@ mod value_paint;
 mod views;
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::mesh::TriMesh;
+use crate::parallel;
 use camera::{Camera, SAMPLES};
 use scaled_mesh::ScaledMesh;
 use shade::Paint;
@@ -161,7 +161,7 @@ fn draw(meshes: &[DrawnMesh], options: &PictureOptions) -> Image {
         let open = occlusion::openness(&buffer, &faces, &camera);
         shade::resolve(&buffer, &faces, &open, &camera, &shading)
     };
-    let mut panels: Vec<Image> = shapes.par_iter().map(panel).collect();
+    let mut panels = parallel::each(&shapes, panel);
     for panel in &mut panels {
         marks.iter().for_each(|&mark| mark::ring(panel, mark));
     }

@@ -3,12 +3,12 @@
 //! After McGuire et al., "The Alchemy screen-space ambient obscurance algorithm" (2011).
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::SAMPLES;
 use super::camera::Camera;
 use super::raster::{Buffer, NOTHING};
 use super::shade::Face;
+use crate::parallel;
 
 const TAPS: usize = 40;
 /// Largest distance of sampled points, as a share of the panel's height.
@@ -27,7 +27,8 @@ pub fn openness(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<f32> {
     let spiral = Spiral::new(REACH * camera.height as f32);
     // With the margin of the points, so that both are read at the same places.
     let mut raw = vec![1.0; seen.x.len()];
-    raw.par_chunks_mut(seen.width).skip(seen.margin).take(camera.height).enumerate().for_each(|(y, row)| {
+    let rows = &mut raw[seen.margin * seen.width..][..camera.height * seen.width];
+    parallel::chunks_mut(rows, seen.width, |y, row| {
         for (x, open) in row[seen.margin..][..camera.width].iter_mut().enumerate() {
             let face = buffer.face[middle(buffer, x, y)];
             if face != NOTHING {
@@ -36,7 +37,7 @@ pub fn openness(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<f32> {
         }
     });
     let mut smooth = vec![1.0; camera.width * camera.height];
-    smooth.par_chunks_mut(camera.width).enumerate().for_each(|(y, row)| {
+    parallel::chunks_mut(&mut smooth, camera.width, |y, row| {
         for (chunk, open) in row.chunks_mut(LANES).enumerate() {
             seen.smooth_openness(&raw, camera, seen.index(chunk * LANES, y), open);
         }

@@ -5,9 +5,9 @@
 use std::ops::Range;
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 
 use super::SAMPLES;
+use crate::parallel;
 
 pub const NOTHING: u32 = u32::MAX;
 const HALF_LINE: f32 = 0.5 * SAMPLES as f32;
@@ -52,9 +52,8 @@ pub fn draw(points: &[Vec3], faces: &[[u32; 3]], width: usize, height: usize) ->
     let mut buffer =
         Buffer { width, near: vec![0.0; n_samples], face: vec![NOTHING; n_samples], line: vec![0; n_samples] };
     let rows = BAND * width;
-    let bands =
-        buffer.near.par_chunks_mut(rows).zip(buffer.face.par_chunks_mut(rows)).zip(buffer.line.par_chunks_mut(rows));
-    bands.enumerate().for_each(|(number, ((near, face), line))| {
+    let bands = buffer.near.chunks_mut(rows).zip(buffer.face.chunks_mut(rows)).zip(buffer.line.chunks_mut(rows));
+    parallel::each(bands.enumerate(), |(number, ((near, face), line))| {
         let mut band = Band { top: number * BAND, width, near, face, line };
         for (index, corners) in faces.iter().enumerate() {
             band.draw(corners.map(|v| points[v as usize]), index as u32);

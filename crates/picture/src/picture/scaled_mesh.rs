@@ -1,10 +1,10 @@
 //! Meshes in the unit ball.
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::TriMesh;
+use crate::parallel;
 
 pub struct ScaledMesh<'a> {
     // Index among the meshes of the picture.
@@ -18,7 +18,8 @@ pub struct ScaledMesh<'a> {
 impl ScaledMesh<'_> {
     /// Returns the normal of each face, with twice its area as length, n_faces.
     pub fn area_normals(&self) -> Vec<Vec3> {
-        self.faces.par_iter().map(|face| area_normal(face.map(|v| self.points[v as usize]))).collect()
+        let normal = |face: usize| area_normal(self.faces[face].map(|v| self.points[v as usize]));
+        parallel::map(self.faces.len(), 1024, normal)
     }
 }
 

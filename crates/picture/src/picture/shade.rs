@@ -1,7 +1,6 @@
 //! Light and colour of faces or samples, averaged to pixels.
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 
 use super::camera::Camera;
 use super::corner_normals::BlendedNormals;
@@ -11,6 +10,7 @@ use super::scaled_mesh::ScaledMesh;
 use super::surface_materials::PlacedMaterials;
 use super::value_paint::ValuePaint;
 use super::{Image, SAMPLES};
+use crate::parallel;
 
 // Colours in linear light.
 const FRONT: Vec3 = Vec3::new(0.50, 0.58, 0.68);
@@ -51,11 +51,11 @@ pub fn faces(shape: &ScaledMesh, camera: &Camera, edges: bool, painted: bool) ->
     let sizes: Vec<f32> = normals.iter().map(|normal| camera.scale * normal.length().sqrt()).collect();
     // Lines of dense meshes would only darken them, so they fade as a whole.
     let strength = if edges { LINE_STRENGTH * fade(usual_size(&sizes), MESH_LINE_SIZES) } else { 0.0 };
-    let look = |(face, (normal, &size)): (&[u32; 3], (&Vec3, &f32))| {
-        let toward = camera.eye() - camera.view(shape.points[face[0] as usize]);
-        shade_face(camera.view(normal.normalize_or_zero()), toward, front, strength * fade(size, LINE_SIZES))
-    };
-    shape.faces.par_iter().zip(normals.par_iter().zip(&sizes)).map(look).collect()
+    parallel::map(normals.len(), 1024, |face| {
+        let toward = camera.eye() - camera.view(shape.points[shape.faces[face][0] as usize]);
+        let line = strength * fade(sizes[face], LINE_SIZES);
+        shade_face(camera.view(normals[face].normalize_or_zero()), toward, front, line)
+    })
 }
 
 // The size divides the surface into halves of equal area.
@@ -133,7 +133,7 @@ impl Shading<'_> {
 pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, shading: &Shading) -> Image {
     let look = ShadedView { buffer, faces, shading };
     let mut rgba = vec![255; camera.width * camera.height * 4];
-    rgba.par_chunks_mut(camera.width * 4).enumerate().for_each(|(row, line)| {
+    parallel::chunks_mut(&mut rgba, camera.width * 4, |row, line| {
         let behind = background_light(row as f32 / camera.height as f32);
         // Colours repeat along a row where nothing is seen, and their curve is slow.
         let (mut last, mut encoded) = (behind, to_srgb(behind));

@@ -3,11 +3,11 @@
 use std::cmp::Reverse;
 
 use glam::DVec3;
-use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::mesh::half_edges::for_each_edge;
 use crate::mesh::{Attributes, TriMesh};
+use crate::parallel;
 
 use super::cover::{Outline, cover};
 use super::faces::{FaceOrigin, RepairFaces};
@@ -67,8 +67,7 @@ pub(super) fn fill(faces: &mut RepairFaces, most_edges: usize, is_wanted: impl F
     let lengths: Vec<usize> = holes.iter().map(Vec::len).collect();
     let n_best = n_best(&lengths);
     // In parallel; holes are independent of each other.
-    let covered: Vec<Vec<[u32; 3]>> =
-        holes.par_iter().map(|rims| triangles_over(faces, rims, &known, n_best)).collect();
+    let covered = parallel::each(&holes, |rims| triangles_over(faces, rims, &known, n_best));
     for (rims, triangles) in holes.iter().zip(covered) {
         // One group per hole, so that no seam runs across it.
         let group = most_common(rims.iter().map(|rim| faces.group(rim.face())));

@@ -1,7 +1,6 @@
 //! Images of an asset on output.
 
 use base64::Engine;
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
 
@@ -15,6 +14,7 @@ use super::vrm;
 use crate::io::material_writer::extension;
 use crate::io::uri::path_inside;
 use crate::io::{Format, ImageConverter, ImageUse, OutputFile, ReadError};
+use crate::parallel;
 
 impl Asset {
     pub(super) fn put_images(&self, draft: &mut Draft, options: &SceneOptions) -> Vec<OutputFile> {
@@ -27,8 +27,7 @@ impl Asset {
                 let made = converter.convert(&bytes, used)?;
                 Some((at, extension(&bytes) != extension(&made), made))
             };
-            let made: Vec<_> = uses.par_iter().enumerate().filter_map(made).collect();
-            for (at, is_other_kind, bytes) in made {
+            for (at, is_other_kind, bytes) in parallel::each(uses.iter().enumerate(), made).into_iter().flatten() {
                 replace(draft, at, &bytes, &mut files);
                 if is_other_kind {
                     change_kind(&mut draft.document, at, &bytes, &mut files);

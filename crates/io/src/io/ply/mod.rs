@@ -7,7 +7,7 @@ mod reader;
 mod source;
 mod write;
 
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use header::{Element, Encoding, Header};
 pub(super) use pieces::PlyLayout;
@@ -16,10 +16,11 @@ use source::Source;
 pub(super) use write::write;
 
 use super::extra::ReadMesh;
-use super::memory::reserve;
+use super::memory::add_zeros;
 use super::text::Text;
 use super::{ReadError, Scalar};
 use crate::mesh::RawMesh;
+use crate::parallel;
 
 const BLOCK: usize = 1 << 14;
 
@@ -62,20 +63,20 @@ fn decode_positions(
     stride: usize,
     scalars: [(usize, Scalar); 3],
     big: bool,
-    positions: &mut Vec<[f64; 3]>,
+    positions: &mut [[f64; 3]],
 ) {
     let [x, y, z] = scalars;
-    let records = records.par_chunks_exact(stride).with_min_len(BLOCK);
+    let record = |row: usize| &records[stride * row..][..stride];
     // Three consecutive little-endian floats are the usual layout.
     if !big && [x, y, z] == [(x.0, Scalar::F32), (x.0 + 4, Scalar::F32), (x.0 + 8, Scalar::F32)] {
-        positions.par_extend(records.map(|record| {
-            let (floats, _) = record[x.0..x.0 + 12].as_chunks::<4>();
+        parallel::fill(positions, BLOCK, |row| {
+            let (floats, _) = record(row)[x.0..x.0 + 12].as_chunks::<4>();
             std::array::from_fn(|axis| f64::from(f32::from_le_bytes(floats[axis])))
-        }));
+        });
     } else {
         let decode =
             |record: &[u8], (offset, scalar): (usize, Scalar)| scalar.decode(&record[offset..], big).unwrap_or(0.0);
-        positions.par_extend(records.map(|record| scalars.map(|scalar| decode(record, scalar))));
+        parallel::fill(positions, BLOCK, |row| scalars.map(|scalar| decode(record(row), scalar)));
     }
 }
 
@@ -93,23 +94,33 @@ fn read_leading_triangles(
     if !usual || !matches!(property.scalar, Scalar::I32 | Scalar::U32) {
         return Ok(0);
     }
-    let records = bytes[*at..].par_chunks_exact(13).with_min_len(BLOCK).take(element.count - n_before);
+    let (records, _) = bytes[*at..].as_chunks::<13>();
+    let records = &records[..records.len().min(element.count - n_before)];
     // A polygon shifts all bytes after it, so the parallel part ends at the first one.
-    let n_triangles = records.clone().position_first(|record| record[0] != 3).unwrap_or(records.len());
-    let records = records.take(n_triangles);
-    reserve(faces, n_triangles)?;
-    if *big {
-        faces.par_extend(records.map(|record| triangle(record, u32::from_be_bytes)));
-    } else {
-        faces.par_extend(records.map(|record| triangle(record, u32::from_le_bytes)));
-    }
-    *at += 13 * n_triangles;
-    Ok(n_triangles)
+    let records = &records[..count_triangles(records)];
+    let first = faces.len();
+    add_zeros(faces, records.len())?;
+    let decode = |bytes| if *big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) };
+    parallel::fill(&mut faces[first..], BLOCK, |row| {
+        let (corners, _) = records[row][1..].as_chunks::<4>();
+        std::array::from_fn(|corner| decode(corners[corner]))
+    });
+    *at += 13 * records.len();
+    Ok(records.len())
 }
 
-fn triangle(record: &[u8], decode: impl Fn([u8; 4]) -> u32) -> [u32; 3] {
-    let (corners, _) = record[1..].as_chunks::<4>();
-    std::array::from_fn(|corner| decode(corners[corner]))
+/// Returns the number of records before the first that is no triangle.
+fn count_triangles(records: &[[u8; 13]]) -> usize {
+    let n = AtomicUsize::new(records.len());
+    parallel::chunks(records, BLOCK, |block, records| {
+        let start = block * BLOCK;
+        // Blocks behind a polygon say nothing more.
+        if start < n.load(Ordering::Relaxed) {
+            let polygon = records.iter().position(|record| record[0] != 3);
+            polygon.into_iter().for_each(|at| _ = n.fetch_min(start + at, Ordering::Relaxed));
+        }
+    });
+    n.into_inner()
 }
 
 #[cfg(test)]

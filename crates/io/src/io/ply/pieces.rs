@@ -64,7 +64,7 @@ impl PlyLayout {
         let mut piece = RawMesh::default();
         if content == PieceContent::Positions {
             return each_run_of_rows(open_at(path, self.body)?, self.stride, self.n_vertices, |rows| {
-                piece.positions.clear();
+                piece.positions.resize(rows.len() / self.stride, [0.0; 3]);
                 decode_positions(rows, self.stride, self.axes, self.big, &mut piece.positions);
                 take(&piece);
             });

@@ -1,16 +1,15 @@
 //! Reading of a PLY, with or without attributes.
 
-use rayon::prelude::*;
-
 use super::columns::{ChannelPlan, unit};
 use super::header::{Element, Header};
 use super::source::Source;
 use super::{BLOCK, decode_positions, open, read_leading_triangles, records};
 use crate::io::corner_wedges::CornerWedges;
 use crate::io::extra::{Column, ColumnLayout, Extra, Group, ReadMesh, has_too_many_groups, replace_non_finite};
-use crate::io::memory::reserve;
+use crate::io::memory::add_zeros;
 use crate::io::{ReadError, Scalar};
 use crate::mesh::{Attributes, Channel, DistinctKeys, Fans, RawMesh, Role};
+use crate::parallel;
 
 // With more distinct combinations, the numbers of faces identify faces and not groups.
 const MOST_GROUPS: usize = 1 << 16;
@@ -129,8 +128,9 @@ impl PlyReader {
                 return Err(source.cut_error(element, source.n_bytes_left() / stride));
             };
             let scalars = axes.map(|axis| (offsets[axis], element.properties[axis].scalar));
-            reserve(positions, element.count)?;
-            decode_positions(records, stride, scalars, *big, positions);
+            let first = positions.len();
+            add_zeros(positions, element.count)?;
+            decode_positions(records, stride, scalars, *big, &mut positions[first..]);
             for (table, plan) in tables.iter_mut().zip(&plans) {
                 *table = decode_channel(records, stride, &channel_values(plan, element, Some(&offsets)), *big);
             }
@@ -270,11 +270,13 @@ fn channel_values(plan: &ChannelPlan, element: &Element, offsets: Option<&[usize
 fn decode_channel(records: &[u8], stride: usize, columns: &[ChannelValue], big: bool) -> Vec<f32> {
     let width = columns.len();
     let mut values = vec![0.0; records.len() / stride * width];
-    let rows = values.par_chunks_exact_mut(width).with_min_len(BLOCK).zip(records.par_chunks_exact(stride));
-    rows.for_each(|(row, record)| {
-        for (value, column) in row.iter_mut().zip(columns) {
-            let number = column.scalar.decode(&record[column.offset..], big).unwrap_or(0.0);
-            *value = (number / column.unit) as f32;
+    parallel::chunks_mut(&mut values, BLOCK * width, |block, values| {
+        let records = records[block * BLOCK * stride..].chunks_exact(stride);
+        for (row, record) in values.chunks_exact_mut(width).zip(records) {
+            for (value, column) in row.iter_mut().zip(columns) {
+                let number = column.scalar.decode(&record[column.offset..], big).unwrap_or(0.0);
+                *value = (number / column.unit) as f32;
+            }
         }
     });
     values

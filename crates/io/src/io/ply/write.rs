@@ -4,7 +4,6 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
-use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::BLOCK;
@@ -18,6 +17,7 @@ use crate::io::texture_comments::{comment_textures, copy_comment_textures, textu
 use crate::io::write::Content;
 use crate::io::{Format, Scalar, WriteError};
 use crate::mesh::{Attributes, Channel, Role};
+use crate::parallel;
 
 // Blocks of rows that are written in parallel before they are joined: work for 64 threads, about 16 MiB.
 const BATCH: usize = 64;
@@ -123,8 +123,8 @@ fn write_rows(out: &mut Vec<u8>, n_rows: usize, as_text: bool, write: impl Fn(&m
     };
     let starts: Vec<usize> = (0..n_rows).step_by(BLOCK).collect();
     for starts in starts.chunks(BATCH) {
-        let blocks = starts.par_iter().map(|&start| block(start..n_rows.min(start + BLOCK)));
-        blocks.collect::<Vec<_>>().iter().for_each(|block| out.extend_from_slice(block));
+        let blocks = parallel::each(starts, |&start| block(start..n_rows.min(start + BLOCK)));
+        blocks.iter().for_each(|block| out.extend_from_slice(block));
     }
 }
 
