@@ -78,6 +78,8 @@
 pub use neural_mesh_io::io;
 #[doc(inline)]
 pub use neural_mesh_measure::metrics;
+#[doc(hidden)]
+pub use neural_mesh_mesh::parallel;
 #[doc(inline)]
 pub use neural_mesh_mesh::{geometry, linalg, mesh, spatial};
 #[doc(inline)]

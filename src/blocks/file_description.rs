@@ -1,7 +1,5 @@
 //! Description of a mesh file larger than memory.
 
-use rayon::prelude::*;
-
 use super::FACES_PER_BLOCK;
 use super::block::Block;
 use super::out_of_core::{
@@ -11,6 +9,7 @@ use super::spooled_blocks::{SpooledBlocks, StoredBlock};
 use crate::io::Pieces;
 use crate::mesh::cleanup::CleanCounts;
 use crate::mesh::{Frame, Topology, TopologyPatch, TopologyPatches};
+use crate::parallel;
 use crate::simplify::SimplifyError;
 use crate::spatial::Bounds;
 
@@ -66,8 +65,7 @@ fn describe_with_block_size(
     for start in (0..n_blocks).step_by(n_at_once) {
         report_progress(listener, CUT_PROGRESS + (1.0 - CUT_PROGRESS) * start as f64 / n_blocks as f64)?;
         let numbers = start..(start + n_at_once).min(n_blocks);
-        let found: Vec<_> = numbers.into_par_iter().map(|number| block_patch(&spooled, number)).collect();
-        for found in found {
+        for found in parallel::each(numbers, |number| block_patch(&spooled, number)) {
             let (cleaned, patch) = found?;
             counts += cleaned;
             let Some((patch, block_bounds)) = patch else { continue };

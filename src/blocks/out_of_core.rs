@@ -3,8 +3,6 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use rayon::prelude::*;
-
 use super::block::{Block, simplify_block};
 use super::join::join;
 use super::plan::Census;
@@ -16,6 +14,7 @@ use crate::mesh::Frame;
 use crate::mesh::cleanup::{CleanCounts, CleanError, origin_within};
 use crate::metrics::{BlockDistances, QuickDistance, StreamedDistance};
 use crate::model::Weights;
+use crate::parallel;
 use crate::simplify::{Assembly, ClosedOptions, Input, Options, Simplified, SimplifyError, asked_scores, simplify};
 use crate::spatial::Bounds;
 
@@ -92,7 +91,7 @@ impl OutOfCoreResult {
             for some in shown.chunks(self.n_at_once) {
                 report_progress(listener, if again { 1.0 } else { some[0] as f64 / n as f64 })?;
                 let look = |&number: &usize| self.measure_block(&distance, number, again);
-                for (look, number) in some.par_iter().map(look).collect::<Vec<_>>().into_iter().zip(some) {
+                for (look, number) in parallel::each(some, look).into_iter().zip(some) {
                     let Some(look) = look? else { continue };
                     boxes[*number] = look.bounds();
                     distance.add(look);
@@ -285,8 +284,7 @@ impl Blocks<'_> {
         for start in (0..n_blocks).step_by(n_at_once) {
             hear(CUT_PROGRESS + (JOINED_PROGRESS - CUT_PROGRESS) * start as f64 / n_blocks as f64)?;
             let numbers = start..(start + n_at_once).min(n_blocks);
-            let made: Vec<_> = numbers.into_par_iter().map(|number| self.simplify_stored(number, price)).collect();
-            for made in made {
+            for made in parallel::each(numbers, |number| self.simplify_stored(number, price)) {
                 let (block, block_totals) = made?;
                 totals.add(block_totals);
                 simplified_blocks.extend(block);

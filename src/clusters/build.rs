@@ -3,9 +3,8 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-use rayon::prelude::*;
-
 use crate::mesh::sides;
+use crate::parallel;
 use crate::simplify::{ClosedOptions, Event, Input, Listener, SimplifyError};
 
 use super::ancestors::{AncestorLists, Ancestors, GroupAncestors};
@@ -166,7 +165,7 @@ impl Build {
 
     /// Replaces groups of live clusters by the clusters of their simplified faces.
     fn add_level(&mut self, wanted: usize, listener: &mut Listener) -> Result<(), SimplifyError> {
-        let edges: Vec<Vec<[u32; 2]>> = self.live.par_iter().map(|it| boundary_edges(&self.pool, &it.faces)).collect();
+        let edges = parallel::each(&self.live, |it| boundary_edges(&self.pool, &it.faces));
         let center = |i: u32| self.made.clusters[self.live[i as usize].number as usize].sphere.center;
         let groups = group_clusters(&edges, center, wanted);
         let users = self.find_users(&groups);
@@ -180,10 +179,9 @@ impl Build {
                 .collect();
             let n_faces = members.iter().flatten().map(|cluster| cluster.faces.len()).sum::<usize>();
             self.report(n_faces, &stops, listener)?;
-            let results: Result<Vec<_>, _> =
-                members.par_iter().map(|members| self.simplify_group(members, &users, &stops)).collect();
-            for (members, result) in members.into_iter().zip(results?) {
-                self.replace(members, result);
+            let results = parallel::each(&members, |members| self.simplify_group(members, &users, &stops));
+            for (members, result) in members.into_iter().zip(results) {
+                self.replace(members, result?);
             }
         }
         Ok(())

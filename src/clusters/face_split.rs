@@ -5,6 +5,8 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::parallel;
+
 /// Number of faces above which halves are split on two threads.
 const PARALLEL: usize = 1 << 13;
 /// Steps of the power iteration that finds the axis.
@@ -63,7 +65,7 @@ where
     let is_large = keyed.len() > PARALLEL;
     drop(keyed);
     let (low_part, high_part) = (|| split(low, n_low, by), || split(high, n_parts - n_low, by));
-    let (mut parts, others) = if is_large { rayon::join(low_part, high_part) } else { (low_part(), high_part()) };
+    let (mut parts, others) = if is_large { parallel::join(low_part, high_part) } else { (low_part(), high_part()) };
     parts.extend(others);
     parts
 }

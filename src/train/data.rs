@@ -5,7 +5,7 @@ use crate::io::{Format, can_read, read_path};
 use crate::mesh::cleanup::{CleanOptions, clean};
 use crate::mesh::{InvalidMesh, TriMesh};
 use crate::model::normalize_points;
-use rayon::prelude::*;
+use crate::parallel;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -55,9 +55,9 @@ pub struct DataSet {
 /// assert_eq!(data.training[0].name, "mesh.obj");
 /// ```
 pub fn read_data(folder: &Path, settings: &Settings) -> Result<DataSet, TrainError> {
-    let read = mesh_files(folder)?.par_iter().map(|path| read_file(path, settings)).collect::<Result<Vec<_>, _>>()?;
     let mut data = DataSet::default();
-    for (file, mesh) in read {
+    for read in parallel::each(mesh_files(folder)?, |path| read_file(&path, settings)) {
+        let (file, mesh) = read?;
         let name = file.name.clone();
         data.files.push(file);
         match mesh {

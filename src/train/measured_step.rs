@@ -10,10 +10,10 @@ use super::{ErrorShares, JudgedErrors, Objective, Settings, StepResult, Training
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
 use crate::model::Weights;
+use crate::parallel;
 use crate::simplify::{WeightedResult, edge_graph, importance_of_scores, simplify_with_importance, vertex_areas};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
-use rayon::prelude::*;
 use std::collections::VecDeque;
 
 /// Fewest output vertices with which a step is useful.
@@ -100,9 +100,9 @@ fn run_probes(
     let areas = vertex_areas(mesh);
     let importance = importance_of_scores(scores, &areas);
     let prober = Prober { objective, mesh, rings, areas: &areas, importance: &importance, n_output, settings };
-    let probes: Vec<Xoshiro256PlusPlus> = (0..settings.probes).map(|_| branch_generator(random)).collect();
-    let found: Vec<ProbeResult> =
-        probes.into_par_iter().map(|mut random| prober.probe(&mut random)).collect::<Result<_, _>>()?;
+    let probes = (0..settings.probes).map(|_| branch_generator(random));
+    let found = parallel::each(probes, |mut random| prober.probe(&mut random));
+    let found: Vec<ProbeResult> = found.into_iter().collect::<Result<_, _>>()?;
     Ok(average_probes(&found, mesh.positions().len()))
 }
 

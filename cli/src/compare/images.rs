@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use neural_mesh::parallel;
 use neural_mesh::picture::{ImageFormat, decode_image, encode_jpeg, encode_png, image_problem, shrink};
-use rayon::prelude::*;
 
 /// Largest sides of images in pixels, tried in turn while the total is too large.
 const ALLOWED_SIDES: [usize; 5] = [2048, 1024, 512, 256, 128];
@@ -45,7 +45,7 @@ fn fit_images_within(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<Fit
     let attempts = std::iter::once((ALLOWED_SIDES[0], usize::MAX)).chain(ALLOWED_SIDES.map(|side| (side, each)));
     let (mut fitted, mut smallest) = (Vec::new(), ALLOWED_SIDES[0]);
     for (side, most) in attempts {
-        fitted = images.par_iter().map(|image| fit_image(image, side, most)).collect::<Vec<_>>();
+        fitted = parallel::each(images, |image| fit_image(image, side, most));
         smallest = side;
         if total_bytes(&fitted) <= most_bytes {
             break;
@@ -103,7 +103,7 @@ fn fit_image(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use neural_mesh::picture::encode_png;
+    use neural_mesh::picture::{Image, encode_png};
 
     fn noise(width: usize, height: usize) -> Arc<[u8]> {
         let mut state = 1u32;
