@@ -2,11 +2,12 @@
 
 import json
 import resource
+import signal
 import subprocess
 import time
 from dataclasses import dataclass
 
-# Seconds that a run may take, by both wall clock and processor time, so that a busy machine is no failure.
+# Seconds that a run may take, by both wall clock and processor time, so that a busy machine is no failure; soon after it is stopped.
 SECONDS = 20
 # Wall-clock seconds after which a run is stopped; with little processor time it is deadlocked.
 STOPPED_AFTER, IDLE = 120, 1
@@ -27,7 +28,7 @@ class Done:
     meshes: list
     """Written mesh files: one, or one for each level of detail."""
     stopped: bool
-    """Whether it exceeded the wall-clock limit."""
+    """Whether it was stopped since it took too long."""
     report: dict
     """Content of the `--report` file; None if it is missing."""
     stray: list
@@ -53,7 +54,8 @@ def run(program, mesh, output, options):
     stray = [path.name for path in left if path not in meshes]
     said = [text.decode("utf-8", "replace") for text in (out, words)]
     told = json.loads(report.read_text()) if report.exists() else None
-    return Done(options, code, *said, seconds, meshes, by_clock > STOPPED_AFTER, told, stray)
+    stopped = by_clock > STOPPED_AFTER or code == -signal.SIGXCPU
+    return Done(options, code, *said, seconds, meshes, stopped, told, stray)
 
 
 def processor_seconds():
@@ -64,3 +66,4 @@ def processor_seconds():
 def bounded():
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS + 2, SECONDS + 10))
