@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use rayon::prelude::*;
-
 use super::engine::{Case, Engine, MethodOutcome};
 use super::folder::{open_folder, scratch_in};
 use super::meshes::{checksums, file_name, mesh_files, read_mesh};
@@ -15,6 +13,7 @@ use crate::rows_file::RowsFile;
 use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
 use neural_mesh::mesh::{TriMesh, shapes};
 use neural_mesh::metrics::{CompareOptions, Figure};
+use neural_mesh::parallel;
 use neural_mesh_cli::shared::Failure;
 use neural_mesh_cli::shared::stopping::is_stop_requested;
 
@@ -167,9 +166,9 @@ impl EvaluationRun<'_> {
         let n_faces = known.map(|n| n as usize);
         let case = Case { mesh: &prepared.mesh, ratio: *ratio, seed: *seed, leader, n_faces };
         let outcomes = self.engine.run_case(&case, methods)?;
-        let judged = blanks.par_iter().zip(outcomes);
         let has_pictures = self.engine.options.settings.appearance;
-        Some(judged.map(|(row, outcome)| judge_outcome(row.clone(), prepared, outcome, has_pictures)).collect())
+        let judge = |(row, outcome): (&ResultRow, _)| judge_outcome(row.clone(), prepared, outcome, has_pictures);
+        Some(parallel::each(blanks.iter().zip(outcomes), judge))
     }
 }
 

@@ -1,12 +1,12 @@
 //! The lowest eigenpairs of a Laplacian.
 
 use faer::{Mat, MatMut, MatRef, Side};
-use rayon::prelude::*;
 
 use super::components::{Component, components};
 use super::factor::Factor;
 use super::lanczos;
 use crate::along_surface::laplacian::Laplacian;
+use neural_mesh::parallel;
 
 // Components with at most this many vertices, or at most three per wanted pair, are solved as dense matrices.
 const DENSE: usize = 400;
@@ -71,8 +71,8 @@ fn solve_components(components: &[Component], n_pairs: usize) -> Option<Vec<Eige
     let first = |component: &Component| (1 + (n_pairs as f64 * component.area() / area).ceil() as usize).min(n_pairs);
     // With at least as many components as pairs, their constant functions suffice.
     let first = |component: &Component| if components.len() >= n_pairs { 1 } else { first(component) };
-    let mut solved: Vec<Eigenpairs> =
-        components.par_iter().map(|component| solve_component(component, first(component))).collect::<Option<_>>()?;
+    let solved = parallel::each(components, |component| solve_component(component, first(component)));
+    let mut solved: Vec<Eigenpairs> = solved.into_iter().collect::<Option<_>>()?;
     loop {
         // Components are solved for more pairs until the lowest of all are certainly among them.
         let chosen = select_lowest(&solved, n_pairs);
@@ -88,8 +88,8 @@ fn solve_components(components: &[Component], n_pairs: usize) -> Option<Vec<Eige
             }
             Some(is_short)
         };
-        let grown: Vec<bool> = components.par_iter().zip(&mut solved).map(more).collect::<Option<_>>()?;
-        if !grown.contains(&true) {
+        let grown = parallel::each(components.iter().zip(&mut solved), more);
+        if !grown.into_iter().collect::<Option<Vec<bool>>>()?.contains(&true) {
             return Some(solved);
         }
     }

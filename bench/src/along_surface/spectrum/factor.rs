@@ -4,6 +4,7 @@ use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatMut, Side};
+use neural_mesh::parallel;
 
 pub struct Factor {
     llt: Llt<u32, f64>,
@@ -29,7 +30,7 @@ impl Factor {
     pub fn solve_in_place(&self, columns: MatMut<'_, f64>) {
         let half = columns.ncols() / 2;
         let (some, others) = columns.split_at_col_mut(half);
-        rayon::join(|| self.llt.solve_in_place(some), || self.llt.solve_in_place(others));
+        parallel::join(|| self.llt.solve_in_place(some), || self.llt.solve_in_place(others));
     }
 
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {

@@ -1,10 +1,10 @@
 //! A tall matrix in slabs of rows: products run in parallel, sums in a fixed order.
 
+use neural_mesh::parallel;
 use std::ops::Range;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
-use rayon::prelude::*;
 
 // Number of rows of a slab, which then fits the nearest cache.
 const ROWS: usize = 1024;
@@ -21,8 +21,7 @@ impl Slabs {
 
     pub fn from_matrix(whole: MatRef<'_, f64>) -> Self {
         let mut slabs = Self::zeros(whole.nrows(), whole.ncols());
-        let numbered = slabs.slabs.par_iter_mut().enumerate();
-        numbered.for_each(|(at, slab)| slab.copy_from(whole.subrows(at * ROWS, slab.nrows())));
+        parallel::change(&mut slabs.slabs, 1, |at, slab| slab.copy_from(whole.subrows(at * ROWS, slab.nrows())));
         slabs
     }
 
@@ -46,18 +45,19 @@ impl Slabs {
     }
 
     pub fn widen(&mut self, n_columns: usize) {
-        self.slabs.par_iter_mut().for_each(|slab| slab.resize_with(slab.nrows(), n_columns, |_, _| 0.0));
+        parallel::change(&mut self.slabs, 1, |_, slab| slab.resize_with(slab.nrows(), n_columns, |_, _| 0.0));
     }
 
     pub fn columns(&self, columns: Range<usize>) -> Self {
-        Self {
-            slabs: self.slabs.par_iter().map(|slab| slab.subcols(columns.start, columns.len()).to_owned()).collect(),
-        }
+        let some = |slab: &Mat<f64>| slab.subcols(columns.start, columns.len()).to_owned();
+        Self { slabs: parallel::each(&self.slabs, some) }
     }
 
     pub fn put(&mut self, start: usize, other: &Self) {
-        let both = self.slabs.par_iter_mut().zip(&other.slabs);
-        both.for_each(|(slab, other)| slab.subcols_mut(start, other.ncols()).copy_from(other));
+        parallel::change(&mut self.slabs, 1, |at, slab| {
+            let other = &other.slabs[at];
+            slab.subcols_mut(start, other.ncols()).copy_from(other);
+        });
     }
 
     pub fn inner_products(&self, columns: Range<usize>, other: &Self) -> Mat<f64> {
@@ -67,19 +67,18 @@ impl Slabs {
             matmul(&mut part, Accum::Replace, transposed, other, 1.0, Par::Seq);
             part
         };
-        let parts: Vec<Mat<f64>> = self.slabs.par_iter().zip(&other.slabs).map(product).collect();
+        let parts = parallel::each(self.slabs.iter().zip(&other.slabs), product);
         parts.into_iter().fold(Mat::zeros(columns.len(), other.n_columns()), |sum, part| sum + part)
     }
 
     pub fn subtract(&mut self, basis: &Self, columns: Range<usize>, shares: MatRef<'_, f64>) {
-        let both = self.slabs.par_iter_mut().zip(&basis.slabs);
-        both.for_each(|(slab, basis)| {
-            matmul(slab, Accum::Add, basis.subcols(columns.start, columns.len()), shares, -1.0, Par::Seq);
+        parallel::change(&mut self.slabs, 1, |at, slab| {
+            matmul(slab, Accum::Add, basis.slabs[at].subcols(columns.start, columns.len()), shares, -1.0, Par::Seq);
         });
     }
 
     pub fn combine(&self, shares: MatRef<'_, f64>) -> Self {
         let mixed = |slab: &Mat<f64>| slab.subcols(0, shares.nrows()) * shares;
-        Self { slabs: self.slabs.par_iter().map(mixed).collect() }
+        Self { slabs: parallel::each(&self.slabs, mixed) }
     }
 }

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
-use rayon::prelude::*;
 
 use super::eigenpairs::Eigenpairs;
 use super::value_transfer::ValueTransfer;
+use neural_mesh::parallel;
 
 // Eigenvalues nearer than this fraction of their mean spacing count as equal.
 const SAME: f64 = 0.1;
@@ -27,8 +27,7 @@ pub fn spectrum_error(
 ) -> f64 {
     let n_found = n_pairs.min(simplified.values.len());
     let ratio = simplified_area / mass.iter().sum::<f64>();
-    let functions: Vec<Vec<f64>> =
-        (0..n_found).into_par_iter().map(|pair| transfer.values(simplified.function(pair))).collect();
+    let functions = parallel::map(n_found, 1, |pair| transfer.values(simplified.function(pair)));
     let square = |u: &Vec<f64>| ratio * u.iter().zip(mass).map(|(u, m)| m * u * u).sum::<f64>();
     let squares: Vec<f64> = functions.iter().map(square).collect();
     let inner = inner_products(mass, original, &functions, ratio.sqrt());

@@ -1,10 +1,10 @@
 //! Transfer of values to the original's vertices by closest points.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::along_surface::laplacian::Laplacian;
 use neural_mesh::mesh::TriMesh;
+use neural_mesh::parallel;
 use neural_mesh::spatial::NearestOnTriangles;
 
 pub struct ValueTransfer {
@@ -22,10 +22,10 @@ impl ValueTransfer {
     ) -> Option<Self> {
         let mut place = vec![0; simplified.positions().len()];
         laplacian.vertices.iter().enumerate().for_each(|(at, &v)| place[v as usize] = at as u32);
-        let hits: Option<Vec<_>> = points.par_iter().map(|&p| near.nearest(p)).collect();
+        let hits = parallel::map(points.len(), 64, |i| near.nearest(points[i]));
         let of_face = |face: u32| simplified.faces()[face as usize].map(|v| place[v as usize]);
-        let found = hits?.into_iter().map(|hit| (of_face(hit.triangle), hit.weights));
-        let (corners, weights) = found.unzip();
+        let hits: Vec<_> = hits.into_iter().collect::<Option<_>>()?;
+        let (corners, weights) = hits.into_iter().map(|hit| (of_face(hit.triangle), hit.weights)).unzip();
         Some(Self { corners, weights })
     }
 

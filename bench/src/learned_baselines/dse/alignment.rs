@@ -1,7 +1,7 @@
 //! Alignment of neighbouring logarithmic maps.
 
 use super::{Patch, Turn};
-use rayon::prelude::*;
+use neural_mesh::parallel;
 use rustc_hash::FxHashMap;
 
 // Fewest points that two patches must share to be aligned: a third of a patch, as in the paper's program.
@@ -18,7 +18,8 @@ type WeightedPoint = ([f64; 2], f64);
 /// # Shapes
 /// - `patches`: one per point of the cloud, in order
 pub fn align_maps(patches: &[Patch]) -> Vec<Patch> {
-    patches.par_iter().map(|patch| Patch { points: patch.points.clone(), map: mean_map(patch, patches) }).collect()
+    let aligned = |patch: &Patch| Patch { points: patch.points.clone(), map: mean_map(patch, patches) };
+    parallel::map(patches.len(), 16, |i| aligned(&patches[i]))
 }
 
 fn mean_map(patch: &Patch, patches: &[Patch]) -> Vec<[f64; 2]> {

@@ -9,7 +9,7 @@ use neural_mesh::linalg::Rows;
 use neural_mesh::mesh::pulse::Pulse;
 use neural_mesh::mesh::thread_ranges::corner_rows;
 use neural_mesh::mesh::{TriMesh, vertex_normals};
-use rayon::prelude::*;
+use neural_mesh::parallel;
 use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -199,14 +199,15 @@ pub fn exact_patches(mesh: &TriMesh, samples: &[u32], kept: usize) -> Vec<Patch>
 pub fn exact_patches_around(surface: &WalkSurface, samples: &[u32], centres: &[u32], kept: usize) -> Vec<Patch> {
     let mut sample_at = vec![u32::MAX; surface.positions.len()];
     samples.iter().zip(0..).for_each(|(&v, sample)| sample_at[v as usize] = sample);
-    let patch = |&centre: &u32| {
+    let patch = |i: usize| {
+        let centre = centres[i];
         let is_sample = |v: u32| sample_at[v as usize] != u32::MAX;
         let found = surface.logarithmic_map(samples[centre as usize], kept, is_sample);
         let others = found.into_iter().map(|(v, at)| (sample_at[v as usize], at));
         let (points, map) = std::iter::once((centre, [0.0; 2])).chain(others).unzip();
         Patch { points, map }
     };
-    centres.par_iter().map(patch).collect()
+    parallel::map(centres.len(), 16, patch)
 }
 
 #[cfg(test)]

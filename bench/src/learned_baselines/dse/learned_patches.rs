@@ -3,7 +3,7 @@
 use super::{KEPT, Neighbourhoods, Patch, PatchFrame, forward};
 use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::linalg::Matrix;
-use rayon::prelude::*;
+use neural_mesh::parallel;
 use std::sync::Arc;
 
 const BATCH: usize = 64;
@@ -19,8 +19,7 @@ pub fn learned_patches(points: &[[f32; 3]], tensors: &Tensors<Arc<Matrix>>) -> V
     let tensors = tensors.constants();
     let around = Neighbourhoods::new(points);
     let centres: Vec<u32> = (0..points.len() as u32).collect();
-    let batches = centres.par_chunks(BATCH).map(|centres| predict_batch(&tensors, &around, centres));
-    batches.collect::<Vec<_>>().concat()
+    parallel::chunks(&centres, BATCH, |_, centres| predict_batch(&tensors, &around, centres)).concat()
 }
 
 fn predict_batch(tensors: &Tensors<Value>, around: &Neighbourhoods, centres: &[u32]) -> Vec<Patch> {

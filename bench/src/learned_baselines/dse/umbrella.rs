@@ -1,7 +1,7 @@
 //! Delaunay triangles around the patches' own points, and their votes.
 
 use super::Patch;
-use rayon::prelude::*;
+use neural_mesh::parallel;
 use rustc_hash::FxHashMap;
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 
@@ -29,7 +29,7 @@ fn umbrella(patch: &Patch) -> Vec<[u32; 3]> {
 /// Returns each triangle with its votes: the corners whose umbrella contains it, 1 to 3; sorted by
 /// corners.
 pub fn count_votes(patches: &[Patch]) -> Vec<([u32; 3], u8)> {
-    let umbrellas: Vec<Vec<[u32; 3]>> = patches.par_iter().map(umbrella).collect();
+    let umbrellas = parallel::map(patches.len(), 16, |i| umbrella(&patches[i]));
     let mut counts: FxHashMap<[u32; 3], u8> = FxHashMap::default();
     umbrellas.into_iter().flatten().for_each(|corners| *counts.entry(corners).or_default() += 1);
     let mut counted: Vec<([u32; 3], u8)> = counts.into_iter().collect();

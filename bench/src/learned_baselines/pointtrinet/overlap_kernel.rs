@@ -5,7 +5,7 @@ use super::patches::corners;
 use glam::DVec3;
 use neural_mesh::geometry::triangle::area_normal_f64;
 use neural_mesh::loss::Term;
-use rayon::prelude::*;
+use neural_mesh::parallel;
 
 // Height of the kernel as a fraction of the distance to the nearest edge.
 const HEIGHT: f64 = 0.5;
@@ -30,7 +30,7 @@ pub fn overlap_kernel(
             zones.iter().zip(0..).map(|(zone, t)| (t, zone.kernel(p))).filter(|(_, k)| *k > 0.0).collect();
         sample_loss(&over, probabilities)
     };
-    let each: Vec<(f64, Vec<(u32, f64)>)> = samples.par_iter().map(of_sample).collect();
+    let each = parallel::map(samples.len(), 16, |i| of_sample(&samples[i]));
     let mut gradient = vec![0.0f64; probabilities.len()];
     for (triangle, slope) in each.iter().flat_map(|(_, slopes)| slopes) {
         gradient[*triangle as usize] += slope;

@@ -3,8 +3,8 @@
 use super::network::{POINT_NUMBERS, TRIANGLE_NUMBERS};
 use super::{Candidates, LocalFrame};
 use neural_mesh::linalg::Matrix;
+use neural_mesh::parallel;
 use neural_mesh::spatial::{nearest_neighbours, nearest_to};
-use rayon::prelude::*;
 
 /// Nearest points and nearest triangles per triangle.
 pub const NEIGHBOURS: usize = 64;
@@ -64,7 +64,8 @@ impl<'a> CandidateNeighbourhoods<'a> {
 pub fn point_features(vertices: &[[f32; 3]], queries: &[([u32; 3], &[u32])]) -> Matrix {
     let k = queries.first().map_or(0, |(_, points)| points.len());
     let mut features = vec![0.0; queries.len() * k * POINT_NUMBERS];
-    features.par_chunks_mut((k * POINT_NUMBERS).max(1)).zip(queries).for_each(|(rows, (triangle, points))| {
+    parallel::rows_mut(&mut features, k * POINT_NUMBERS, 64, |query, rows| {
+        let (triangle, points) = &queries[query];
         let frame = LocalFrame::new(corners(vertices, *triangle));
         for (row, &point) in rows.as_chunks_mut().0.iter_mut().zip(*points) {
             *row = frame.coordinates(vertices[point as usize]);
@@ -81,9 +82,10 @@ pub fn point_features(vertices: &[[f32; 3]], queries: &[([u32; 3], &[u32])]) -> 
 pub fn triangle_features(neighbourhoods: &CandidateNeighbourhoods, queries: &[u32]) -> Matrix {
     let (vertices, candidates, k) = (neighbourhoods.vertices, neighbourhoods.candidates, neighbourhoods.n_triangles);
     let mut features = vec![0.0; queries.len() * k * TRIANGLE_NUMBERS];
-    features.par_chunks_mut((k * TRIANGLE_NUMBERS).max(1)).zip(queries).for_each(|(rows, &query)| {
-        let frame = LocalFrame::new(corners(vertices, candidates.triangles[query as usize]));
-        let near = neighbourhoods.nearest_triangles(query as usize);
+    parallel::rows_mut(&mut features, k * TRIANGLE_NUMBERS, 64, |at, rows| {
+        let query = queries[at] as usize;
+        let frame = LocalFrame::new(corners(vertices, candidates.triangles[query]));
+        let near = neighbourhoods.nearest_triangles(query);
         for (row, &other) in rows.chunks_exact_mut(TRIANGLE_NUMBERS).zip(near) {
             let seen = corners(vertices, candidates.triangles[other as usize]).map(|p| frame.coordinates(p));
             for c in 0..POINT_NUMBERS {

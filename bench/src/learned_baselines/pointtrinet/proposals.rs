@@ -5,9 +5,9 @@ use super::network::{DEPTH, SCORE_DEPTH};
 use super::patches::{CandidateNeighbourhoods, point_features};
 use crate::learned_baselines::{layers, tensor};
 use neural_mesh::autodiff::{Tape, Tensors, Value};
+use neural_mesh::parallel;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
-use rayon::prelude::*;
 
 const PER_EDGE: usize = 4;
 // Number added to the probabilities of a draw, so that any point can be drawn.
@@ -94,7 +94,7 @@ pub fn proposals(
             Proposal { triangle: corners, probability, query: query as u32, row: (edge * k + place) as u32 }
         })
     };
-    (0..3 * queries.len()).into_par_iter().map(|edge| (edge, edge / 3)).flat_map_iter(of_edge).collect()
+    parallel::flat_map(0..3 * queries.len(), 64, |edge| of_edge((edge, edge / 3))).collect()
 }
 
 fn draw_points(

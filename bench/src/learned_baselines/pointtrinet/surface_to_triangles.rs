@@ -4,7 +4,7 @@ use super::patches::corners;
 use glam::Vec3;
 use neural_mesh::geometry::triangle::nearest_point;
 use neural_mesh::loss::Term;
-use rayon::prelude::*;
+use neural_mesh::parallel;
 
 // Nearest triangles considered for a surface point.
 const NEAREST: usize = 32;
@@ -23,8 +23,8 @@ pub fn surface_to_triangles(
     length: f64,
 ) -> Term {
     let of_point =
-        |&point: &[f32; 3]| expected_distance(&nearest_triangles(point, vertices, triangles), probabilities, length);
-    let each: Vec<(f64, Vec<(u32, f64)>)> = surface.par_iter().map(of_point).collect();
+        |i: usize| expected_distance(&nearest_triangles(surface[i], vertices, triangles), probabilities, length);
+    let each = parallel::map(surface.len(), 16, of_point);
     let mut gradient = vec![0.0f64; probabilities.len()];
     for (triangle, slope) in each.iter().flat_map(|(_, slopes)| slopes) {
         gradient[*triangle as usize] += slope / length;

@@ -3,8 +3,8 @@
 use super::PointLoss;
 use glam::{DMat3, DVec3};
 use neural_mesh::geometry::eigenvalues;
+use neural_mesh::parallel;
 use neural_mesh::spatial::nearest_neighbours;
-use rayon::prelude::*;
 
 // Neighbours of a curvature estimate, as in the measure of the paper's Table 2.
 const NEIGHBOURS: usize = 10;
@@ -69,8 +69,7 @@ impl<'a> PointStars<'a> {
     }
 
     fn means(&self) -> Vec<f64> {
-        let kappa: Vec<f64> =
-            (0..self.points.len()).into_par_iter().map(|s| kappa(&covariance(&self.spread(s)))).collect();
+        let kappa = parallel::map(self.points.len(), 64, |s| kappa(&covariance(&self.spread(s))));
         let mean = |s: usize| {
             let members = self.members(s);
             members.iter().map(|&m| kappa[m]).sum::<f64>() / members.len() as f64
