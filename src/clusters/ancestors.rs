@@ -4,7 +4,7 @@
 //! fewer of them add up. Each point of the input belongs to one ancestor and, at each level, to one face. A face lists
 //! the ancestors of all points that belong to it, and perhaps some more.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 use crate::mesh::DistinctKeys;
@@ -95,7 +95,7 @@ impl Ancestors {
 impl GroupAncestors<'_> {
     pub fn triangle(&self, number: u32) -> [DVec3; 3] {
         let corners = self.ancestors.faces[number as usize].corners;
-        corners.map(|v| DVec3::from(self.pool.positions[v as usize].map(f64::from)))
+        corners.map(|v| Vec3::from(self.pool.positions[v as usize]).as_dvec3())
     }
 
     /// Returns how many faces of the group list each ancestor.

@@ -3,7 +3,7 @@
 //! Faces are sorted along the axis of largest variance of their centroids and cut in two, again and again (Simon 1991,
 //! "Partitioning of unstructured problems for parallel processing").
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3};
 
 use crate::parallel;
 
@@ -83,7 +83,7 @@ impl<P, C: Fn(u32) -> [u32; 3]> FaceSplit<'_, P, C> {
 }
 
 fn point(position: [f32; 3]) -> DVec3 {
-    DVec3::from(position.map(f64::from))
+    Vec3::from(position).as_dvec3()
 }
 
 /// Returns the axis of largest variance, by power iteration.

@@ -2,7 +2,7 @@
 
 use std::cell::{OnceCell, RefCell};
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 use crate::geometry::triangle::area_normal_f64;
@@ -36,7 +36,7 @@ pub struct EdgePlane {
 
 impl OverlaySurface {
     pub fn new(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Self {
-        let point = |v: u32| DVec3::from(positions[v as usize].map(f64::from));
+        let point = |v: u32| Vec3::from(positions[v as usize]).as_dvec3();
         let triangles: Vec<[DVec3; 3]> = faces.iter().map(|face| face.map(point)).collect();
         let normals = triangles.iter().map(|&corners| area_normal_f64(corners).normalize_or_zero()).collect();
         let twins = twins(positions.len(), faces);

@@ -1,6 +1,6 @@
 //! Bounding spheres.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::mesh::value_bytes::store_fields;
 
@@ -47,10 +47,10 @@ impl Sphere {
 
     /// Returns the distance of a point from the sphere, 0 inside.
     pub fn distance(&self, point: [f32; 3]) -> f64 {
-        (self.center().distance(DVec3::from(point.map(f64::from))) - f64::from(self.radius)).max(0.0)
+        (self.center().distance(Vec3::from(point).as_dvec3()) - f64::from(self.radius)).max(0.0)
     }
 
     fn center(&self) -> DVec3 {
-        DVec3::from(self.center.map(f64::from))
+        Vec3::from(self.center).as_dvec3()
     }
 }

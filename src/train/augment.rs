@@ -4,7 +4,7 @@ use super::Settings;
 use super::random::{normal_pair, uniform};
 use crate::mesh::{InvalidMesh, TriMesh};
 use crate::model::normalize_points;
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3, Vec3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Rotates and stretches a mesh as the settings say; the result has mean 0 and bounding box diagonal 1.
@@ -16,7 +16,7 @@ pub(super) fn augment_mesh(
     let turn = if settings.rotation { DMat3::from_quat(random_rotation(random)) } else { DMat3::IDENTITY };
     let stretch = DVec3::from_array([0; 3].map(|_| (settings.scale * (2.0 * uniform(random) - 1.0)).exp()));
     let change = DMat3::from_diagonal(stretch) * turn;
-    let moved = mesh.positions().iter().map(|&p| change * DVec3::from_array(p.map(f64::from)));
+    let moved = mesh.positions().iter().map(|&p| change * Vec3::from(p).as_dvec3());
     let positions: Vec<[f32; 3]> = moved.map(|p| p.to_array().map(|x| x as f32)).collect();
     TriMesh::new(normalize_points(&positions), mesh.faces().to_vec())
 }

@@ -2,7 +2,7 @@
 
 use super::random::{normal_pair, uniform};
 use crate::mesh::{InvalidMesh, TriMesh};
-use glam::DVec3;
+use glam::Vec3;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Moves all vertices by normal noise in half of all cases; its deviation is drawn between 0 and `most` mean edge lengths.
@@ -18,7 +18,7 @@ pub(super) fn roughen(mesh: &TriMesh, most: f64, random: &mut Xoshiro256PlusPlus
 }
 
 pub(super) fn mean_edge_length(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> f64 {
-    let point = |v: u32| DVec3::from_array(positions[v as usize].map(f64::from));
+    let point = |v: u32| Vec3::from(positions[v as usize]).as_dvec3();
     let edges = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     edges.map(|[a, b]| point(a).distance(point(b))).sum::<f64>() / (3 * faces.len()).max(1) as f64
 }

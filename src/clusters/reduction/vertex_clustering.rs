@@ -2,7 +2,7 @@
 //!
 //! Vertices of one grid cell become one. Faces that become equal go in pairs, so that a closed surface stays closed.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::clusters::vertices::ReducedPatch;
@@ -75,7 +75,7 @@ fn point(mesh: &TriMesh, v: u32) -> DVec3 {
 
 /// Joins the vertices of each cell at their mean.
 fn joined_faces(mesh: &TriMesh, is_locked: &[bool], bounds: &Bounds, size: f64) -> JoinedFaces {
-    let low = DVec3::from(bounds.low.map(f64::from));
+    let low = Vec3::from(bounds.low).as_dvec3();
     let cell = |v: usize| ((point(mesh, v as u32) - low) / size).floor().to_array().map(|x| x as i64);
     let mut first: FxHashMap<[i64; 3], u32> = FxHashMap::default();
     let target: Vec<u32> = (0..is_locked.len())

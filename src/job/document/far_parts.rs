@@ -2,7 +2,7 @@
 //!
 //! The united mesh has one scale, so such parts would leave too few bits for the shapes of all.
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, Vec3};
 
 use crate::mesh::TriMesh;
 use crate::mesh::cleanup::{Cleaned, origin_within};
@@ -41,7 +41,7 @@ impl ScenePart<'_> {
         let moved = positions.iter().map(|p| std::array::from_fn(|axis| p[axis] - origin[axis])).collect();
         // The origin is within the part, so that no difference overflows.
         self.cleaned.mesh = TriMesh::new(moved, faces).unwrap_or_default();
-        let back = DMat4::from_translation(DVec3::from(origin.map(f64::from)));
+        let back = DMat4::from_translation(Vec3::from(origin).as_dvec3());
         self.places.iter_mut().for_each(|place| *place *= back);
         origin
     }
@@ -57,7 +57,7 @@ impl PartBox {
 
     fn of_mesh(mesh: &TriMesh) -> Self {
         let mut found = Self::EMPTY;
-        mesh.positions().iter().for_each(|p| found.add(DVec3::from(p.map(f64::from))));
+        mesh.positions().iter().for_each(|p| found.add(Vec3::from(*p).as_dvec3()));
         found
     }
 

@@ -187,7 +187,7 @@ fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
         return (normal / length).as_vec3().to_array();
     }
     // The product is too small or too large for single precision.
-    let [a, b, c] = corners.map(|p| glam::DVec3::from(p.map(f64::from)));
+    let [a, b, c] = corners.map(|p| glam::Vec3::from(p).as_dvec3());
     (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array()
 }
 

@@ -1,6 +1,6 @@
 //! A fast two-sided distance between two meshes.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::{Isa, Work};
@@ -154,7 +154,7 @@ pub fn farthest_point(original: &TriMesh, simplified: &TriMesh, n_samples: usize
 }
 
 fn find_farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: usize) -> (DVec3, f64) {
-    let vertices = mesh.positions().iter().map(|p| DVec3::from(p.map(f64::from)));
+    let vertices = mesh.positions().iter().map(|p| Vec3::from(*p).as_dvec3());
     let points: Vec<DVec3> =
         curve_samples(mesh, own.order(), n_samples, 0).iter().map(|sample| sample.point).chain(vertices).collect();
     let look = |point: DVec3| other.find_near_with_cost(point, None, f64::NEG_INFINITY);

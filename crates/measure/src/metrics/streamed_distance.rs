@@ -1,6 +1,6 @@
 //! [`quick_distance`](super::quick_distance) for an original that is read block by block.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::quick_distance::{
     MAX_TESTS, QuickDistance, curve_samples, face_tree, one_way_distance, surface_area, vertex_point,
@@ -152,7 +152,7 @@ impl<'a> StreamedDistance<'a> {
 }
 
 fn distance2(bounds: &Bounds, p: DVec3) -> f64 {
-    let [low, high] = [bounds.low, bounds.high].map(|corner| DVec3::from(corner.map(f64::from)));
+    let [low, high] = [bounds.low, bounds.high].map(|corner| Vec3::from(corner).as_dvec3());
     p.distance_squared(p.clamp(low, high))
 }
 

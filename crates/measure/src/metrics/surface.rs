@@ -1,8 +1,8 @@
 //! A mesh prepared for measuring.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
-use crate::geometry::triangle::area_normal_f64;
+use crate::geometry::triangle::{area_normal_f64, corners_f64};
 use crate::mesh::TriMesh;
 use crate::mesh::surface_samples::surface_samples;
 use crate::spatial::NearestOnTriangles;
@@ -46,14 +46,14 @@ pub(super) fn triangles(mesh: &TriMesh) -> Vec<[[f32; 3]; 3]> {
 }
 
 fn normal(corners: [[f32; 3]; 3]) -> DVec3 {
-    area_normal_f64(corners.map(|corner| DVec3::from_array(corner.map(f64::from))))
+    area_normal_f64(corners_f64(corners))
 }
 
 fn used_vertices(mesh: &TriMesh) -> Vec<DVec3> {
     let mut is_used = vec![false; mesh.positions().len()];
     mesh.faces().as_flattened().iter().for_each(|&v| is_used[v as usize] = true);
     let used = mesh.positions().iter().zip(is_used).filter(|(_, is_used)| *is_used);
-    used.map(|(p, _)| DVec3::from_array(p.map(f64::from))).collect()
+    used.map(|(p, _)| Vec3::from(*p).as_dvec3()).collect()
 }
 
 fn diagonal(mesh: &TriMesh) -> f64 {

@@ -1,9 +1,8 @@
 //! Shape quality of triangles.
 
-use glam::DVec3;
-
 use super::surface::triangles;
 use crate::geometry::side_lengths::area;
+use crate::geometry::triangle::corners_f64;
 use crate::mesh::TriMesh;
 
 /// Smallest angle, in degrees, below which a face is a sliver.
@@ -46,7 +45,7 @@ pub fn triangle_quality(mesh: &TriMesh) -> Option<TriangleQuality> {
 }
 
 fn sides(corners: [[f32; 3]; 3]) -> [f64; 3] {
-    let [a, b, c] = corners.map(|corner| DVec3::from_array(corner.map(f64::from)));
+    let [a, b, c] = corners_f64(corners);
     let mut sides = [a.distance(b), b.distance(c), c.distance(a)];
     sides.sort_unstable_by(f64::total_cmp);
     sides

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::Surface;
 use super::search_budget::run_within_budget;
 use super::surface::triangles;
+use crate::geometry::triangle::corners_f64;
 use crate::mesh::TriMesh;
 
 const TEST_POINTS: [[f64; 3]; 4] = [
@@ -43,8 +44,7 @@ pub(super) fn n_turned_faces(original: &Surface, simplified: &TriMesh) -> Option
 
 fn find_turned(original: &Surface, simplified: &TriMesh, most: u64) -> Option<Vec<u32>> {
     let triangles = triangles(simplified);
-    let turned =
-        |face: usize| is_turned(original, triangles[face].map(|corner| DVec3::from_array(corner.map(f64::from))));
+    let turned = |face: usize| is_turned(original, corners_f64(triangles[face]));
     let is_turned = run_within_budget(triangles.len(), most, turned)?;
     Some((0..).zip(is_turned).filter(|&(_, is_turned)| is_turned).map(|(face, _)| face).collect())
 }

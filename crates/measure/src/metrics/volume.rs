@@ -1,6 +1,6 @@
 //! Volume enclosed by a mesh.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::surface::triangles;
 use crate::geometry::triangle::area_normal_f64;
@@ -23,7 +23,7 @@ pub fn volume(mesh: &TriMesh) -> Option<f64> {
     // Relative to the first corner, so that far-away coordinates lose no precision.
     let origin = DVec3::from_array(mesh.positions()[mesh.faces()[0][0] as usize].map(f64::from));
     let under = |corners: [[f32; 3]; 3]| {
-        let corners = corners.map(|corner| DVec3::from_array(corner.map(f64::from)) - origin);
+        let corners = corners.map(|corner| Vec3::from(corner).as_dvec3() - origin);
         corners[0].dot(area_normal_f64(corners)) / 6.0
     };
     Some(triangles(mesh).into_iter().map(under).sum())

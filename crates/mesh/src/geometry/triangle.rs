@@ -37,6 +37,12 @@ pub fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
     if has_area(normal, corners) { normal / normal.length() } else { Vec3::ZERO }
 }
 
+/// Returns corners in double precision, without a loop: searches ask for them by the million.
+#[inline(always)]
+pub fn corners_f64([a, b, c]: [[f32; 3]; 3]) -> [DVec3; 3] {
+    [Vec3::from(a).as_dvec3(), Vec3::from(b).as_dvec3(), Vec3::from(c).as_dvec3()]
+}
+
 /// Returns the [`area_normal`] in double precision.
 pub fn area_normal_f64([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)

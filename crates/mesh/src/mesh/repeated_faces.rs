@@ -1,6 +1,6 @@
 //! Faces with the same three vertices.
 
-use glam::DVec3;
+use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::triangle::area_normal_f64;
@@ -149,8 +149,7 @@ fn superfluous_in_pairs(
     pairs: Vec<[u32; 2]>,
     edges: &FxHashMap<[u32; 2], RepeatedEdge>,
 ) -> Vec<u32> {
-    let area =
-        |face: [u32; 3]| area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from)))).length();
+    let area = |face: [u32; 3]| area_normal_f64(face.map(|v| Vec3::from(positions[v as usize]).as_dvec3())).length();
     let mut joined = UnionFind::new(pairs.len());
     let mut first_at: FxHashMap<[u32; 2], u32> = FxHashMap::default();
     for (number, pair) in (0..).zip(&pairs) {

@@ -1,6 +1,6 @@
 //! Consistent, outward winding.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::half_edges::{spread_winding, twins};
 
@@ -59,7 +59,7 @@ fn turn(face: &mut [u32; 3]) {
 
 /// Returns whether faces span a negative volume with the mean of their corners; flat sheets do not.
 fn faces_inward(positions: &[[f32; 3]], faces: &[[u32; 3]], component: &[u32]) -> bool {
-    let corners = |face: u32| faces[face as usize].map(|v| DVec3::from(positions[v as usize].map(f64::from)));
+    let corners = |face: u32| faces[face as usize].map(|v| Vec3::from(positions[v as usize]).as_dvec3());
     let sum: DVec3 = component.iter().flat_map(|&face| corners(face)).sum();
     let middle = sum / (3 * component.len()) as f64;
     let (mut volume, mut largest) = (0.0, 0.0);

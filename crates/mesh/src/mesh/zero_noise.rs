@@ -7,14 +7,12 @@
 //! alone and end open edges that so close. Vertices of faces nearly as thin as noise stay, and so do those of faces that
 //! would repeat another: no face is lost. Vertices that are joined take the place of the first; others keep their bits.
 
-use glam::DVec3;
-
 use super::compact::used_vertices;
 use super::first_equal::{first_equal, position_key};
 use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::repeated_faces::repeated_faces;
 use super::union_find::UnionFind;
-use crate::geometry::triangle::area_normal_f64;
+use crate::geometry::triangle::{area_normal_f64, corners_f64};
 
 /// Largest noise, over the mesh's largest coordinate: 64 rounding errors of doubles.
 const LARGEST_NOISE: f32 = 1.0 / (1u64 << 46) as f32;
@@ -121,7 +119,7 @@ fn join_open_edges(positions: &[[f32; 3]], faces: &[[u32; 3]], place: &[u32], no
 
 /// Returns whether any height of a triangle is at most `height`.
 fn is_thin(corners: [[f32; 3]; 3], height: f64) -> bool {
-    let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+    let [a, b, c] = corners_f64(corners);
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
     area_normal_f64([a, b, c]).length() <= height * longest
 }

@@ -11,6 +11,7 @@ use super::curve_order::{curve_order, curve_order_of_faces};
 use super::nearest_on_triangles::{hit_triangle, limit, unit_exponent};
 use super::needle_tree::NeedleTree;
 use super::triangle_pieces;
+use crate::geometry::triangle::corners_f64;
 use crate::parallel;
 
 const WIDTH: usize = 8;
@@ -468,7 +469,7 @@ fn find_within(distances: &[f32; WIDTH], n: usize, limit: f32) -> impl Iterator<
 /// Returns the squared height of a point over a triangle, infinite if it does not fall on the inside.
 #[inline(always)]
 fn height_above(p: DVec3, corners: [[f32; 3]; 3]) -> f64 {
-    let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+    let [a, b, c] = corners_f64(corners);
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let normal = ab.cross(ac);
     let (to_b, to_c, square) = (normal.dot(ap.cross(ac)), normal.dot(ab.cross(ap)), normal.length_squared());

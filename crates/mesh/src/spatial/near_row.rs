@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::face_tree::{FaceTree, SearchCost};
+use crate::geometry::triangle::corners_f64;
 use crate::linalg::{Isa, Work};
 
 /// Points that are tried side by side.
@@ -88,7 +89,7 @@ impl ScaledRow {
     /// Returns the squared heights over a triangle, infinite where a point does not fall on its inside.
     #[inline(always)]
     fn squared_heights_above(&self, corners: [[f32; 3]; 3]) -> [f64; ROW] {
-        let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+        let [a, b, c] = corners_f64(corners);
         let normal = (b - a).cross(c - a);
         let (towards_b, towards_c, square) = ((c - a).cross(normal), normal.cross(b - a), normal.length_squared());
         let mut heights2 = [0.0; ROW];
@@ -112,7 +113,7 @@ mod tests {
     fn each_point_gets_the_nearest_triangle_or_one_that_is_near_enough() {
         let (fine, coarse) = (shapes::wavy_sphere(4, 5.0), shapes::icosphere(2));
         let tree = FaceTree::new(coarse.positions(), coarse.faces());
-        let points: Vec<DVec3> = fine.positions().iter().map(|p| DVec3::from(p.map(f64::from))).collect();
+        let points: Vec<DVec3> = fine.positions().iter().map(|p| glam::Vec3::from(*p).as_dvec3()).collect();
         for enough in [f64::NEG_INFINITY, 0.0, 1e-4, 0.01, 10.0] {
             for points in [&points[..], &points[..1], &points[..64], &points[..65]] {
                 let (found, cost) = tree.find_near_in_row(points, enough);

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::line_on_triangle::line_on_triangle;
+use crate::geometry::triangle::corners_f64;
 
 use super::nearest_on_triangles::{Hit, NearestOnTriangles};
 use super::triangle_tree::{LINE_MARGIN, TreeQuery, TriangleNode, TriangleTree};
@@ -94,7 +95,7 @@ impl TreeQuery for LineQuery<'_> {
 
 impl LineQuery<'_> {
     fn meet(&mut self, corners: &[[f32; 3]; 3], triangle: u32) {
-        let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+        let [a, b, c] = corners_f64(*corners);
         let [v, w, far] = line_on_triangle(self.from, self.along, [a, b, c]);
         let is_within = v >= -WIDER && w >= -WIDER && v + w <= 1.0 + WIDER;
         let far = far.abs();
@@ -198,7 +199,7 @@ mod tests {
         let [a, b, c, d] = corners;
         let surface = NearestOnTriangles::new(&[[a, b, c], [a, c, d]]);
         for i in 0..=1000 {
-            let at = DVec3::from(a.map(f64::from)).lerp(DVec3::from(c.map(f64::from)), f64::from(i) / 1000.0);
+            let at = glam::Vec3::from(a).as_dvec3().lerp(glam::Vec3::from(c).as_dvec3(), f64::from(i) / 1000.0);
             let hit = surface.crossing_along(at + DVec3::Z * 0.3, DVec3::Z, 1.0, |_| true).unwrap();
             assert!((hit.point - at).length() < 1e-5, "{i}");
         }

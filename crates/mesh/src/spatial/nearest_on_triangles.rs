@@ -7,6 +7,7 @@ use super::needle_tree::NeedleTree;
 use super::triangle_pieces;
 use super::triangle_tree::{OverlapQuery, TreeQuery, TriangleNode, TriangleTree};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
+use crate::geometry::triangle::corners_f64;
 
 /// Ratio of a triangle's largest coordinate to that of all triangles, below which single precision cannot resolve the
 /// triangle.
@@ -172,7 +173,7 @@ impl NearestOnTriangles {
         let scaled = corners.map(|corner| to_scale(corner, self.scale));
         if let Some(needles) = &self.needles {
             let leaf = |leaf: &[u32]| leaf.iter().for_each(|&i| visit(self.tree.triangle_idx[i as usize]));
-            needles.visit_touching(scaled.map(|corner| DVec3::from_array(corner.map(f64::from))), leaf);
+            needles.visit_touching(corners_f64(scaled), leaf);
         } else {
             let bounds = Bounds::from_points(&scaled);
             self.tree.search(&mut OverlapQuery { tree: &self.tree, bounds, visit: &mut visit });
@@ -249,7 +250,7 @@ impl InnerTriangles {
 
 #[inline(always)]
 pub(super) fn hit_triangle(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
-    let corners = corners.map(|c| DVec3::from_array(c.map(f64::from)));
+    let corners = corners_f64(*corners);
     let weights = nearest_weights_f64(p, corners);
     let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
     Hit { triangle, weights, point, distance2: p.distance_squared(point) }
@@ -284,7 +285,7 @@ mod tests {
 
     fn naive(triangles: &[[[f32; 3]; 3]], p: DVec3) -> (f64, u32) {
         let distance2 = |corners: &[[f32; 3]; 3]| {
-            let corners = corners.map(|c| DVec3::from_array(c.map(f64::from)));
+            let corners = corners_f64(*corners);
             let [u, v, w] = nearest_weights_f64(p, corners);
             p.distance_squared(corners[0] * u + corners[1] * v + corners[2] * w)
         };
@@ -354,7 +355,7 @@ mod tests {
         }
         assert!(units > 3, "{units}");
         for &corner in triangles.iter().flatten().step_by(5) {
-            let p = DVec3::from_array(corner.map(f64::from)) * 1.25;
+            let p = glam::Vec3::from(corner).as_dvec3() * 1.25;
             let hit = surface.nearest(p).unwrap();
             let (distance2, _) = naive(&triangles, p);
             let (found, expected) = (hit.distance2.sqrt(), distance2.sqrt());

@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use crate::geometry::extent;
-use crate::geometry::triangle::area_normal_f64;
+use crate::geometry::triangle::{area_normal_f64, corners_f64};
 use crate::parallel;
 
 const LEAF: usize = 4;
@@ -41,7 +41,7 @@ impl NeedleTree {
     /// Builds the tree over triangles with coordinates of about one at most.
     pub(super) fn new(triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Self {
         let item = |(corners, triangle): ([[f32; 3]; 3], u32)| {
-            let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+            let corners = corners_f64(corners);
             NeedleItem { corners, centroid: (corners[0] + corners[1] + corners[2]) / 3.0, triangle }
         };
         let mut items: Vec<NeedleItem> = triangles.zip(0..).map(item).collect();
@@ -201,7 +201,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn distance2(corners: [[f32; 3]; 3], p: DVec3) -> f64 {
-        let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+        let corners = corners_f64(corners);
         let [u, v, w] = nearest_weights_f64(p, corners);
         p.distance_squared(corners[0] * u + corners[1] * v + corners[2] * w)
     }
@@ -249,7 +249,7 @@ mod tests {
             }
             for (i, a) in triangles.iter().enumerate() {
                 let mut met = Vec::new();
-                tree.visit_touching(a.map(|corner| DVec3::from(corner.map(f64::from))), |leaf| met.extend(leaf));
+                tree.visit_touching(corners_f64(*a), |leaf| met.extend(leaf));
                 for (j, b) in (0..).zip(&triangles) {
                     let touches = i == j as usize || crate::geometry::crossing::triangles_cross(*a, *b);
                     prop_assert!(!touches || met.contains(&j));

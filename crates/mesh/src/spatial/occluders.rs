@@ -1,9 +1,10 @@
 //! Tests whether a ray meets any triangle.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::geometry::extent;
 use crate::geometry::line_on_triangle::line_on_triangle;
+use crate::geometry::triangle::corners_f64;
 
 use super::triangle_tree::{TreeQuery, TriangleNode, TriangleTree};
 
@@ -32,7 +33,7 @@ impl Occluders {
         let (low, high) = extent(triangles.as_flattened().iter().map(|corner| corner.map(f64::from).into()));
         let half = (0.5 * (high - low)).max_element();
         let (middle, factor) = if half > 0.0 { (0.5 * (low + high), half.recip()) } else { (DVec3::ZERO, 1.0) };
-        let to_unit = |corner: [f32; 3]| ((DVec3::from(corner.map(f64::from)) - middle) * factor).as_vec3().to_array();
+        let to_unit = |corner: [f32; 3]| ((Vec3::from(corner).as_dvec3() - middle) * factor).as_vec3().to_array();
         let scaled: Vec<_> = triangles.iter().map(|corners| corners.map(to_unit)).collect();
         Self { tree: TriangleTree::new(&scaled), middle, factor }
     }
@@ -66,7 +67,7 @@ impl<'a> Ray<'a> {
     }
 
     fn meets(&self, corners: &[[f32; 3]; 3]) -> bool {
-        let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+        let corners = corners_f64(*corners);
         let [v, w, far] = line_on_triangle(self.from, self.direction, corners);
         v >= -MARGIN && w >= -MARGIN && v + w <= 1.0 + MARGIN && far >= self.start
     }
@@ -94,7 +95,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn naive(corners: [[f32; 3]; 3], from: DVec3, direction: DVec3) -> Option<bool> {
-        let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+        let [a, b, c] = corners_f64(corners);
         let normal = (b - a).cross(c - a);
         let slope = normal.dot(direction);
         if slope.abs() < 1e-6 * normal.length() || normal.length() < 1e-9 {
@@ -135,7 +136,7 @@ mod tests {
         let occluders = Occluders::new(&triangles);
         // Directions toward each vertex and each edge's middle.
         let points = |[a, b, c]: [[f32; 3]; 3]| {
-            let [a, b, c] = [a, b, c].map(|p| DVec3::from(p.map(f64::from)));
+            let [a, b, c] = corners_f64([a, b, c]);
             [a, 0.5 * (a + b), 0.5 * (b + c)]
         };
         let from = DVec3::new(0.1, 0.2, -0.05);

@@ -82,7 +82,7 @@ fn visible_pixels(side: usize, scaled: &[Vec3], faces: &[[u32; 3]], n_axes: usiz
 
 /// Scales positions so that they fit any view of `side` pixels; also returns the scale in pixels per unit.
 pub(super) fn to_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64) {
-    let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
+    let point = |p: &[f32; 3]| Vec3::from(*p).as_dvec3();
     let (low, high) = extent(positions.iter().map(point));
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let scale = if radius > 0.0 { 0.5 * (side - 1) as f64 / radius } else { 0.0 };

@@ -3,7 +3,7 @@
 use super::knn::nearest_neighbours;
 use crate::geometry::eigenvalues;
 use crate::parallel;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 const NEIGHBOURS: usize = 10;
 /// Fewest points of a thread at once.
@@ -36,7 +36,7 @@ pub fn point_curvature(points: &[[f32; 3]]) -> Vec<f32> {
 }
 
 fn offsets(points: &[[f32; 3]], i: usize, row: &[u32]) -> Vec<DVec3> {
-    let point = |i: usize| DVec3::from_array(points[i].map(f64::from));
+    let point = |i: usize| Vec3::from(points[i]).as_dvec3();
     row.iter().map(|&j| point(j as usize) - point(i)).collect()
 }
 

@@ -35,7 +35,7 @@ pub fn point_errors(original: &[[[f32; 3]; 3]], result: &[[[f32; 3]; 3]]) -> Poi
     let measure_triangle = |t: usize| {
         let corners = &original[t];
         let own = normal(corners);
-        let place: DVec3 = corners.iter().map(|p| DVec3::from(p.map(f64::from)) / 3.0).sum();
+        let place: DVec3 = corners.iter().map(|p| Vec3::from(*p).as_dvec3() / 3.0).sum();
         let (distance, turn) = nearest.nearest(place).map_or((0.0, 0.0), |hit| {
             let cosine = own.normalize_or_zero().dot(normals[hit.triangle as usize]);
             (hit.distance2.sqrt() as f32, 1.0 - cosine)

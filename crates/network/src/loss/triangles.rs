@@ -1,6 +1,6 @@
 //! Corner coordinates and points of triangles, for the terms over candidate faces.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 pub(super) fn corners(points: &[[f32; 3]], triangle: [u32; 3]) -> [[f32; 3]; 3] {
     triangle.map(|v| points[v as usize])
@@ -19,7 +19,7 @@ pub(super) fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f
 }
 
 pub(super) fn to_f64(point: [f32; 3]) -> DVec3 {
-    DVec3::from_array(point.map(f64::from))
+    Vec3::from(point).as_dvec3()
 }
 
 pub(super) fn distance2(a: [f32; 3], b: [f32; 3]) -> f64 {

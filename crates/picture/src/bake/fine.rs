@@ -99,8 +99,8 @@ impl<'a> FineSurface<'a> {
 
     fn spot(&self, hit: &Hit, steps: [DVec3; 2]) -> SamplePlace {
         let weights = hit.weights.map(|weight| weight.clamp(0.0, 1.0) as f32);
-        let [a, b, c] = corners(self.mesh, &self.mesh.faces()[hit.triangle as usize])
-            .map(|corner| DVec3::from(corner.map(f64::from)));
+        let [a, b, c] =
+            corners(self.mesh, &self.mesh.faces()[hit.triangle as usize]).map(|corner| Vec3::from(corner).as_dvec3());
         let (ab, ac) = (b - a, c - a);
         let normal = ab.cross(ac);
         let step = |step: DVec3| {
@@ -126,10 +126,10 @@ fn file_normals(attributes: &Attributes) -> Option<Vec<[Vec3; 3]>> {
 fn largest_distance(tree: &NearestOnTriangles, coarse: &TriMesh) -> f64 {
     let (positions, faces) = (coarse.positions(), coarse.faces());
     let middle = |face: &[u32; 3]| {
-        corners(coarse, face).iter().map(|corner| DVec3::from(corner.map(f64::from))).sum::<DVec3>() / 3.0
+        corners(coarse, face).iter().map(|corner| Vec3::from(*corner).as_dvec3()).sum::<DVec3>() / 3.0
     };
     let distance = |i: usize| {
-        let corner = positions.get(i).map(|p| DVec3::from(p.map(f64::from)));
+        let corner = positions.get(i).map(|p| Vec3::from(*p).as_dvec3());
         let point = corner.unwrap_or_else(|| middle(&faces[i - positions.len()]));
         tree.nearest(point).map_or(0.0, |hit| hit.distance2.sqrt())
     };

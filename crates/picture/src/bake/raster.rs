@@ -95,7 +95,7 @@ impl Canvas<'_> {
 
     fn texel(&self, face: u32, weights: [f64; 3], place: TexelPlace) -> Texel {
         let corners = self.mesh.faces()[face as usize].map(|v| self.mesh.positions()[v as usize]);
-        let points = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+        let points = corners.map(|corner| Vec3::from(corner).as_dvec3());
         let point = points[0] * weights[0] + points[1] * weights[1] + points[2] * weights[2];
         let steps = steps(points, self.charts.corners[face as usize]);
         let weights = weights.map(|weight| weight as f32);

@@ -1,6 +1,6 @@
 //! Charts of a mesh on a square of texels.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use neural_mesh_xatlas::unwrap;
 
 use super::BakeError;
@@ -51,7 +51,7 @@ impl Charts {
 }
 
 fn scale_for_xatlas(mesh: &TriMesh) -> Vec<[f32; 3]> {
-    let all = mesh.positions().iter().map(|p| DVec3::from(p.map(f64::from)));
+    let all = mesh.positions().iter().map(|p| Vec3::from(*p).as_dvec3());
     let (low, high) =
         all.clone().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
     let (middle, scale) = (0.5 * (low + high), DIAGONAL / (high - low).length());

@@ -30,7 +30,7 @@ pub struct PictureFrame {
 
 impl PictureFrame {
     pub fn from_meshes(meshes: &[&TriMesh]) -> Self {
-        let all = || meshes.iter().flat_map(|mesh| mesh.positions()).map(|&p| DVec3::from(p.map(f64::from)));
+        let all = || meshes.iter().flat_map(|mesh| mesh.positions()).map(|&p| Vec3::from(p).as_dvec3());
         let low = all().reduce(DVec3::min).unwrap_or_default();
         let high = all().reduce(DVec3::max).unwrap_or_default();
         let radius = 0.5 * (high - low).length();
@@ -43,7 +43,7 @@ impl PictureFrame {
 
     pub fn shapes<'a>(&self, meshes: &[&'a TriMesh]) -> Vec<ScaledMesh<'a>> {
         let shape = |(number, mesh): (usize, &&'a TriMesh)| {
-            let place = |p: &[f32; 3]| self.place(DVec3::from(p.map(f64::from)));
+            let place = |p: &[f32; 3]| self.place(Vec3::from(*p).as_dvec3());
             ScaledMesh { number, points: mesh.positions().iter().map(place).collect(), faces: mesh.faces() }
         };
         meshes.iter().enumerate().map(shape).collect()

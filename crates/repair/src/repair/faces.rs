@@ -1,6 +1,6 @@
 //! The faces of a mesh during repair.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::{Attributes, TriMesh, compact};
@@ -45,7 +45,7 @@ impl<'a> RepairFaces<'a> {
     }
 
     pub fn position(&self, vertex: u32) -> DVec3 {
-        DVec3::from(self.positions[vertex as usize].map(f64::from))
+        Vec3::from(self.positions[vertex as usize]).as_dvec3()
     }
 
     pub fn points(&self, face: u32) -> [DVec3; 3] {

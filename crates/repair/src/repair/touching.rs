@@ -1,6 +1,6 @@
 //! Separates touching bodies slightly, since other programs would weld them again.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::{TriMesh, manifold};
@@ -26,7 +26,7 @@ pub(super) fn separate_touching(repaired: Repaired) -> Repaired {
     // Area-weighted normals of the split vertices: only these move.
     let mut outward = vec![DVec3::ZERO; positions.len()];
     for face in faces.iter().filter(|face| face.iter().any(|&v| is_split[v as usize])) {
-        let normal = area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from))));
+        let normal = area_normal_f64(face.map(|v| Vec3::from(positions[v as usize]).as_dvec3()));
         face.iter().for_each(|&v| outward[v as usize] += normal);
     }
     // Each copy of a vertex moves one step farther, to separate sheets that face the same way.
@@ -40,7 +40,7 @@ pub(super) fn separate_touching(repaired: Repaired) -> Repaired {
     let reach = positions.as_flattened().iter().fold(mesh.diagonal(), |reach, x| reach.max(f64::from(x.abs())));
     for (vertex, position) in positions.iter_mut().enumerate().filter(|(vertex, _)| is_split[*vertex]) {
         let inward = -outward[vertex].normalize_or_zero();
-        let moved = DVec3::from(position.map(f64::from)) + n_steps[vertex] * STEP * reach * inward;
+        let moved = Vec3::from(*position).as_dvec3() + n_steps[vertex] * STEP * reach * inward;
         *position = moved.as_vec3().to_array();
     }
     let sources: Vec<u32> =

@@ -12,7 +12,7 @@ use crate::mesh::{TriMesh, compact, orient_outward};
 use crate::model::{
     PredictedFaces, Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores,
 };
-use glam::DVec3;
+use glam::Vec3;
 use std::sync::Arc;
 
 /// Neighbours per point: the mean valence of a triangle mesh.
@@ -229,7 +229,7 @@ fn orient(points: &[[f32; 3]], mut chosen: ManifoldFaces, normals: Option<Vec<[f
     let components = chosen.components();
     let mut agreement = vec![0.0; faces.len()];
     for (face, &root) in faces.iter().zip(&components) {
-        let double = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+        let double = |p: [f32; 3]| Vec3::from(p).as_dvec3();
         let normal = area_normal_f64(face.map(|v| double(points[v as usize])));
         agreement[root as usize] += face.iter().map(|&v| normal.dot(double(normals[v as usize]))).sum::<f64>();
     }

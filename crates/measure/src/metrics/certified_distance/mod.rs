@@ -5,7 +5,7 @@
 //! distance is a lower bound. Polygons whose bounds are too far apart are cut, largest upper bound first (after Tang,
 //! Lee and Kim 2009, "Interactive Hausdorff distance computation for general polygonal models").
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::mesh::{TriMesh, has_area};
 use crate::parallel;
@@ -150,7 +150,7 @@ pub(super) fn measured_faces(mesh: &TriMesh, faces: &[u32]) -> Vec<u32> {
 
 fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
     let both = spatial::Bounds::from_points(a.positions()).union(&spatial::Bounds::from_points(b.positions()));
-    let [low, high] = [both.low, both.high].map(|corner| DVec3::from(corner.map(f64::from)));
+    let [low, high] = [both.low, both.high].map(|corner| Vec3::from(corner).as_dvec3());
     low.distance(high)
 }
 

@@ -3,7 +3,7 @@
 use crate::geometry::eigenvalues;
 use crate::parallel;
 use crate::spatial::nearest_to;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Plane of least squares through points.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +53,7 @@ pub(super) fn plane_normals(points: &[[f32; 3]], k: usize) -> Vec<DVec3> {
 }
 
 pub(super) fn point(points: &[[f32; 3]], v: u32) -> DVec3 {
-    DVec3::from(points[v as usize].map(f64::from))
+    Vec3::from(points[v as usize]).as_dvec3()
 }
 
 #[cfg(test)]

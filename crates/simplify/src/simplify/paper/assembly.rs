@@ -4,7 +4,7 @@
 use super::Quotient;
 use crate::geometry::triangle::area_normal_f64;
 use crate::model::PredictedFaces;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Chooses candidates of probability above 0.5 that are among the two likeliest on all three of their edges.
 ///
@@ -56,7 +56,7 @@ pub fn orient_triangle(triangle: [u32; 3], positions: &[[f32; 3]], quotient: &Qu
     let inherited = quotient.triangles.binary_search(&triangle).map_or(0, |at| quotient.windings[at]);
     let is_against = match inherited {
         0 => {
-            let normal = area_normal_f64(triangle.map(|v| DVec3::from(positions[v as usize].map(f64::from))));
+            let normal = area_normal_f64(triangle.map(|v| Vec3::from(positions[v as usize]).as_dvec3()));
             let nearby: DVec3 = triangle.iter().map(|&v| quotient.normals[v as usize]).sum();
             normal.dot(nearby) < 0.0
         }

@@ -55,7 +55,7 @@ pub fn assign_to_samples(positions: &[[f32; 3]], rings: &Csr, samples: &[u32]) -
 }
 
 fn edge_length(positions: &[[f32; 3]], a: u32, b: u32) -> f64 {
-    let [a, b] = [a, b].map(|v| glam::DVec3::from(positions[v as usize].map(f64::from)));
+    let [a, b] = [a, b].map(|v| glam::Vec3::from(positions[v as usize]).as_dvec3());
     a.distance(b)
 }
 

@@ -9,7 +9,7 @@ use crate::mesh::half_edges::for_each_edge;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::thread_ranges::indices_where;
 use crate::parallel;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Pull of a vertex to its old position, over its quadric's trace.
 const PULL: f64 = 1e-3;
@@ -121,7 +121,7 @@ fn line_quadric(a: DVec3, b: DVec3) -> Quadric {
 }
 
 fn point(positions: &[[f32; 3]], v: u32) -> DVec3 {
-    DVec3::from(positions[v as usize].map(f64::from))
+    Vec3::from(positions[v as usize]).as_dvec3()
 }
 
 #[cfg(test)]
@@ -147,7 +147,7 @@ mod tests {
         let regions = RegionQuadrics::new(&mesh, &[1], &[0, 0, 0, 0]);
         let planes = RegionQuadrics { quadrics: vec![corner_quadrics()], ..regions };
         let placed = planes.place_samples(&[]);
-        assert!(DVec3::from(placed[0].map(f64::from)).length() < 0.01, "{placed:?}");
+        assert!(Vec3::from(placed[0]).as_dvec3().length() < 0.01, "{placed:?}");
     }
 
     fn corner_quadrics() -> Quadric {

@@ -3,7 +3,7 @@
 use super::NO_SAMPLE;
 use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::Csr;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Edges, triangles and normals between the regions of the samples.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +51,7 @@ pub fn quotient(positions: &[[f32; 3]], faces: &[[u32; 3]], assignment: &[u32], 
     let windings = copies().map(|copies| copies.iter().map(|(_, turn)| turn).sum()).collect();
     let mut normals = vec![DVec3::ZERO; n_samples];
     for face in reached {
-        let normal = area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from))));
+        let normal = area_normal_f64(face.map(|v| Vec3::from(positions[v as usize]).as_dvec3()));
         regions(face).iter().for_each(|&sample| normals[sample as usize] += normal / 3.0);
     }
     Quotient { edges, triangles, windings, normals }

@@ -58,7 +58,7 @@ impl Normalisation {
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let wider = |(low, high): (DVec3, DVec3), (l, h): (DVec3, DVec3)| (low.min(l), high.max(h));
         let of_chunk = |_, positions: &[[f32; 3]]| {
-            positions.iter().map(|&p| DVec3::from(p.map(f64::from))).fold(none, |all, p| wider(all, (p, p)))
+            positions.iter().map(|&p| Vec3::from(p).as_dvec3()).fold(none, |all, p| wider(all, (p, p)))
         };
         let (low, high) = parallel::chunks(positions, CHUNK, of_chunk).into_iter().fold(none, wider);
         let diagonal = (high - low).length();
