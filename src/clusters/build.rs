@@ -180,8 +180,9 @@ impl Build {
             let n_faces = members.iter().flatten().map(|cluster| cluster.faces.len()).sum::<usize>();
             self.report(n_faces, &stops, listener)?;
             let results = parallel::each(&members, |members| self.simplify_group(members, &users, &stops));
+            let results: Vec<_> = results.into_iter().collect::<Result<_, _>>()?;
             for (members, result) in members.into_iter().zip(results) {
-                self.replace(members, result?);
+                self.replace(members, result);
             }
         }
         Ok(())

@@ -134,13 +134,11 @@ pub(super) fn write_binary(content: &Content) -> Result<Vec<u8>, WriteError> {
     let mut out = vec![0; 84 + 50 * content.faces.len()];
     out[..80].fill(b' ');
     out[80..84].copy_from_slice(&(content.faces.len() as u32).to_le_bytes());
-    parallel::chunks_mut(&mut out[84..], 50 * BLOCK, |block, records| {
-        for (record, face) in records.chunks_exact_mut(50).zip(&content.faces[block * BLOCK..]) {
-            let corners = face.map(|vertex| positions[vertex as usize]);
-            let floats = normal(corners).into_iter().chain(corners.into_iter().flatten());
-            for (bytes, float) in record.chunks_exact_mut(4).zip(floats) {
-                bytes.copy_from_slice(&float.to_le_bytes());
-            }
+    parallel::rows_mut(&mut out[84..], RECORD, BLOCK, |face, record| {
+        let corners = content.faces[face].map(|vertex| positions[vertex as usize]);
+        let floats = normal(corners).into_iter().chain(corners.into_iter().flatten());
+        for (bytes, float) in record.chunks_exact_mut(4).zip(floats) {
+            bytes.copy_from_slice(&float.to_le_bytes());
         }
     });
     Ok(out)

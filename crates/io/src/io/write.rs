@@ -107,8 +107,8 @@ impl<'a> Content<'a> {
         let is_near = |axis: usize| low[axis].abs().max(high[axis].abs()) <= FAR * diagonal;
         // Distance is tested first, since it is cheap; areas need every face.
         let near = Self { single: std::array::from_fn(|axis| self.single[axis] && is_near(axis)), ..self };
-        let lose_area = |_, faces: &[[u32; 3]]| faces.iter().any(|face| near.loses_area(face));
-        if near.single == [false; 3] || !parallel::chunks(near.faces, BLOCK, lose_area).contains(&true) {
+        let loses_area = |face: usize| near.loses_area(&near.faces[face]);
+        if near.single == [false; 3] || !parallel::any(near.faces.len(), BLOCK, loses_area) {
             return near;
         }
         Self { single: [false; 3], ..near }

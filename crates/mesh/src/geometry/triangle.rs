@@ -37,7 +37,7 @@ pub fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
     if has_area(normal, corners) { normal / normal.length() } else { Vec3::ZERO }
 }
 
-/// Returns corners in double precision, without a loop: searches ask for them by the million.
+/// Converts corners to double precision.
 #[inline(always)]
 pub fn corners_f64([a, b, c]: [[f32; 3]; 3]) -> [DVec3; 3] {
     [Vec3::from(a).as_dvec3(), Vec3::from(b).as_dvec3(), Vec3::from(c).as_dvec3()]

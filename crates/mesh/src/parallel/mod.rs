@@ -1,6 +1,6 @@
 //! Work that threads share, in the order of its numbers.
 //!
-//! What rayon has is generic down to its threads, and each call of it takes a second of compiling: here all calls meet in
+//! Iterators of rayon are generic up to its threads, and each use compiles all of that. These functions share
 //! [`run`], which is compiled once. Results have the same bits on any number of threads.
 
 use std::ops::Range;

@@ -20,12 +20,11 @@ pub(super) fn near_in_space(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usiz
 /// Finds the pairs (t, u) in conflict, sorted, among triangles of which one is a neighbour of the other.
 pub(super) fn near_pairs(neighbours: &Csr, in_conflict: impl Fn(u32, u32) -> bool + Sync) -> Vec<[u32; 2]> {
     let both_ways = Csr::from_edges(neighbours.n_rows(), neighbours.entries());
-    let n = both_ways.n_rows();
-    let of_triangles = |start: usize| {
-        let pairs = (start..n.min(start + ROWS)).flat_map(|t| both_ways.row(t).iter().map(move |&u| [t as u32, u]));
-        pairs.filter(|&[t, u]| in_conflict(t, u)).collect::<Vec<_>>()
+    let of_triangle = |t: usize| {
+        let pairs = both_ways.row(t).iter().map(move |&u| [t as u32, u]);
+        pairs.filter(|&[t, u]| in_conflict(t, u))
     };
-    parallel::each((0..n).step_by(ROWS), of_triangles).concat()
+    parallel::flat_map(0..both_ways.n_rows(), ROWS, of_triangle).collect()
 }
 
 /// Computes Eq. (9) as printed, `1/|F_s| sum_t p_t m(t)`; m(t) counts the pairs (t, u).

@@ -39,15 +39,15 @@ pub fn near_triangles(points: &[[f32; 3]], triangles: &[[u32; 3]], surface: &[[f
     }
     let by_barycenter = nearest_to(&barycenters(points, triangles), surface, 2 * k);
     let searched = by_barycenter.len() / surface.len().max(1);
-    let row = |(row, &x): (usize, &[f32; 3])| {
+    let row = |row: usize| {
+        let x = surface[row];
         let distance2 = |&t: &u32| (distance2_to(corners_f64(points, triangles[t as usize]), to_f64(x)), t);
         let mut found: Vec<(f64, u32)> = by_barycenter[row * searched..][..searched].iter().map(distance2).collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         found.truncate(width);
         found
     };
-    let rows = |chunk: usize, points: &[[f32; 3]]| (chunk * ROWS..).zip(points).flat_map(row).collect::<Vec<_>>();
-    let (distances2, triangles) = parallel::chunks(surface, ROWS, rows).into_iter().flatten().unzip();
+    let (distances2, triangles) = parallel::flat_map(0..surface.len(), ROWS, row).unzip();
     NearTriangles { triangles, distances2, width }
 }
 

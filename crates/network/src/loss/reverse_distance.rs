@@ -45,7 +45,7 @@ pub fn reverse_distances(
     let per_triangle = per_triangle.max(1);
     let centers = barycenters(points, triangles);
     let on = |&triangle: &[u32; 3]| spread_points(corners_f64(points, triangle), per_triangle);
-    let ys = parallel::chunks(triangles, ROWS, |_, some| some.iter().flat_map(on).collect::<Vec<_>>()).concat();
+    let ys: Vec<[f32; 3]> = parallel::flat_map(0..triangles.len(), ROWS, |t| on(&triangles[t])).collect();
     let nearest_original = nearest_to(original, &ys, 1);
     let nearest_triangles = nearest_to(&centers, &ys, k + 1);
     let width = nearest_triangles.len() / ys.len().max(1);

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::BakeSource;
 use super::frames::corner_normals;
 use super::original_materials::{MaterialSample, OriginalMaterials, SamplePlace};
-use crate::geometry::triangle::area_normal;
+use crate::geometry::triangle::{area_normal, corners_f64};
 use crate::mesh::{Attributes, TriMesh};
 use crate::parallel;
 use crate::spatial::{Hit, NearestOnTriangles};
@@ -99,8 +99,7 @@ impl<'a> FineSurface<'a> {
 
     fn spot(&self, hit: &Hit, steps: [DVec3; 2]) -> SamplePlace {
         let weights = hit.weights.map(|weight| weight.clamp(0.0, 1.0) as f32);
-        let [a, b, c] =
-            corners(self.mesh, &self.mesh.faces()[hit.triangle as usize]).map(|corner| Vec3::from(corner).as_dvec3());
+        let [a, b, c] = corners_f64(corners(self.mesh, &self.mesh.faces()[hit.triangle as usize]));
         let (ab, ac) = (b - a, c - a);
         let normal = ab.cross(ac);
         let step = |step: DVec3| {

@@ -70,8 +70,7 @@ fn roughness_and_metal(texels: &[Texel], looks: &Looks, options: &BakeOptions) -
 
 fn common_value<T: PartialEq + Sync + Send + Copy>(texels: &[Texel], of: fn(&Texel) -> T) -> Option<T> {
     let first = of(texels.first()?);
-    let are_equal = |_, texels: &[Texel]| texels.iter().all(|texel| of(texel) == first);
-    (!parallel::chunks(texels, BLOCK, are_equal).contains(&false)).then_some(first)
+    (!parallel::any(texels.len(), BLOCK, |i| of(&texels[i]) != first)).then_some(first)
 }
 
 fn common_factor<T: PartialEq>(looks: &Looks, of: fn(&Look) -> T) -> Option<T> {

@@ -7,7 +7,7 @@ use super::frames::Frames;
 use super::texel::{Texel, TexelPlace, to_byte};
 use super::unfold::Charts;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
-use crate::geometry::triangle::area_normal;
+use crate::geometry::triangle::{area_normal, corners_f64};
 use crate::linalg::Rows;
 use crate::mesh::{TriMesh, srgb};
 use crate::parallel;
@@ -95,7 +95,7 @@ impl Canvas<'_> {
 
     fn texel(&self, face: u32, weights: [f64; 3], place: TexelPlace) -> Texel {
         let corners = self.mesh.faces()[face as usize].map(|v| self.mesh.positions()[v as usize]);
-        let points = corners.map(|corner| Vec3::from(corner).as_dvec3());
+        let points = corners_f64(corners);
         let point = points[0] * weights[0] + points[1] * weights[1] + points[2] * weights[2];
         let steps = steps(points, self.charts.corners[face as usize]);
         let weights = weights.map(|weight| weight as f32);

@@ -1,7 +1,8 @@
 //! Axis-parallel rays for winding numbers of points.
 
-use glam::{DVec2, Vec3};
+use glam::DVec2;
 
+use crate::geometry::triangle::corners_f64;
 use crate::spatial::{Bounds, NearestOnTriangles};
 
 pub(super) struct Rays {
@@ -51,7 +52,7 @@ fn crossing(corners: [[f32; 3]; 3], from: [f32; 3], axis: usize) -> Option<i32> 
         (false, true) => return Some(0),
         _ => {}
     }
-    let points = corners.map(|corner| Vec3::from(corner).as_dvec3());
+    let points = corners_f64(corners);
     let total: f64 = sides.iter().sum();
     // The weight of a corner is the area of the triangle opposite to it.
     let height = points[2][axis] * sides[0] + points[0][axis] * sides[1] + points[1][axis] * sides[2];

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::triangle::{area_normal, area_normal_f64};
+use crate::geometry::triangle::{area_normal, area_normal_f64, corners_f64};
 use crate::linalg::Rows;
 use crate::mesh::TriMesh;
 use crate::parallel;
@@ -78,7 +78,7 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
         let faces = faces.row(component);
         // The number of rays grows with the number of faces, up to this component's share.
         let n_rays = ((RAYS * faces.len() as f64) as usize).max(LEAST_RAYS).min(most_rays.max(64));
-        let corners = |face: u32| triangles[face as usize].map(|corner| Vec3::from(corner).as_dvec3());
+        let corners = |face: u32| corners_f64(triangles[face as usize]);
         !faces.is_empty()
             && !any_ray_escapes(&occluders, &faces.iter().map(|&face| corners(face)).collect::<Vec<_>>(), n_rays, start)
     };

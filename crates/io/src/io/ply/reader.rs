@@ -270,13 +270,11 @@ fn channel_values(plan: &ChannelPlan, element: &Element, offsets: Option<&[usize
 fn decode_channel(records: &[u8], stride: usize, columns: &[ChannelValue], big: bool) -> Vec<f32> {
     let width = columns.len();
     let mut values = vec![0.0; records.len() / stride * width];
-    parallel::chunks_mut(&mut values, BLOCK * width, |block, values| {
-        let records = records[block * BLOCK * stride..].chunks_exact(stride);
-        for (row, record) in values.chunks_exact_mut(width).zip(records) {
-            for (value, column) in row.iter_mut().zip(columns) {
-                let number = column.scalar.decode(&record[column.offset..], big).unwrap_or(0.0);
-                *value = (number / column.unit) as f32;
-            }
+    parallel::rows_mut(&mut values, width, BLOCK, |row, values| {
+        let record = &records[stride * row..][..stride];
+        for (value, column) in values.iter_mut().zip(columns) {
+            let number = column.scalar.decode(&record[column.offset..], big).unwrap_or(0.0);
+            *value = (number / column.unit) as f32;
         }
     });
     values
