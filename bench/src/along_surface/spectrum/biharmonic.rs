@@ -28,15 +28,14 @@ impl Eigenpairs {
 #[cfg(test)]
 mod tests {
     use crate::along_surface::{Eigenpairs, Laplacian};
-    use faer::Mat;
-    use faer::prelude::Solve;
+    use nalgebra::DMatrix;
     use neural_mesh::mesh::shapes;
 
     fn naive(laplacian: &Laplacian, source: usize) -> Vec<f64> {
         let n = laplacian.mass.len();
         let total: f64 = laplacian.mass.iter().sum();
         // The matrix `L + m m^T / total` is regular and agrees with L on functions of mean zero.
-        let mut matrix = Mat::from_fn(n, n, |i, j| laplacian.mass[i] * laplacian.mass[j] / total);
+        let mut matrix = DMatrix::from_fn(n, n, |i, j| laplacian.mass[i] * laplacian.mass[j] / total);
         for &([i, j], weight) in &laplacian.edges {
             let (i, j) = (i as usize, j as usize);
             matrix[(i, i)] += weight;
@@ -44,8 +43,8 @@ mod tests {
             matrix[(i, j)] -= weight;
             matrix[(j, i)] -= weight;
         }
-        let inverse = matrix.partial_piv_lu().solve(Mat::<f64>::identity(n, n));
-        let mass = Mat::from_fn(n, n, |i, j| if i == j { laplacian.mass[i] } else { 0.0 });
+        let inverse = matrix.try_inverse().unwrap();
+        let mass = DMatrix::from_fn(n, n, |i, j| if i == j { laplacian.mass[i] } else { 0.0 });
         let green = &inverse * mass * &inverse;
         (0..n).map(|i| (green[(i, i)] + green[(source, source)] - 2.0 * green[(i, source)]).max(0.0).sqrt()).collect()
     }

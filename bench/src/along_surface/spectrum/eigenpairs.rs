@@ -1,10 +1,11 @@
 //! The lowest eigenpairs of a Laplacian.
 
-use faer::{Mat, MatMut, MatRef, Side};
+use nalgebra::{DMatrix, DMatrixView};
 
 use super::components::{Component, components};
 use super::factor::Factor;
 use super::lanczos;
+use super::symmetric::symmetric_eigenpairs;
 use crate::along_surface::laplacian::Laplacian;
 use neural_mesh::parallel;
 
@@ -17,7 +18,7 @@ pub struct Eigenpairs {
     /// Eigenvalues, ascending and non-negative, n_pairs.
     pub values: Vec<f64>,
     // Eigenfunctions as columns, orthonormal under the masses, n x n_pairs.
-    functions: Mat<f64>,
+    functions: DMatrix<f64>,
 }
 
 impl Eigenpairs {
@@ -35,14 +36,11 @@ impl Eigenpairs {
             return Some(whole.clone());
         }
         let chosen = select_lowest(&solved, n_pairs.min(n));
-        let mut functions = Mat::zeros(n, chosen.len());
+        let mut functions = DMatrix::zeros(n, chosen.len());
         for (pair, &(component, index)) in chosen.iter().enumerate() {
-            let function = solved[component].functions.col(index).iter();
-            components[component]
-                .vertices
-                .iter()
-                .zip(function)
-                .for_each(|(&at, &u)| functions[(at as usize, pair)] = u);
+            for (&at, &u) in components[component].vertices.iter().zip(solved[component].function(index)) {
+                functions[(at as usize, pair)] = u;
+            }
         }
         Some(Self {
             values: chosen.iter().map(|&(component, index)| solved[component].values[index]).collect(),
@@ -52,11 +50,11 @@ impl Eigenpairs {
 
     /// Returns an eigenfunction at the vertices, n.
     pub fn function(&self, pair: usize) -> &[f64] {
-        self.functions.col_as_slice(pair)
+        self.functions.column(pair).data.into_slice()
     }
 
-    pub(super) fn first_functions(&self, n_pairs: usize) -> MatRef<'_, f64> {
-        self.functions.subcols(0, n_pairs)
+    pub(super) fn first_functions(&self, n_pairs: usize) -> DMatrixView<'_, f64> {
+        self.functions.columns(0, n_pairs)
     }
 
     /// Returns the mean spacing of the eigenvalues.
@@ -110,47 +108,47 @@ fn solve_component(component: &Component, n_pairs: usize) -> Option<Eigenpairs> 
         let height = 1.0 / component.area().sqrt();
         return Some(Eigenpairs {
             values: vec![0.0],
-            functions: Mat::from_fn(component.vertices.len(), 1, |_, _| height),
+            functions: DMatrix::from_element(component.vertices.len(), 1, height),
         });
     }
     let roots: Vec<f64> = component.mass.iter().map(|mass| mass.sqrt()).collect();
     let solver = if roots.len() <= DENSE.max(3 * n_pairs) { solve_dense } else { solve_sparse };
     let (mut values, mut functions) = solver(component, &roots, n_pairs)?;
-    scale_rows(functions.as_mut(), &roots.iter().map(|root| 1.0 / root).collect::<Vec<_>>());
+    scale_rows(&mut functions, &roots.iter().map(|root| 1.0 / root).collect::<Vec<_>>());
     values.iter_mut().for_each(|value| *value = value.max(0.0));
     Some(Eigenpairs { values, functions })
 }
 
-fn solve_dense(component: &Component, roots: &[f64], n_pairs: usize) -> Option<(Vec<f64>, Mat<f64>)> {
+fn solve_dense(component: &Component, roots: &[f64], n_pairs: usize) -> Option<(Vec<f64>, DMatrix<f64>)> {
     // The matrix is `M^-1/2 L M^-1/2`.
-    let mut matrix = Mat::<f64>::zeros(roots.len(), roots.len());
+    let mut matrix = DMatrix::zeros(roots.len(), roots.len());
     for &([i, j], weight) in &component.edges {
         let (i, j) = (i as usize, j as usize);
         matrix[(i, i)] += weight / (roots[i] * roots[i]);
         matrix[(j, j)] += weight / (roots[j] * roots[j]);
         matrix[(j, i)] -= weight / (roots[i] * roots[j]);
     }
-    let eigen = matrix.self_adjoint_eigen(Side::Lower).ok()?;
-    let values = (0..n_pairs).map(|i| eigen.S().column_vector()[i]).collect();
-    Some((values, eigen.U().subcols(0, n_pairs).to_owned()))
+    let (mut values, functions) = symmetric_eigenpairs(matrix)?;
+    values.truncate(n_pairs);
+    Some((values, functions.columns(0, n_pairs).into_owned()))
 }
 
-fn solve_sparse(component: &Component, roots: &[f64], n_pairs: usize) -> Option<(Vec<f64>, Mat<f64>)> {
+fn solve_sparse(component: &Component, roots: &[f64], n_pairs: usize) -> Option<(Vec<f64>, DMatrix<f64>)> {
     let shift = 4.0 * std::f64::consts::PI / component.area();
     let factor = Factor::new(&component.mass, &component.edges, 1.0, shift)?;
     // The lowest pairs are the largest of `M^1/2 (L + s M)^-1 M^1/2`.
-    let apply = |mut block: MatMut<'_, f64>| {
-        scale_rows(block.as_mut(), roots);
-        factor.solve_in_place(block.as_mut());
+    let apply = |block: &mut DMatrix<f64>| {
+        scale_rows(block, roots);
+        factor.solve_in_place(block);
         scale_rows(block, roots);
     };
     let (inverse, functions) = lanczos::largest_eigenpairs(roots.len(), n_pairs, apply)?;
     Some((inverse.into_iter().map(|value| 1.0 / value - shift).collect(), functions))
 }
 
-fn scale_rows(mut matrix: MatMut<'_, f64>, by: &[f64]) {
-    for j in 0..matrix.ncols() {
-        by.iter().enumerate().for_each(|(i, factor)| matrix[(i, j)] *= factor);
+fn scale_rows(matrix: &mut DMatrix<f64>, by: &[f64]) {
+    for mut column in matrix.column_iter_mut() {
+        column.iter_mut().zip(by).for_each(|(value, factor)| *value *= factor);
     }
 }
 

@@ -1,42 +1,50 @@
 //! Sparse Cholesky factors.
 
-use faer::prelude::Solve;
-use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{Mat, MatMut, Side};
+use nalgebra::DMatrix;
+use nalgebra_sparse::factorization::CscCholesky;
+use nalgebra_sparse::{CooMatrix, CscMatrix};
 use neural_mesh::parallel;
 
 pub struct Factor {
-    llt: Llt<u32, f64>,
+    cholesky: CscCholesky<f64>,
+    // Vertex of each row of the factor, n.
+    order: Vec<usize>,
 }
 
 impl Factor {
     pub fn new(mass: &[f64], edges: &[([u32; 2], f64)], a: f64, b: f64) -> Option<Self> {
         let n = mass.len();
         // The matrix is `a L + b M`; rounding may make it indefinite, then there is no factor.
-        let mut diagonal: Vec<f64> = mass.iter().map(|mass| b * mass).collect();
-        let mut entries = Vec::with_capacity(n + edges.len());
+        let mut entries = CooMatrix::new(n, n);
+        mass.iter().enumerate().for_each(|(i, mass)| entries.push(i, i, b * mass));
         for &([i, j], weight) in edges {
-            entries.push(Triplet::new(j, i, -a * weight));
-            diagonal[i as usize] += a * weight;
-            diagonal[j as usize] += a * weight;
+            for [i, j] in [[i as usize, j as usize], [j as usize, i as usize]] {
+                entries.push(i, i, a * weight);
+                entries.push(i, j, -a * weight);
+            }
         }
-        entries.extend(diagonal.iter().enumerate().map(|(i, &value)| Triplet::new(i as u32, i as u32, value)));
-        let matrix = SparseColMat::try_new_from_triplets(n, n, &entries).ok()?;
-        let symbolic = SymbolicLlt::try_new(matrix.symbolic(), Side::Lower).ok()?;
-        Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower).ok().map(|llt| Self { llt })
+        let matrix = CscMatrix::from(&entries);
+        // Rows by approximate minimum degree (Amestoy, Davis and Duff 1996) keep the factor sparse.
+        let (order, row, _) =
+            amd::order(n, matrix.col_offsets(), matrix.row_indices(), &amd::Control::default()).ok()?;
+        let ordered = matrix.triplet_iter().map(|(i, j, &value)| (row[i], row[j], value));
+        let ordered = CscMatrix::from(&CooMatrix::try_from_triplets_iter(n, n, ordered).ok()?);
+        Some(Self { cholesky: CscCholesky::factor(&ordered).ok()?, order })
     }
 
-    pub fn solve_in_place(&self, columns: MatMut<'_, f64>) {
-        let half = columns.ncols() / 2;
-        let (some, others) = columns.split_at_col_mut(half);
-        parallel::join(|| self.llt.solve_in_place(some), || self.llt.solve_in_place(others));
+    pub fn solve_in_place(&self, columns: &mut DMatrix<f64>) {
+        let n = self.order.len();
+        parallel::rows_mut(columns.as_mut_slice(), n, 1, |_, column| {
+            let mut solution = DMatrix::from_fn(n, 1, |i, _| column[self.order[i]]);
+            self.cholesky.solve_mut(&mut solution);
+            self.order.iter().zip(&solution).for_each(|(&v, &value)| column[v] = value);
+        });
     }
 
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
-        let mut column = Mat::from_fn(right.len(), 1, |i, _| right[i]);
-        self.solve_in_place(column.as_mut());
-        (0..right.len()).map(|i| column[(i, 0)]).collect()
+        let mut column = DMatrix::from_column_slice(right.len(), 1, right);
+        self.solve_in_place(&mut column);
+        column.data.into()
     }
 }
 

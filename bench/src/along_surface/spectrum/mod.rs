@@ -9,6 +9,7 @@ mod lanczos;
 mod longest_path;
 mod slabs;
 mod spectrum_error;
+mod symmetric;
 mod value_transfer;
 
 pub use eigenpairs::Eigenpairs;

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use nalgebra::DMatrix;
 
 use super::eigenpairs::Eigenpairs;
+use super::slabs;
+use super::symmetric::MOST_ITERATIONS;
 use super::value_transfer::ValueTransfer;
 use neural_mesh::parallel;
 
@@ -36,19 +37,19 @@ pub fn spectrum_error(
     found * functions_error(&groups, &squares, &inner) + (1.0 - found) * MISSING
 }
 
-fn inner_products(mass: &[f64], original: &Eigenpairs, carried: &[Vec<f64>], scale: f64) -> Mat<f64> {
+fn inner_products(mass: &[f64], original: &Eigenpairs, carried: &[Vec<f64>], scale: f64) -> DMatrix<f64> {
     let n_pairs = carried.len();
-    let theirs = Mat::from_fn(mass.len(), n_pairs, |i, pair| scale * mass[i] * carried[pair][i]);
-    let mut inner = Mat::zeros(n_pairs, n_pairs);
-    matmul(&mut inner, Accum::Replace, original.first_functions(n_pairs).transpose(), &theirs, 1.0, Par::Seq);
-    inner
+    let theirs = DMatrix::from_fn(mass.len(), n_pairs, |i, pair| scale * mass[i] * carried[pair][i]);
+    slabs::inner_products(&original.first_functions(n_pairs), &theirs)
 }
 
-fn functions_error(groups: &[Range<usize>], squares: &[f64], inner: &Mat<f64>) -> f64 {
+fn functions_error(groups: &[Range<usize>], squares: &[f64], inner: &DMatrix<f64>) -> f64 {
     let of_group = |group: &Range<usize>| {
-        let block = inner.submatrix(group.start, group.start, group.len(), group.len());
+        let block = inner.view((group.start, group.start), (group.len(), group.len()));
         // The best rotation within the group (Procrustes: Schoenemann 1966) fits signs and bases.
-        let best: f64 = block.singular_values().map_or(0.0, |values| values.iter().sum());
+        let best = block
+            .try_svd(false, false, f64::EPSILON, MOST_ITERATIONS * group.len())
+            .map_or(0.0, |svd| svd.singular_values.sum());
         group.len() as f64 + squares[group.clone()].iter().sum::<f64>() - 2.0 * best
     };
     groups.iter().map(of_group).sum::<f64>() / squares.len().max(1) as f64
@@ -79,7 +80,7 @@ mod tests {
     #[test]
     fn turns_within_a_group_are_free() {
         let (sin, cos) = 30f64.to_radians().sin_cos();
-        let mut turned = Mat::<f64>::identity(3, 3);
+        let mut turned = DMatrix::<f64>::identity(3, 3);
         (turned[(1, 1)], turned[(1, 2)], turned[(2, 1)], turned[(2, 2)]) = (-cos, sin, sin, cos);
         let squares = [1.0; 3];
         assert!(functions_error(&[0..1, 1..3], &squares, &turned).abs() < 1e-12);
@@ -89,7 +90,7 @@ mod tests {
 
     #[test]
     fn unrelated_functions_are_two_apart() {
-        let nothing = Mat::zeros(2, 2);
+        let nothing = DMatrix::zeros(2, 2);
         assert_eq!(functions_error(&[0..1, 1..2], &[1.0; 2], &nothing), 2.0);
     }
 }
