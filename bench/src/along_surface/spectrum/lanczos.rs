@@ -49,7 +49,7 @@ pub fn largest_eigenpairs(
 impl Krylov {
     fn new(n: usize, capacity: usize) -> Self {
         let rng = Xoshiro256PlusPlus::seed_from_u64(0);
-        let [basis, projected] = [(n, 0), (capacity, capacity)].map(|(rows, columns)| DMatrix::zeros(rows, columns));
+        let (basis, projected) = (DMatrix::zeros(n, 0), DMatrix::zeros(capacity, capacity));
         let mut krylov = Self { basis, projected, len: 0, rng };
         krylov.push(DMatrix::zeros(n, WIDTH));
         krylov

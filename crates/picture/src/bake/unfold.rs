@@ -1,9 +1,11 @@
 //! Charts of a mesh on a square of texels.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, Vec3};
 use neural_mesh_xatlas::unwrap;
 
 use super::BakeError;
+use crate::geometry::extent;
+use crate::geometry::triangle::corners_f64;
 use crate::mesh::TriMesh;
 
 /// Free texels around each chart, so that the first two mipmap levels do not mix charts.
@@ -26,7 +28,7 @@ impl Charts {
     pub fn unfold(mesh: &TriMesh, size: usize) -> Result<Self, BakeError> {
         let layout = |positions: &[[f32; 3]]| unwrap(positions, mesh.faces(), size as u32, PADDING);
         let has_area = |face: &[u32; 3]| {
-            let [a, b, c] = face.map(|v| DVec3::from(mesh.positions()[v as usize].map(f64::from)));
+            let [a, b, c] = corners_f64(face.map(|v| mesh.positions()[v as usize]));
             (b - a).cross(c - a).length_squared() > 0.0
         };
         // Without any area, xatlas returns no chart.
@@ -52,8 +54,7 @@ impl Charts {
 
 fn scale_for_xatlas(mesh: &TriMesh) -> Vec<[f32; 3]> {
     let all = mesh.positions().iter().map(|p| Vec3::from(*p).as_dvec3());
-    let (low, high) =
-        all.clone().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let (low, high) = extent(all.clone());
     let (middle, scale) = (0.5 * (low + high), DIAGONAL / (high - low).length());
     all.map(|p| ((p - middle) * scale).as_vec3().to_array()).collect()
 }
