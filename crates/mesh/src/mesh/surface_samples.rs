@@ -5,7 +5,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::TriMesh;
-use crate::geometry::triangle::area_normal_f64;
+use crate::geometry::triangle::{area_normal_f64, corners_f64};
 
 /// A point on a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +70,7 @@ fn unit(rng: &mut Xoshiro256PlusPlus) -> f64 {
 }
 
 fn face_corners(mesh: &TriMesh, face: usize) -> [DVec3; 3] {
-    mesh.faces()[face].map(|v| DVec3::from_array(mesh.positions()[v as usize].map(f64::from)))
+    corners_f64(mesh.faces()[face].map(|v| mesh.positions()[v as usize]))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::distance_bounds::DistanceBounds;
 use super::polygon::{CutPlane, PolygonCorner, radius_from};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
-use crate::geometry::triangle::area_normal_f64;
+use crate::geometry::triangle::{area_normal_f64, corners_f64};
 use crate::linalg::{Isa, Work};
 use crate::mesh::TriMesh;
 use crate::parallel;
@@ -178,7 +178,7 @@ impl<'a> TargetSurface<'a> {
     }
 
     fn triangle(&self, face: u32) -> [DVec3; 3] {
-        self.mesh.faces()[face as usize].map(|v| DVec3::from(self.mesh.positions()[v as usize].map(f64::from)))
+        corners_f64(self.mesh.faces()[face as usize].map(|v| self.mesh.positions()[v as usize]))
     }
 
     fn normal(&self, face: u32) -> DVec3 {
